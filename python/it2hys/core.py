@@ -1,0 +1,161 @@
+"""The C core (`fmu_src/core`), called on whole records.
+
+What the FMUs compute at a tick is computed here by the same C functions, without FMI around it: fast
+free runs with forward sensitivities for the identification, and the one check of a parameter set.
+Units are the caller's: m and V, or a scaled pair of the identification.
+"""
+
+import ctypes
+import sys
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+
+from it2hys.errors import InputError
+
+MAX_RULES = 16
+_DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    suffix = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+    path = files("it2hys") / "native" / f"it2core{suffix}"
+    try:
+        library = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise ImportError(f"the C core is not built ({error}); run `make` or `pip install .`") from None
+    library.it2core_free_run.restype = ctypes.c_size_t
+    library.it2core_free_run.argtypes = [
+        _DOUBLES, ctypes.c_int, _DOUBLES, ctypes.c_size_t, ctypes.c_double, _DOUBLES, ctypes.c_void_p,
+    ]  # fmt: skip
+    for function in (library.it2core_solve, library.it2core_one_step):
+        function.restype = None
+        function.argtypes = [_DOUBLES, ctypes.c_int, _DOUBLES, _DOUBLES, ctypes.c_size_t, _DOUBLES]
+    library.it2core_gradient.restype = ctypes.c_double
+    library.it2core_gradient.argtypes = [
+        _DOUBLES, ctypes.c_int, ctypes.c_double, ctypes.c_double, _DOUBLES, _DOUBLES,
+    ]  # fmt: skip
+    library.it2core_contraction.restype = ctypes.c_double
+    library.it2core_contraction.argtypes = [_DOUBLES, ctypes.c_int, ctypes.c_double, ctypes.c_double]
+    library.it2core_check.restype = ctypes.c_bool
+    library.it2core_check.argtypes = [
+        _DOUBLES, ctypes.c_int, ctypes.c_double, ctypes.c_double, ctypes.c_char_p, ctypes.c_size_t,
+    ]  # fmt: skip
+    return library
+
+
+def _rules(rules: np.ndarray) -> tuple[np.ndarray, int]:
+    rules = np.ascontiguousarray(rules, dtype=np.float64)
+    if rules.ndim != 2 or rules.shape[1] != 6 or not 1 <= len(rules) <= MAX_RULES:
+        raise InputError(f"rules must be an (L, 6) array with L = 1..{MAX_RULES}, not {rules.shape}")
+    return rules, len(rules)
+
+
+def free_run(rules: np.ndarray, x: np.ndarray, y_initial: float) -> np.ndarray:
+    """Simulate (10) from voltage alone.
+
+    Parameters
+    ----------
+    rules : ndarray, shape (L, 6)
+        Columns s1, s2, c, q1, q2, q3.
+    x : ndarray, shape (N,)
+        Voltage at every tick.
+    y_initial : float
+        Displacement before the first tick.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        ``y[k] = F(y[k-1], x[k])``; NaN from the sample on at which the run is no longer finite.
+    """
+    rules, count = _rules(rules)
+    x = np.ascontiguousarray(x, dtype=np.float64)
+    y = np.empty(len(x))
+    done = _library().it2core_free_run(rules, count, x, len(x), y_initial, y, None)
+    y[done:] = np.nan
+    return y
+
+
+def free_run_sensitivity(
+    rules: np.ndarray, x: np.ndarray, y_initial: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate (10) with forward sensitivities.
+
+    Parameters as for `free_run`.
+
+    Returns
+    -------
+    y : ndarray, shape (N,)
+        The free run.
+    sensitivity : ndarray, shape (N, 6 L + 1)
+        Derivatives of ``y[k]`` with respect to the rules' parameters, row by row, and `y_initial`.
+        NaN from the sample on at which the run is no longer finite.
+    """
+    rules, count = _rules(rules)
+    x = np.ascontiguousarray(x, dtype=np.float64)
+    y = np.empty(len(x))
+    sensitivity = np.empty((len(x), 6 * count + 1))
+    done = _library().it2core_free_run(
+        rules, count, x, len(x), y_initial, y, sensitivity.ctypes.data
+    )
+    y[done:] = np.nan
+    sensitivity[done:] = np.nan
+    return y, sensitivity
+
+
+def _pairwise(function: str, rules: np.ndarray, y_previous: np.ndarray, other: np.ndarray) -> np.ndarray:
+    rules, count = _rules(rules)
+    first, second = np.broadcast_arrays(
+        np.asarray(y_previous, dtype=np.float64), np.asarray(other, dtype=np.float64)
+    )
+    result = np.empty(first.size)
+    getattr(_library(), function)(
+        rules, count, np.ascontiguousarray(first).ravel(), np.ascontiguousarray(second).ravel(),
+        first.size, result,
+    )  # fmt: skip
+    return result.reshape(first.shape)
+
+
+def one_step(rules: np.ndarray, y_previous: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Evaluate (10) at given pairs ``(y[k-1], x[k])``: the one-step-ahead prediction."""
+    return _pairwise("it2core_one_step", rules, y_previous, x)
+
+
+def solve(rules: np.ndarray, y_previous: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Evaluate the inverse (30) at given pairs ``(y[k-1], y[k])``: the voltage x[k]."""
+    return _pairwise("it2core_solve", rules, y_previous, y)
+
+
+def gradient(rules: np.ndarray, y_previous: float, x: float) -> tuple[float, np.ndarray, np.ndarray]:
+    """Evaluate (10) and its derivatives (13) to (18) at one point.
+
+    Returns
+    -------
+    y : float
+        Value of (10).
+    by_rules : ndarray, shape (L, 6)
+        Derivatives with respect to the rules' parameters.
+    by_arguments : ndarray, shape (2,)
+        Derivatives with respect to ``x[k]`` and ``y[k-1]``.
+    """
+    rules, count = _rules(rules)
+    by_rules, by_arguments = np.empty((count, 6)), np.empty(2)
+    y = _library().it2core_gradient(rules, count, y_previous, x, by_rules, by_arguments)
+    return y, by_rules, by_arguments
+
+
+def contraction(rules: np.ndarray, minimum: float, maximum: float) -> float:
+    """Return the largest |dy[k]/dy[k-1]| on the equilibrium curve over a displacement range."""
+    rules, count = _rules(rules)
+    return _library().it2core_contraction(rules, count, minimum, maximum)
+
+
+def check(rules: np.ndarray, minimum: float, maximum: float) -> str | None:
+    """Return what makes the rules unusable over a displacement range, or None if they are usable."""
+    rules, count = _rules(rules)
+    message = ctypes.create_string_buffer(512)
+    if _library().it2core_check(rules, count, minimum, maximum, message, len(message)):
+        return None
+    return message.value.decode()

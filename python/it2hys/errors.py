@@ -1,0 +1,8 @@
+"""The one exception that stands for bad input."""
+
+
+class InputError(Exception):
+    """Bad input, told in one message that names the culprit and the mend.
+
+    The command line prints the message and exits with code 2.
+    """

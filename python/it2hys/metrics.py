@@ -1,0 +1,76 @@
+"""Figures of merit of a model output against a measured one: eqs. (24) and (25)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from it2hys.errors import InputError
+
+
+def max_relative_error(y: ArrayLike, y_hat: ArrayLike) -> float:
+    """Return e_mr, the largest error relative to the range of the measurement, eq. (24).
+
+    Parameters
+    ----------
+    y : array_like, shape (n,)
+        Measured output, in any unit.
+    y_hat : array_like, shape (n,)
+        Model output, in the unit of `y`.
+
+    Returns
+    -------
+    float
+        max abs(y - y_hat) / (max y - min y), as a fraction (not in per cent).
+
+    Raises
+    ------
+    InputError
+        Where the shapes differ, the arrays are empty or not finite, or `y` is constant.
+    """
+    y, y_hat = _comparable(y, y_hat)
+    measured_range = np.ptp(y)
+    if measured_range == 0.0:
+        raise InputError("e_mr is undefined: the measured output is constant, its range is zero")
+    return float(np.max(np.abs(y - y_hat)) / measured_range)
+
+
+def rms_error(y: ArrayLike, y_hat: ArrayLike) -> float:
+    """Return e_rms, the root of the mean squared error, eq. (25).
+
+    Parameters
+    ----------
+    y : array_like, shape (n,)
+        Measured output, in any unit.
+    y_hat : array_like, shape (n,)
+        Model output, in the unit of `y`.
+
+    Returns
+    -------
+    float
+        sqrt(mean (y - y_hat)^2), in the unit of `y`.
+
+    Raises
+    ------
+    InputError
+        Where the shapes differ, or the arrays are empty or not finite.
+    """
+    y, y_hat = _comparable(y, y_hat)
+    return float(np.sqrt(np.mean(np.square(y - y_hat))))
+
+
+def _comparable(y: ArrayLike, y_hat: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    y, y_hat = np.asarray(y, dtype=float), np.asarray(y_hat, dtype=float)
+    # Broadcasting would silently compare a column with a row.
+    if y.shape != y_hat.shape:
+        raise InputError(
+            f"the measured output has shape {y.shape}, the model output {y_hat.shape}: "
+            "both must be equal"
+        )
+    if y.size == 0:
+        raise InputError("no samples to compare: both outputs are empty")
+    for name, values in (("measured", y), ("model", y_hat)):
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise InputError(f"the {name} output is not finite, first at sample {bad[0]}")
+    return y, y_hat

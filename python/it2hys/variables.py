@@ -1,0 +1,123 @@
+"""The one table of variables (`variables.toml`), expanded.
+
+Everything that names a variable asks here: the parameter sets, modelDescription.xml, the C table of
+value references and the documentation. Only the standard library is used, because the C build reads
+the table too.
+"""
+
+import re
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from itertools import groupby
+from pathlib import Path
+
+TABLE = Path(__file__).with_name("variables.toml")
+MODELS = ("plant", "inverse")
+INDEXED = re.compile(r"(?P<group>\w+)\[(?P<index>[1-9]\d*)\]\.(?P<field>\w+)")
+
+
+@dataclass(frozen=True)
+class DeclaredType:
+    """A declared type of the table: base type, unit, bounds and nominal value."""
+
+    name: str
+    base: str = "Real"
+    unit: str | None = None
+    displayUnit: str | None = None  # noqa: N815 (the attribute's name in FMI)
+    quantity: str | None = None
+    min: float | None = None
+    max: float | None = None
+    nominal: float | None = None
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One scalar variable of the expanded table.
+
+    `group`, `index` and `field` are set for an element of a structured parameter: `rule[2].q1` has
+    the group `rule`, the index 2 and the field `q1`.
+    """
+
+    name: str
+    value_reference: int
+    models: tuple[str, ...]
+    causality: str
+    type: DeclaredType
+    start: float | int | bool | None
+    depends: tuple[str, ...]
+    description: str
+    group: str | None = None
+    index: int | None = None
+
+    @property
+    def field(self) -> str:
+        """Name within the group; the name itself for a variable outside any group."""
+        return self.name.rsplit(".", 1)[-1]
+
+    @property
+    def variability(self) -> str:
+        """FMI's variability: parameters are fixed, flags and integers discrete."""
+        if self.causality == "parameter":
+            return "fixed"
+        return "continuous" if self.causality == "input" and self.type.base == "Real" else "discrete"
+
+
+@dataclass(frozen=True)
+class Table:
+    """The expanded table: every variable that the binaries know, in value reference order."""
+
+    variables: tuple[Variable, ...]
+    types: dict[str, DeclaredType]
+    units: dict[str, dict]
+    counts: dict[str, dict]
+
+    def parameters(self) -> dict[str, Variable]:
+        """Return the parameters by name, structured ones at their full count."""
+        return {v.name: v for v in self.variables if v.causality == "parameter"}
+
+    def of_model(self, model: str, counts: dict[str, int]) -> list[Variable]:
+        """Return one FMU's variables, with as many structured elements as `counts` says."""
+        return [
+            v
+            for v in self.variables
+            if model in v.models and (v.group is None or v.index <= counts[v.group])
+        ]
+
+
+def _expand(rows: list[dict], counts: dict[str, dict]) -> Iterator[tuple[dict, str, int | None, object]]:
+    """Yield row, name, index and start value of every scalar; a group's elements stay together."""
+    for group, members in groupby(rows, key=lambda row: row.get("per")):
+        if group is None:
+            yield from ((row, row["name"], None, row.get("start")) for row in members)
+            continue
+        members = list(members)
+        for index in range(1, counts[group]["maximum"] + 1):
+            for row in members:
+                start = row["start"][index - 1] if index <= len(row["start"]) else 0.0
+                yield row, row["name"].replace("[]", f"[{index}]"), index, start
+
+
+@cache
+def load_table() -> Table:
+    """Read and expand `variables.toml`."""
+    source = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    types = {name: DeclaredType(name, **fields) for name, fields in source["types"].items()}
+    variables = []
+    for row, name, index, start in _expand(source["variable"], source["counts"]):
+        variables.append(
+            Variable(
+                name=name,
+                value_reference=len(variables),
+                models=MODELS if row["model"] == "both" else (row["model"],),
+                causality=row["causality"],
+                type=types[row["type"]],
+                start=start,
+                depends=tuple(row.get("depends", ())),
+                description=row["description"],
+                group=row.get("per"),
+                index=index,
+            )
+        )
+    return Table(tuple(variables), types, source["units"], source["counts"])
