@@ -1,0 +1,221 @@
+"""The command line `it2hys`."""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from it2hys.errors import InputError
+
+# modules that take long to import are imported by the commands that need them
+
+# units in the CSV files that `simulate` writes; lengths are in um
+UNITS_WRITTEN = {"voltage": "V", "force": "N", "temperature": "K", "saturated": "1"}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return 0, 1 for a finding, or 2 for bad usage or input."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.command(options)
+    except InputError as error:
+        print(f"it2hys: error: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("it2hys: interrupted", file=sys.stderr)
+        return 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="it2hys",
+        description="Piezo hysteresis: identify a model and its inverse from records, as FMUs.",
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    build = _command(commands, "build", _build, "write both FMUs with the paper's Table 1")
+    _add_output(build)
+
+    identify = _command(commands, "identify", _identify, "identify the paper's model from records")
+    _add_records(identify)
+    _add_output(identify)
+    identify.add_argument("--rules", type=int, metavar="L", help="number of rules (default: chosen)")
+    identify.add_argument("--seed", type=int, default=0, help="seed of the random starts")
+
+    package = _command(commands, "package", _package, "write both FMUs from a parameter set")
+    package.add_argument("parameters", metavar="PARAMETERS.ssv", type=Path)
+    _add_output(package)
+
+    simulate = _command(commands, "simulate", _simulate, "run an FMU over signals from a CSV")
+    simulate.add_argument("fmu", metavar="FMU", type=Path)
+    simulate.add_argument("--input", required=True, metavar="U.csv", type=Path)
+    simulate.add_argument("-o", "--output", required=True, metavar="Y.csv", type=Path)
+    simulate.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a parameter in SI units, such as initialDisplacement=1e-6; may be repeated",
+    )
+    _add_columns(simulate)
+
+    run = _command(commands, "run", _run, "run a scenario by name")
+    run.add_argument("name", metavar="NAME", help="a scenario of scenarios/, or a TOML file")
+    run.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
+    return parser
+
+
+def _command(
+    commands: argparse._SubParsersAction, name: str, function: Callable, text: str
+) -> argparse.ArgumentParser:
+    parser = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+    parser.set_defaults(command=function)
+    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    return parser
+
+
+def _add_output(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-o", "--output", required=True, metavar="DIR", type=Path)
+
+
+def _add_columns(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--column",
+        action="append",
+        default=[],
+        metavar="QUANTITY=NAME[:UNIT]",
+        help="name of a column in the CSV, such as voltage=Vin:V; may be repeated",
+    )
+
+
+def _add_records(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("train", nargs="+", metavar="TRAIN.csv", type=Path)
+    parser.add_argument("--validate", nargs="+", default=[], metavar="V.csv", type=Path)
+    parser.add_argument("--test", nargs="+", default=[], metavar="T.csv", type=Path)
+    parser.add_argument("--resample", action="store_true", help="mend gaps and jitter of the time base")
+    parser.add_argument(
+        "--allow-lead", action="store_true", help="accept a displacement that leads the voltage"
+    )
+    parser.add_argument("--json", action="store_true", help="print report.json")
+    _add_columns(parser)
+
+
+def _columns(options: argparse.Namespace) -> dict:
+    from it2hys.records import parse_column_option
+
+    parsed = (parse_column_option(text) for text in options.column)
+    return {quantity: (column, unit) for quantity, column, unit in parsed}
+
+
+def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
+    """Return training, validation and test records under names of their own."""
+    from it2hys.records import read_record
+
+    roles = (options.train, options.validate, options.test)
+    paths = [path for role in roles for path in role]
+    for path in paths:
+        if sum(path.resolve() == other.resolve() for other in paths) > 1:
+            raise InputError(f"{path}: is given twice; a record has one role")
+    columns = _columns(options)
+    stems = [path.stem for path in paths]
+
+    def read(path: Path):  # noqa: ANN202
+        record = read_record(path, columns, options.resample, check_swapped=not options.allow_lead)
+        name = path.stem if stems.count(path.stem) == 1 else f"{path.parent.name}_{path.stem}"
+        return replace(record, name=name)
+
+    return tuple([read(path) for path in role] for role in roles)
+
+
+def _say(options: argparse.Namespace, *texts: object) -> None:
+    if not options.quiet:
+        print(*texts)
+
+
+def _build(options: argparse.Namespace) -> int:
+    from it2hys.packaging import package
+    from it2hys.parameters import table_1
+
+    for path in package(table_1(), options.output):
+        _say(options, path)
+    return 0
+
+
+def _package(options: argparse.Namespace) -> int:
+    from it2hys.packaging import package
+    from it2hys.parameters import read_ssv
+
+    for path in package(read_ssv(options.parameters), options.output):
+        _say(options, path)
+    return 0
+
+
+def _identify(options: argparse.Namespace) -> int:
+    from it2hys.identification import Options, identify
+    from it2hys.identification_report import error_table, straight_line_errors, write_identification
+    from it2hys.progress import progress_bar
+
+    train, validate, test = _read_records(options)
+    with progress_bar(quiet=options.quiet or options.json) as progress:
+        identification = identify(
+            train, validate, test, options.rules, Options(seed=options.seed), progress
+        )
+    records = [*train, *validate, *test]
+    report = write_identification(identification, records, options.output)
+    if options.json:
+        print((options.output / "report.json").read_text(), end="")
+        return 0
+    before = straight_line_errors(records, identification.records)
+    _say(options, error_table(identification, before).text())
+    for warning in identification.warnings:
+        _say(options, f"note: {warning}")
+    _say(options, f"\nreport: {report}")
+    return 0
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    from tqdm import tqdm
+
+    from it2hys.signals import read_signals, write_signals
+    from it2hys.simulation import Slave, simulate
+
+    start = dict(_assignment(text) for text in options.set)
+    with Slave(options.fmu, start) as slave:
+        names, sample_time = slave.names("input"), slave.sample_time
+    signals = read_signals(options.input, names, columns=_columns(options))
+    if abs(signals.sample_time / sample_time - 1) > 1e-3:
+        raise InputError(
+            f"{options.input}: sampled every {signals.sample_time:g} s, but the FMU's sampleTime is "
+            f"{sample_time:g} s; resample the signals or identify a model at their rate"
+        )
+    outputs, messages = simulate(
+        options.fmu, signals.values, start, lambda ticks: tqdm(ticks, disable=options.quiet)
+    )
+    columns = {
+        name: (value, UNITS_WRITTEN.get(name, "um"))
+        for name, value in {**signals.values, **outputs}.items()
+    }
+    write_signals(options.output, signals.time, columns)
+    for message in messages:
+        print(f"it2hys: {message}", file=sys.stderr)
+    _say(options, options.output)
+    return 0
+
+
+def _assignment(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        raise InputError(f"--set {text}: must be NAME=VALUE with a number in SI units") from None
+
+
+def _run(options: argparse.Namespace) -> int:
+    from it2hys.scenario import run_scenario
+
+    outcome = run_scenario(options.name, options.output, quiet=options.quiet)
+    for table in outcome.tables:
+        _say(options, f"\n{table.caption}\n{table.text()}")
+    _say(options, f"\nreport: {outcome.report}")
+    return 0

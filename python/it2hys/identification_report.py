@@ -1,0 +1,361 @@
+"""The outcome of an identification: parameter set, FMUs, report and JSON in one directory."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from it2hys import figures
+from it2hys.errors import InputError
+from it2hys.files import write_atomically
+from it2hys.identification.result import Identification, RecordResult
+from it2hys.metrics import max_relative_error, rms_error
+from it2hys.packaging import make_directory, package
+from it2hys.records import Record
+from it2hys.report import Picture, Section, Table, write_report
+from it2hys.simulation import track
+from it2hys.variables import load_table
+
+UM = 1e6
+# a free-run error above this many times the noise says that the model lacks something
+FAR_ABOVE_NOISE = 2.0
+ROLES = {"train": "training", "validation": "validation", "test": "test"}
+NO_MEMORY = (
+    "The one-step-ahead error is much the smaller one because the prediction leans on the measured "
+    "y(k-1), which is nearly the answer. In free run the model has only the voltage and its own past: "
+    "its one state remembers no turning points, and its loop is phase lag, which grows with "
+    "frequency, where a piezo's loop hardly does."
+)
+
+
+def write_identification(
+    identification: Identification,
+    records: Sequence[Record],
+    directory: str | Path,
+    title: str = "Identification",
+    extra: Sequence[Section] = (),
+) -> Path:
+    """Write the parameter set, both FMUs, `report.html`, its figures and `report.json`.
+
+    Parameters
+    ----------
+    identification : Identification
+        The result.
+    records : sequence of Record
+        In the order of `identification.records`.
+    directory : path
+        Created if it does not exist.
+    title : str
+        Of the report.
+    extra : sequence of Section
+        Put after the records.
+
+    Returns
+    -------
+    Path
+        The report.
+
+    Raises
+    ------
+    InputError
+        If the fit has not converged: nothing is written then.
+    """
+    if not identification.converged:
+        raise InputError(
+            f"the fit did not converge ({identification.message}); no parameter set is written. "
+            "Try fewer rules, or records that cover the range better"
+        )
+    directory = make_directory(directory)
+    package(identification.parameters, directory)
+    results = identification.records
+    before = straight_line_errors(records, results)
+    sections = [
+        Section("Summary", summary(identification), [error_table(identification, before)]),
+        *(_record_section(*pair, identification) for pair in zip(records, results, strict=True)),
+        *extra,
+        _tracking_section(directory, identification, records[0]),
+        _parameter_section(identification),
+        _method_section(identification),
+        _use_section(),
+    ]
+    document = json.dumps(summary_json(identification, before), indent=1) + "\n"
+    write_atomically(directory / "report.json", document.encode())
+    return write_report(directory, title, sections)
+
+
+def straight_line_errors(
+    records: Sequence[Record], results: Sequence[RecordResult]
+) -> list[tuple[float, float]]:
+    """Return e_mr and e_rms (m) of one straight line fitted to the training records.
+
+    It is what one has without a hysteresis model. As for the model, each record's constant offset
+    is removed.
+    """
+    train = [
+        (r.voltage[s.skip :], r.displacement[s.skip :])
+        for r, s in zip(records, results, strict=True)
+        if s.role == "train"
+    ]
+    centred = [(x - x.mean(), y - y.mean()) for x, y in train]
+    slope = sum(x @ y for x, y in centred) / sum(x @ x for x, _ in centred)
+    errors = []
+    for record, result in zip(records, results, strict=True):
+        y, line = record.displacement[result.skip :], slope * record.voltage[result.skip :]
+        line = line + (y - line).mean()
+        errors.append((max_relative_error(y, line), rms_error(y, line)))
+    return errors
+
+
+def summary(identification: Identification) -> list[str]:
+    """Return what was found, in plain words."""
+    count = identification.parameters.counts["rule"]
+    noise = identification.noise_rms * UM
+    ratio = identification.error_over_noise
+    texts = [
+        f"The interval type-2 fuzzy model with {count} rules was identified on "
+        f"{len(identification.by_role('train'))} training record(s). The noise of the measurement is "
+        f"{noise:.3g} µm rms. A model is judged by its free run, from voltage alone."
+    ]
+    if ratio > FAR_ABOVE_NOISE:
+        texts.append(
+            f"On the training records the free-run error is {ratio:.1f} times the noise: far above it. "
+            "The records contain something that this model does not describe. " + NO_MEMORY
+        )
+    else:
+        texts.append(
+            f"On the training records the free-run error is {ratio:.2f} times the noise: the model "
+            "explains what can be explained."
+        )
+    for result in identification.by_role("test"):
+        texts.append(
+            f"On the test record {result.name}, which decided nothing, it is {result.e_rms * UM:.3g} µm "
+            f"rms, {result.e_rms / result.noise_rms:.1f} times that record's noise of "
+            f"{result.noise_rms * UM:.2g} µm."
+        )
+    return texts + [f"Note: {warning}" for warning in identification.warnings]
+
+
+def error_table(identification: Identification, before: Sequence[tuple[float, float]]) -> Table:
+    """Return the errors of all records: straight line, one step ahead, free run, noise."""
+    rows = [
+        [
+            r.name, ROLES[r.role],
+            f"{100 * line[0]:.2f}", f"{line[1] * UM:.4f}",
+            f"{100 * r.e_mr_one_step:.2f}", f"{r.e_rms_one_step * UM:.4f}",
+            f"{100 * r.e_mr:.2f}", f"{r.e_rms * UM:.4f}",
+            f"{r.noise_rms * UM:.4f}", f"{r.offset * UM:.3f}",
+        ]
+        for r, line in zip(identification.records, before, strict=True)
+    ]  # fmt: skip
+    return Table(
+        [
+            "record", "role",
+            "line e_mr %", "line e_rms µm",
+            "one-step e_mr %", "one-step e_rms µm",
+            "free-run e_mr %", "free-run e_rms µm",
+            "noise µm", "offset removed µm",
+        ],
+        rows,
+        "Errors (24) and (25). Line: one straight line fitted to the training records. One-step: the "
+        "model is given the measured y(k-1). Free run: the model gets the voltage alone.",
+    )  # fmt: skip
+
+
+def _record_section(
+    record: Record, result: RecordResult, identification: Identification
+) -> Section:
+    kept = slice(result.skip, None)
+    time, voltage = record.time[kept], record.voltage[kept]
+    measured, model = record.displacement[kept], result.y_free[kept]
+    label = f"{result.name} ({ROLES[result.role]})"
+    text = [
+        f"{len(record)} samples at {1 / record.sample_time:.6g} Hz. The free run starts from "
+        f"{result.initial_displacement * UM:.4g} µm; noise by {result.noise_method}."
+    ]
+    if result.skip:
+        text.append(f"The first {result.skip} samples, a start-up transient, are left out of the errors.")
+    text += [f"Note: {note}" for note in record.notes]
+    return Section(
+        f"Record {label}",
+        text,
+        pictures=[
+            Picture(
+                f"{result.name}_time",
+                figures.time_course(
+                    time,
+                    measured,
+                    {"free run": model, "one step ahead": result.y_one_step[kept]},
+                    label,
+                    result.noise_rms,
+                ),
+                "Displacement and error over time (compare the paper's Figures 2, 4 and 5).",
+            ),
+            Picture(
+                f"{result.name}_loop",
+                figures.hysteresis_loop(voltage, measured, model, label, "free run"),
+                "Hysteresis loop and error over voltage (compare the paper's Figure 3).",
+            ),
+        ],
+    )
+
+
+def _tracking_section(
+    directory: Path, identification: Identification, record: Record
+) -> Section:
+    """Run the FMUs just written on a reference that suits the record: 90 % of its range, its pace."""
+    low, high = record.displacement.min(), record.displacement.max()
+    periods, samples = 2.0, min(4000, len(record))
+    phase = 2 * np.pi * periods * np.arange(samples) / samples
+    reference = (low + high) / 2 - 0.45 * (high - low) * np.cos(phase)
+    run = track(
+        directory / "IT2Inverse.fmu",
+        directory / "IT2Plant.fmu",
+        reference,
+        {"initialDisplacement": float(reference[0])},
+    )
+    error = max_relative_error(reference, run["displacement"])
+    return Section(
+        "Feedforward: inverse FMU drives plant FMU",
+        [
+            "A sine over 90 % of the record's range through IT2Inverse.fmu and its voltage through "
+            f"IT2Plant.fmu, in co-simulation: e_mr is {100 * error:.2g} %. The inverse is exact, so this "
+            "says that the two FMUs fit together; how well the real stage tracks is limited by the "
+            "free-run errors above."
+        ],
+        pictures=[
+            Picture(
+                "tracking_model",
+                figures.tracking(
+                    np.arange(samples) * record.sample_time,
+                    reference,
+                    {"plant FMU": run["displacement"]},
+                    run["voltage"],
+                    "inverse → plant",
+                ),
+                "Reference, displacement, error and voltage (compare the paper's Figure 7).",
+            )
+        ],
+    )
+
+
+def _parameter_section(identification: Identification) -> Section:
+    known = load_table().parameters()
+    rows = []
+    for name, (low, high) in identification.intervals.items():
+        unit = known[name].type.unit or ""
+        scale = UM if unit.startswith("m") else 1.0
+        rows.append(
+            [
+                name,
+                f"{identification.parameters[name] * scale:.6g}",
+                f"{low * scale:.6g}",
+                f"{high * scale:.6g}",
+                unit.replace("m", "µm", 1) if scale != 1.0 else unit,
+                "no" if name in identification.undetermined else "yes",
+            ]
+        )
+    text = [f"The condition number of the scaled problem is {identification.condition:.2g}."]
+    if identification.undetermined:
+        text.append(
+            "The data do not determine " + ", ".join(identification.undetermined) + ": other values "
+            "would fit as well. The model's output is not affected, the values mean little."
+        )
+    return Section(
+        "Parameters",
+        text,
+        [Table(["parameter", "value", "95 % from", "to", "unit", "determined"], rows)],
+    )
+
+
+def _method_section(identification: Identification) -> Section:
+    text = [
+        f"The fit ended: {identification.message} The largest contraction |∂y(k)/∂y(k−1)| over the "
+        f"displacement range is {identification.contraction:.4f} (below 1: a free run cannot diverge).",
+        "Duration: " + ", ".join(f"{k} {v:.1f} s" for k, v in identification.seconds.items()) + ".",
+    ]
+    tables = [
+        Table(
+            ["start", "one-step µm", "free run µm"],
+            [
+                [str(i), f"{s.one_step_rms * UM:.4f}", f"{s.free_run_rms * UM:.4f}"]
+                for i, s in enumerate(identification.starts[:10], start=1)
+            ],
+            "The best starts and where they led: rms errors on the training records.",
+        )
+    ]
+    if identification.orders:
+        tables.append(
+            Table(
+                ["rules", "deciding free-run error µm"],
+                [[str(o.rules), f"{o.e_rms * UM:.4f}"] for o in identification.orders],
+                "Numbers of rules that were tried.",
+            )
+        )
+    return Section("How it was identified", text, tables)
+
+
+def _use_section() -> Section:
+    return Section(
+        "Using the FMUs",
+        [
+            "IT2Plant.fmu and IT2Inverse.fmu lie beside this report, with the parameter set in "
+            "parameters.ssv. Any FMI 2.0 co-simulation master runs them; quantities are in SI units. "
+            "To repeat a free run above, set initialDisplacement to the value given with the record, "
+            "step at sampleTime, and add the offset in the table."
+        ],
+    )
+
+
+def summary_json(identification: Identification, before: Sequence[tuple[float, float]]) -> dict:
+    """Return `report.json` as a dictionary, with the keys of DESIGN.md."""
+    known = load_table().parameters()
+    results = identification.records
+    return {
+        "effects": [],
+        "unexplained": bool(identification.error_over_noise > FAR_ABOVE_NOISE),
+        "noise_rms_um": identification.noise_rms * UM,
+        "error": {
+            "before": {
+                r.name: {"e_mr_percent": 100 * mr, "e_rms_um": rms * UM, "role": r.role, "model": "line"}
+                for r, (mr, rms) in zip(results, before, strict=True)
+            },
+            "after": {r.name: _record_json(r) for r in results},
+        },
+        "evidence": [],
+        "parameters": {
+            name: {
+                "value": identification.parameters[name],
+                "ci95": [_number(low), _number(high)],
+                "unit": known[name].type.unit or "1",
+                "determined": name not in identification.undetermined,
+            }
+            for name, (low, high) in identification.intervals.items()
+        },
+        "warnings": list(identification.warnings),
+        "condition": _number(identification.condition),
+        "contraction": identification.contraction,
+        "seconds": identification.seconds,
+    }
+
+
+def _record_json(result: RecordResult) -> dict:
+    return {
+        "e_mr_percent": 100 * result.e_mr,
+        "e_rms_um": result.e_rms * UM,
+        "role": result.role,
+        "model": "free run",
+        "one_step_ahead": {
+            "e_mr_percent": 100 * result.e_mr_one_step,
+            "e_rms_um": result.e_rms_one_step * UM,
+        },
+        "noise_rms_um": result.noise_rms * UM,
+        "offset_um": result.offset * UM,
+        "initial_displacement_um": result.initial_displacement * UM,
+        "skipped_samples": result.skip,
+    }
+
+
+def _number(value: float) -> float | None:
+    """Return the value, or None (JSON's null) where it is not a finite number."""
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,30 @@
+"""Measured records: CSV files with units in the header, read into SI and checked.
+
+A file passes three gates, and each failure is one message that names the file, the line, the
+column and the mend:
+
+1. the text (`text`, `columns`, `units`, together in `table`): a header, one delimiter, a finite
+   number in every field that is needed;
+2. the time base (`time_base`, `resampling`): rising and uniform, or made so;
+3. plausibility (`plausibility`, `lead`): the signals move, within what a piezo stage can do, and
+   the displacement does not run ahead of its voltage.
+
+What is odd but usable (a spike, a clipped sensor, an assumed unit) is told in `Record.notes`, and
+the samples concerned are marked in `Record.outliers`.
+"""
+
+from it2hys.records.columns import ColumnChoice, parse_column_option
+from it2hys.records.reading import MINIMUM_SAMPLES, read_record
+from it2hys.records.record import Record
+from it2hys.records.units import UNITS
+from it2hys.records.writing import write_record
+
+__all__ = [
+    "MINIMUM_SAMPLES",
+    "UNITS",
+    "ColumnChoice",
+    "Record",
+    "parse_column_option",
+    "read_record",
+    "write_record",
+]

@@ -1,0 +1,100 @@
+"""The record: a uniformly sampled measurement in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+
+from it2hys.errors import InputError
+from it2hys.records.units import UNITS
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A uniformly sampled measurement in SI units.
+
+    Attributes
+    ----------
+    name : str
+        Name by which reports call the record.
+    time : numpy.ndarray, shape (n,)
+        Time stamps, s; may start anywhere.
+    voltage : numpy.ndarray, shape (n,)
+        Drive voltage, V.
+    displacement : numpy.ndarray, shape (n,)
+        Measured displacement, m.
+    sample_time : float
+        Sample time Ts, s.
+    force, temperature, reference : numpy.ndarray, shape (n,), or None
+        Compressive load, N; temperature, K; desired displacement, m.
+    path : pathlib.Path or None
+        File that the record was read from.
+    notes : tuple of str
+        Findings that do not forbid the use of the record, as sentences.
+    outliers : numpy.ndarray of bool, shape (n,)
+        True where the displacement is not to be trusted: a spike, a clipped or stuck reading, a
+        sample filled in by resampling. A fit gives these samples the weight zero.
+
+    Raises
+    ------
+    InputError
+        Where the signals are not one-dimensional and of one length, or the sample time is not
+        positive and finite.
+    """
+
+    name: str
+    time: np.ndarray
+    voltage: np.ndarray
+    displacement: np.ndarray
+    sample_time: float
+    force: np.ndarray | None = None
+    temperature: np.ndarray | None = None
+    reference: np.ndarray | None = None
+    path: Path | None = None
+    notes: tuple[str, ...] = ()
+    outliers: np.ndarray = None  # stands for no outlier; always an array once constructed
+
+    def __post_init__(self) -> None:
+        """Turn the signals into arrays of float and check that they belong together."""
+        for quantity in UNITS:
+            values = getattr(self, quantity)
+            if values is not None:
+                object.__setattr__(self, quantity, np.asarray(values, dtype=float))
+        mask = np.zeros(self.time.shape, bool) if self.outliers is None else self.outliers
+        object.__setattr__(self, "outliers", np.asarray(mask, dtype=bool))
+        for name, values in self._arrays().items():
+            if values.ndim != 1 or len(values) != len(self.time):
+                raise InputError(
+                    f"record '{self.name}': {name} has shape {values.shape}, "
+                    f"time has {self.time.shape}"
+                )
+        if not (np.isfinite(self.sample_time) and self.sample_time > 0.0):
+            raise InputError(
+                f"record '{self.name}': the sample time must be positive, got {self.sample_time}"
+            )
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return len(self.time)
+
+    def slice(self, start: int | None = None, stop: int | None = None) -> Record:
+        """Return the samples start .. stop - 1, counted as Python's slices do.
+
+        Parameters
+        ----------
+        start, stop : int or None
+            Sample numbers; negative ones count from the end, None is the end itself.
+
+        Returns
+        -------
+        Record
+            A record whose arrays are views into this one.
+        """
+        part = slice(start, stop)
+        return replace(self, **{name: values[part] for name, values in self._arrays().items()})
+
+    def _arrays(self) -> dict[str, np.ndarray]:
+        found = {item.name: getattr(self, item.name) for item in fields(self)}
+        return {name: value for name, value in found.items() if isinstance(value, np.ndarray)}

@@ -1,0 +1,270 @@
+"""Whole commands: their output is opened and checked, bad input leaves nothing behind."""
+
+import json
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from it2hys import excitations
+from it2hys.cli import main
+from it2hys.parameters import format_ssv, read_ssv, table_1
+from it2hys.records import read_record, write_record
+from it2hys.rig import Stand
+from it2hys.simulation import simulate
+
+UM = 1e-6
+MEASURED = Path(__file__).parents[3] / "shared" / "data" / "yan9a"
+FILES = {"parameters.ssv", "IT2Plant.fmu", "IT2Inverse.fmu", "report.html", "report.json"}
+
+
+@pytest.fixture(scope="module")
+def stage(tmp_path_factory):
+    """Two records of the simulated stand as CSV, and the directory of their identification."""
+    folder = tmp_path_factory.mktemp("stage")
+    time = excitations.time_grid(0.08, 1e-4)
+    for seed, (name, voltage) in enumerate(
+        [
+            ("train", excitations.identification(time)),
+            ("test", excitations.validation_sine(time, 40.0)),
+        ]
+    ):
+        write_record(folder / f"{name}.csv", Stand().record(voltage, name, seed=seed))
+    code = run(
+        "identify", folder / "train.csv", "--test", folder / "test.csv", "--rules", 2,
+        "-o", folder / "out", "--quiet",
+    )  # fmt: skip
+    assert code == 0
+    return folder
+
+
+def run(*arguments):
+    return main([str(a) for a in arguments])
+
+
+def replay(record, entry, plant):
+    """Return the error that a user finds who runs the plant FMU on the record's voltage."""
+    start = {"initialDisplacement": entry["initial_displacement_um"] * UM}
+    outputs, _ = simulate(plant, {"voltage": record.voltage}, start)
+    error = record.displacement - outputs["displacement"] - entry["offset_um"] * UM
+    return error[entry["skipped_samples"] :]
+
+
+def assert_reported_errors_hold(record, entry, plant):
+    error = replay(record, entry, plant)
+    kept = record.displacement[entry["skipped_samples"] :]
+    assert np.sqrt(np.mean(error**2)) / UM == pytest.approx(entry["e_rms_um"], rel=1e-9)
+    assert 100 * np.abs(error).max() / np.ptp(kept) == pytest.approx(entry["e_mr_percent"], rel=1e-9)
+
+
+class Page(HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.images, self.links = [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        if tag == "img":
+            self.images.append(dict(attrs)["src"])
+        if tag in ("link", "script", "a"):
+            self.links.append(dict(attrs))
+        if tag not in ("img", "meta", "br", "link"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def test_identify_writes_what_design_promises(stage):
+    written = {path.name for path in (stage / "out").iterdir()}
+    assert written >= FILES
+    assert {p for p in written if p.endswith(".png")} >= {"train_time.png", "test_loop.png"}
+    assert not [name for name in written if name.startswith(".")]
+
+
+def test_report_json_has_the_settled_keys(stage):
+    report = json.loads((stage / "out" / "report.json").read_text())
+    assert report["effects"] == [] and report["evidence"] == []
+    assert report["unexplained"] is True
+    assert report["noise_rms_um"] == pytest.approx(0.006, rel=0.3)
+    for when in ("before", "after"):
+        assert {k: v["role"] for k, v in report["error"][when].items()} == {
+            "train": "train",
+            "test": "test",
+        }
+    parameters = read_ssv(stage / "out" / "parameters.ssv")
+    for name, entry in report["parameters"].items():
+        assert entry["value"] == parameters[name]
+        assert set(entry) >= {"value", "ci95", "unit"}
+
+
+@pytest.mark.parametrize("name", ["train", "test"])
+def test_the_plant_fmu_gives_the_reported_errors(stage, name):
+    report = json.loads((stage / "out" / "report.json").read_text())
+    entry = report["error"]["after"][name]
+    assert_reported_errors_hold(
+        read_record(stage / f"{name}.csv"), entry, stage / "out" / "IT2Plant.fmu"
+    )
+
+
+def test_the_report_is_one_self_contained_page(stage):
+    page = Page((stage / "out" / "report.html").read_text())
+    assert page.open == [] and page.links == []
+    assert len(page.images) >= 5
+    assert all(source.startswith("data:image/png;base64,") for source in page.images)
+
+
+def test_the_report_says_that_the_model_lacks_something(stage):
+    assert "far above" in (stage / "out" / "report.html").read_text()
+
+
+def test_build_then_package_gives_the_same_fmus(tmp_path):
+    assert run("build", "-o", tmp_path / "a", "--quiet") == 0
+    assert run("package", tmp_path / "a" / "parameters.ssv", "-o", tmp_path / "b", "--quiet") == 0
+    for name in ("IT2Plant.fmu", "IT2Inverse.fmu", "parameters.ssv"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+
+
+def test_simulate_inverse_then_plant_returns_the_reference(tmp_path):
+    run("build", "-o", tmp_path, "--quiet")
+    time = excitations.time_grid(0.1, 1e-4)
+    reference = excitations.tracking_reference(time) / UM
+    rows = "\n".join(f"{t!r},{y!r}" for t, y in zip(time.tolist(), reference.tolist(), strict=True))
+    (tmp_path / "r.csv").write_text(f"time_s,reference_um\n{rows}\n")
+    for fmu, source, target in (("IT2Inverse", "r", "u"), ("IT2Plant", "u", "y")):
+        code = run(
+            "simulate", tmp_path / f"{fmu}.fmu", "--input", tmp_path / f"{source}.csv",
+            "-o", tmp_path / f"{target}.csv", "--quiet",
+        )  # fmt: skip
+        assert code == 0
+    result = np.genfromtxt(tmp_path / "y.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(result["displacement_um"], reference, rtol=1e-9)
+
+
+def assert_refused(capsys, arguments, *words):
+    assert run(*arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    message = captured.err.strip().splitlines()
+    assert len(message) == 1, captured.err
+    for word in words:
+        assert word in message[0]
+
+
+TIME = "time_s,voltage_V,displacement_um\n"
+
+
+def rows(count=200, **changes):
+    lines = [f"{k / 10000:.4f},{k % 50},{(k - 2) % 50 / 5}" for k in range(count)]
+    for place, text in changes.items():
+        lines[int(place[1:])] = text
+    return TIME + "\n".join(lines) + "\n"
+
+
+BAD_RECORDS = {
+    "nan": (rows(_20="0.0020,NaN,3"), ["line 22", "voltage_V"]),
+    "gap": ("\n".join(rows().splitlines()[:50] + rows().splitlines()[60:]), ["line 51"]),
+    "repeated time": (rows(_30="0.0029,5,3"), ["line 32"]),
+    "missing column": (rows().replace("displacement_um", "y_um"), ["displacement", "--column"]),
+    "unknown unit": (rows().replace("voltage_V", "voltage_furlong"), ["furlong"]),
+    "text": (rows(_40="0.0040,abc,3"), ["line 42", "abc"]),
+    "zero bytes": ("", ["empty"]),
+    "constant": (TIME + "".join(f"{k / 10000:.4f},5,{k % 7}\n" for k in range(200)), ["constant"]),
+    "5 samples": (rows(5), ["5 samples"]),
+    "thousand times": (rows().replace("displacement_um", "displacement_mm"), ["unit"]),
+}
+
+
+@pytest.mark.parametrize("case", BAD_RECORDS)
+def test_a_bad_record_is_refused_and_nothing_is_written(case, tmp_path, capsys):
+    text, words = BAD_RECORDS[case]
+    (tmp_path / "bad.csv").write_text(text)
+    arguments = ["identify", tmp_path / "bad.csv", "-o", tmp_path / "out"]
+    assert_refused(capsys, arguments, "bad.csv", *words)
+    assert not (tmp_path / "out").exists()
+
+
+BAD_SETS = {
+    "sigma": ('name="rule[2].sigmaLower"', "-1e-06", "rule[2].sigmaLower"),
+    "swapped": ('name="rule[1].sigmaUpper"', "1e-06", "rule[1].sigmaUpper"),
+    "slope": ('name="rule[3].q2"', "-1e-06", "q2"),
+    "contraction": ('name="rule[1].q1"', "1.2", "contraction"),
+    "text": ('name="rule[1].q1"', "fast", "rule[1].q1"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_SETS)
+def test_a_bad_parameter_set_is_refused_and_nothing_is_written(case, tmp_path, capsys):
+    entry, value, culprit = BAD_SETS[case]
+    head, tail = format_ssv(table_1()).split(entry)
+    before, after = tail.split('value="', 1)
+    (tmp_path / "p.ssv").write_text(
+        f'{head}{entry}{before}value="{value}"{after[after.index(chr(34)) + 1 :]}'
+    )
+    assert_refused(
+        capsys, ["package", tmp_path / "p.ssv", "-o", tmp_path / "out"], "p.ssv", culprit
+    )
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_record_in_two_roles_is_refused(stage, tmp_path, capsys):
+    train = stage / "train.csv"
+    assert_refused(capsys, ["identify", train, "--test", train, "-o", tmp_path / "o"], "twice")
+
+
+def test_an_output_directory_that_is_a_file_is_refused(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert_refused(capsys, ["build", "-o", tmp_path / "file"], "file")
+
+
+@pytest.mark.parametrize(
+    ("toml", "words"),
+    [
+        ("titel = 'x'", ["titel", "title"]),
+        ("title = 'x'", ["record"]),
+        ("[[record]]\nname = 'a'\nrole = 'train'\nduration = 0.1", ["signal"]),
+        ("[[record]]\nname='a'\nrole='no'\nduration=0.1\nsignal='triangle'", ["role"]),
+        ("[[record]]\nname='a'\nrole='train'\nduration=0.1\nsignal='noise'", ["noise"]),
+        ("[[record]]\nname='a'\nrole='train'\nduration=0.1\nsignal='triangle'\nhz=3", ["hz"]),
+        ("= 3", ["TOML"]),
+    ],
+)
+def test_a_bad_scenario_is_refused_before_anything_runs(toml, words, tmp_path, capsys):
+    (tmp_path / "s.toml").write_text(toml)
+    assert_refused(capsys, ["run", tmp_path / "s.toml", "-o", tmp_path / "o"], "s.toml", *words)
+    assert not (tmp_path / "o").exists()
+
+
+def test_an_unknown_scenario_lists_the_known_ones(capsys):
+    assert_refused(capsys, ["run", "dmeo"], "dmeo", "demo")
+
+
+@pytest.mark.parametrize(
+    "arguments", [[], ["identify"], ["frobnicate"], ["identify", "none.csv", "-o", "x"]]
+)
+def test_bad_usage_exits_with_2(arguments, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "it2hys", *arguments],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(not MEASURED.is_dir(), reason="the measured records are not beside the project")
+def test_measured_records_give_two_fmus_and_honest_errors(tmp_path):
+    code = run(
+        "identify", MEASURED / "train.csv", MEASURED / "minor_loops.csv",
+        "--test", MEASURED / "test.csv", "--rules", 2, "-o", tmp_path, "--quiet",
+    )  # fmt: skip
+    assert code == 0
+    report = json.loads((tmp_path / "report.json").read_text())
+    entry = report["error"]["after"]["test"]
+    assert entry["e_rms_um"] < 0.56  # the paper's model reaches 0.55
+    assert entry["noise_rms_um"] == pytest.approx(0.07, abs=0.02)
+    assert report["unexplained"] is True
+    assert_reported_errors_hold(read_record(MEASURED / "test.csv"), entry, tmp_path / "IT2Plant.fmu")
