@@ -1,0 +1,308 @@
+"""The two criteria of (23): one step ahead, and the free run, on several records at once.
+
+Both are sums of squares over the same coordinates (see `coordinates`), so every estimator works on
+either. Residuals are model minus measurement in scaled units, times the sample's weight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from copy import copy
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from it2hys import core
+from it2hys.identification import coordinates
+from it2hys.identification.levenberg_marquardt import triangular_factor
+
+if TYPE_CHECKING:
+    from it2hys.identification.usability import Guard
+
+#: Weight of the guess of an initial state, in samples. Where the leading samples are discarded,
+#: the data do not determine the state before them; elsewhere this is negligible.
+_STATE_PRIOR = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One record in scaled units, as the criteria need it.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (N,)
+        Voltage and measured displacement.
+    weight : ndarray, shape (N,)
+        Weight of each residual; 0 for samples that are not to be fitted.
+    state : float
+        Guess of the displacement before the first sample.
+    has_offset : bool
+        Whether the record differs from the model by a constant of its own.
+    offset : float
+        Guess of that constant.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    weight: np.ndarray
+    state: float
+    has_offset: bool = False
+    offset: float = 0.0
+
+
+class FreeRun:
+    """The free-run criterion: the model gets the voltage alone and its own past output.
+
+    Parameters
+    ----------
+    series : sequence of Series
+        The records.
+    rule_count : int
+        Number of rules L.
+    horizon : int or None
+        Restart the model from the measurement after this many samples (multi-step prediction);
+        None: never, which is the free run. Short horizons have fewer poor optima.
+    """
+
+    def __init__(self, series: Sequence[Series], rule_count: int, horizon: int | None = None):
+        self.series = list(series)
+        self.rule_count = rule_count
+        self.horizon = horizon
+        self.rule_size = coordinates.RULE_SIZE * rule_count
+        self._with_offset = [i for i, s in enumerate(self.series) if s.has_offset]
+        lower, upper = coordinates.rule_bounds(rule_count)
+        tail = len(self.series) + len(self._with_offset)
+        self.lower = np.concatenate([lower, np.full(tail, -3.0)])
+        self.upper = np.concatenate([upper, np.full(tail, 3.0)])
+        self._guard = None
+        self.samples = sum(int(np.count_nonzero(s.weight)) for s in self.series)
+
+    def pack(
+        self,
+        rules: np.ndarray,
+        states: np.ndarray | None = None,
+        offsets: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Return rules, states and offsets (or their guesses) as coordinates, shape (P,)."""
+        if states is None:
+            states = [s.state - s.offset for s in self.series]
+        if offsets is None:
+            offsets = np.array([s.offset for s in self.series])
+        offsets = offsets[self._with_offset]
+        return np.concatenate([coordinates.to_coordinates(rules), states, offsets])
+
+    def with_guard(self, guard: Guard) -> FreeRun:
+        """Return the criterion with penalties for an unusable model added."""
+        guarded = copy(self)
+        guarded._guard = guard
+        return guarded
+
+    def with_fixed_rules(self, rules: np.ndarray) -> FreeRun:
+        """Return the criterion over initial states and offsets alone: the bounds hold the rules."""
+        fixed = copy(self)
+        fixed.lower, fixed.upper = self.lower.copy(), self.upper.copy()
+        held = coordinates.to_coordinates(rules)
+        fixed.lower[: self.rule_size] = fixed.upper[: self.rule_size] = held
+        return fixed
+
+    def rules(self, point: np.ndarray) -> np.ndarray:
+        """Return the scaled rules, shape (L, 6), of the coordinates."""
+        return coordinates.to_rules(point[: self.rule_size])
+
+    def rule_coordinates(self, point: np.ndarray) -> np.ndarray:
+        """Return the coordinates of the rules, shape (L, 6)."""
+        return point[: self.rule_size].reshape(-1, coordinates.RULE_SIZE)
+
+    def states(self, point: np.ndarray) -> np.ndarray:
+        """Return the initial state of every record."""
+        return point[self.rule_size : self.rule_size + len(self.series)]
+
+    def offsets(self, point: np.ndarray) -> np.ndarray:
+        """Return the offset of every record, 0 for those without one."""
+        offsets = np.zeros(len(self.series))
+        offsets[self._with_offset] = point[self.rule_size + len(self.series) :]
+        return offsets
+
+    def residual(self, point: np.ndarray) -> np.ndarray | None:
+        """Return the weighted residuals, or None where a run is no longer finite."""
+        rules, states, offsets = self.rules(point), self.states(point), self.offsets(point)
+        parts = []
+        for series, state, offset in zip(self.series, states, offsets, strict=True):
+            run = self._run(rules, series, state, offset)
+            # Beyond a few ranges the run is on its way to infinity; products would overflow.
+            if not np.all(np.abs(run) < 1e3):
+                return None
+            parts.append(series.weight * (run + offset - series.y))
+        parts.append(self._state_residual(states, offsets))
+        if self._guard is not None:
+            parts.append(self._guard.residual(rules))
+        return np.concatenate(parts)
+
+    def _state_residual(self, states: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+        return _STATE_PRIOR * (states + offsets - [s.state for s in self.series])
+
+    def linearise(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return R and Q^T r of the Jacobian, accumulated record by record to bound the memory."""
+        factor = np.zeros((0, len(point) + 1))
+        for jacobian, residual in self._blocks(point):
+            if jacobian is None:
+                return None
+            reduced, target = triangular_factor(jacobian, residual)
+            factor = np.vstack([factor, np.column_stack([reduced, target])])
+        return triangular_factor(factor[:, :-1], factor[:, -1])
+
+    def jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the whole Jacobian, shape (M, P), and the residuals, shape (M,), or None."""
+        blocks = list(self._blocks(point))
+        if blocks[-1][0] is None:
+            return None
+        return np.vstack([b[0] for b in blocks]), np.concatenate([b[1] for b in blocks])
+
+    def _blocks(self, point: np.ndarray) -> Iterator[tuple[np.ndarray | None, np.ndarray | None]]:
+        """Yield Jacobian and residuals of records, of the guesses of the states, and penalties."""
+        rules, states, offsets = self.rules(point), self.states(point), self.offsets(point)
+        for i, series in enumerate(self.series):
+            run, by_rules, by_state, by_offset = self._sensitivity(
+                rules, series, states[i], offsets[i]
+            )
+            if not (np.all(np.abs(run) < 1e3) and np.all(np.isfinite(by_rules))):
+                yield None, None
+                return
+            jacobian = np.zeros((len(run), len(point)))
+            jacobian[:, : self.rule_size] = coordinates.chain_rule(by_rules, rules)
+            jacobian[:, self.rule_size + i] = by_state
+            if i in self._with_offset:
+                column = self.rule_size + len(self.series) + self._with_offset.index(i)
+                jacobian[:, column] = by_offset
+            jacobian *= series.weight[:, None]
+            yield jacobian, series.weight * (run + offsets[i] - series.y)
+        prior = np.zeros((len(states), len(point)))
+        count = len(states)
+        prior[:, self.rule_size : self.rule_size + count] = _STATE_PRIOR * np.eye(count)
+        columns = self.rule_size + count + np.arange(len(self._with_offset))
+        prior[self._with_offset, columns] = _STATE_PRIOR
+        yield prior, self._state_residual(states, offsets)
+        if self._guard is not None:
+            by_rules, penalties = self._guard.linearise(rules)
+            jacobian = np.zeros((len(penalties), len(point)))
+            jacobian[:, : self.rule_size] = by_rules
+            yield jacobian, penalties
+
+    def _segments(self, series: Series):
+        """Yield the slices between restarts; without a horizon the whole record."""
+        length = self.horizon or len(series.x)
+        for start in range(0, len(series.x), length):
+            yield slice(start, min(start + length, len(series.x)))
+
+    def _run(self, rules: np.ndarray, series: Series, state: float, offset: float) -> np.ndarray:
+        return np.concatenate(
+            [
+                core.free_run(
+                    rules, series.x[s], state if s.start == 0 else series.y[s.start - 1] - offset
+                )
+                for s in self._segments(series)
+            ]
+        )
+
+    def _sensitivity(self, rules: np.ndarray, series: Series, state: float, offset: float):
+        """Return the run and its derivatives by rules, initial state and offset of one record."""
+        count = len(series.x)
+        run, by_rules = np.empty(count), np.empty((count, self.rule_size))
+        by_state, by_offset = np.zeros(count), np.ones(count)
+        for s in self._segments(series):
+            start = state if s.start == 0 else series.y[s.start - 1] - offset
+            run[s], sensitivity = core.free_run_sensitivity(rules, series.x[s], start)
+            by_rules[s] = sensitivity[:, :-1]
+            if s.start == 0:
+                by_state[s] = sensitivity[:, -1]
+            else:
+                by_offset[s] -= sensitivity[:, -1]
+        return run, by_rules, by_state, by_offset
+
+
+class OneStep(FreeRun):
+    """The one-step-ahead criterion: the model gets the measured y(k-1) at every sample.
+
+    It is the free-run criterion with a horizon of one sample, without a loop over segments.
+    """
+
+    def __init__(self, series: Sequence[Series], rule_count: int):
+        super().__init__(series, rule_count, horizon=1)
+
+    def _run(self, rules: np.ndarray, series: Series, state: float, offset: float) -> np.ndarray:
+        return core.one_step(rules, self._previous(series, state, offset), series.x)
+
+    def _sensitivity(self, rules: np.ndarray, series: Series, state: float, offset: float):
+        previous = self._previous(series, state, offset)
+        run, by_rules, by_previous = one_step_gradient(rules, previous, series.x)
+        by_state, by_offset = np.zeros(len(run)), 1.0 - by_previous
+        by_state[0], by_offset[0] = by_previous[0], 1.0
+        return run, by_rules, by_state, by_offset
+
+    @staticmethod
+    def _previous(series: Series, state: float, offset: float) -> np.ndarray:
+        return np.concatenate([[state], series.y[:-1] - offset])
+
+
+def normalised_memberships(
+    rules: np.ndarray, y_previous: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return f, F and their sum over the rules, (8) to (12), up to a factor common to all rules.
+
+    Parameters
+    ----------
+    rules : ndarray, shape (L, 6)
+    y_previous : ndarray, shape (N,)
+
+    Returns
+    -------
+    lower, upper : ndarray, shape (N, L)
+    total : ndarray, shape (N, 1)
+    """
+    squared = (y_previous[:, None] - rules[:, 2]) ** 2
+    exponents = squared[:, :, None] * (-0.5 / rules[:, :2] ** 2)
+    exponents -= exponents.max(axis=(1, 2), keepdims=True)
+    memberships = np.exp(exponents)
+    return memberships[..., 0], memberships[..., 1], memberships.sum(axis=(1, 2))[:, None]
+
+
+def one_step_gradient(
+    rules: np.ndarray, y_previous: np.ndarray, x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Evaluate (10) and (13) to (18) at many pairs at once.
+
+    Parameters
+    ----------
+    rules : ndarray, shape (L, 6)
+    y_previous, x : ndarray, shape (N,)
+
+    Returns
+    -------
+    y : ndarray, shape (N,)
+    by_rules : ndarray, shape (N, 6 L)
+        Derivatives with respect to the rules, row by row.
+    by_previous : ndarray, shape (N,)
+        Derivative with respect to y(k-1).
+    """
+    lower, upper, total = normalised_memberships(rules, y_previous)
+    s1, s2, centre, q1, q2, q3 = rules.T
+    weight = (lower + upper) / total
+    consequent = y_previous[:, None] * q1 + x[:, None] * q2 + q3
+    y = np.sum(weight * consequent, axis=1)
+    excess = (consequent - y[:, None]) / total
+    distance = y_previous[:, None] - centre
+    by_centre = (lower / s1**2 + upper / s2**2) * distance * excess
+    gradient = np.stack(
+        [
+            lower * distance**2 / s1**3 * excess,
+            upper * distance**2 / s2**3 * excess,
+            by_centre,
+            y_previous[:, None] * weight,
+            x[:, None] * weight,
+            weight,
+        ],
+        axis=2,
+    )
+    by_previous = np.sum(weight * q1 - by_centre, axis=1)
+    return y, gradient.reshape(len(y), -1), by_previous

@@ -1,0 +1,86 @@
+"""The noise floor of a record: what no model can predict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+_FEWEST_PERIODS = 3
+_DIFFERENCE_ORDER = 4
+#: Standard deviation of the fourth difference of white noise of unit deviation: sqrt(C(8, 4)).
+_DIFFERENCE_GAIN = np.sqrt(70.0)
+_MAD_TO_DEVIATION = 1.4826
+
+
+@dataclass(frozen=True)
+class NoiseEstimate:
+    """The noise of a record.
+
+    Parameters
+    ----------
+    rms : float
+        Its root mean square, in the unit of the displacement.
+    method : str
+        How it was estimated, as half a sentence.
+    """
+
+    rms: float
+    method: str
+
+
+def estimate_noise(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:
+    """Estimate the noise of a displacement record.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (N,)
+        Voltage and displacement, without the leading transient.
+
+    Returns
+    -------
+    NoiseEstimate
+        From the differences of repeated periods where the drive is periodic; otherwise from fourth
+        differences, in which a smooth motion cancels. The second sees only what is fast.
+    """
+    period = find_period(x)
+    if period is not None:
+        method = f"differences of periods of {period} samples"
+        return NoiseEstimate(_between_periods(y, period), method)
+    difference = np.diff(y, _DIFFERENCE_ORDER)
+    deviation = _MAD_TO_DEVIATION * np.median(np.abs(difference - np.median(difference)))
+    method = "fourth differences (fast noise only)"
+    return NoiseEstimate(float(deviation / _DIFFERENCE_GAIN), method)
+
+
+def find_period(x: np.ndarray) -> int | None:
+    """Return the period of the voltage in samples, or None unless it repeats three times."""
+    x = x - np.mean(x)
+    count = len(x)
+    longest = count // _FEWEST_PERIODS
+    power = np.mean(x**2)
+    if longest < 4 or power == 0.0:
+        return None
+    spectrum = np.fft.rfft(x, 2 * count)
+    correlation = np.fft.irfft(np.abs(spectrum) ** 2)[: longest + 1]
+    squares = np.concatenate([[0.0], np.cumsum(x**2)])
+    lags = np.arange(longest + 1)
+    # mean of (x[k + lag] - x[k])^2 over the overlap
+    distance = squares[count - lags] + squares[count] - squares[lags] - 2 * correlation
+    distance /= count - lags
+    left = np.flatnonzero(distance > 0.5 * power)
+    if len(left) == 0:
+        return None
+    candidates = lags[left[0] :][distance[left[0] :] < 1e-5 * power]
+    if len(candidates) == 0:
+        return None
+    near = candidates[candidates <= candidates[0] + 2]
+    return int(near[np.argmin(distance[near])])
+
+
+def _between_periods(y: np.ndarray, period: int) -> float:
+    """Return the noise from successive periods; a shift between them (drift) is not noise."""
+    periods = y[: len(y) // period * period].reshape(-1, period)
+    difference = np.diff(periods, axis=0)
+    difference -= difference.mean(axis=1, keepdims=True)
+    return float(np.sqrt(np.median(np.mean(difference**2, axis=1)) / 2.0))

@@ -1,0 +1,148 @@
+"""Free run and one-step prediction of a fitted model on a record, and the errors of both."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from it2hys import core
+from it2hys.errors import InputError
+from it2hys.identification.criteria import FreeRun, Series
+from it2hys.identification.levenberg_marquardt import levenberg_marquardt
+from it2hys.identification.preparation import Prepared, to_series
+from it2hys.identification.result import RecordResult
+from it2hys.identification.scaling import Scaling
+from it2hys.metrics import max_relative_error, rms_error
+
+#: A lead counts as explained if its errors, mean and largest, are not above the rest's by more.
+_EXPLAINED = 1.5
+#: Errors below this, in scaled units, count as none.
+_RESOLUTION = 1e-6
+
+
+def fit_state(series: Series, rules: np.ndarray, has_offset: bool) -> tuple[float, float, float]:
+    """Fit the initial state, and an offset where allowed, of one record to a given model.
+
+    Parameters
+    ----------
+    series : Series
+    rules : ndarray, shape (L, 6)
+        Scaled rules, held.
+    has_offset : bool
+        Whether the record may differ by a constant.
+
+    Returns
+    -------
+    state, offset, rms : float
+        Scaled; `rms` is infinite where the free run diverges.
+    """
+    run = core.free_run(rules, series.x, series.state)
+    offset = 0.0
+    if has_offset and np.all(np.isfinite(run)):
+        offset = float(np.average(series.y - run, weights=series.weight))
+    series = replace(series, has_offset=has_offset, offset=offset)
+    criterion = FreeRun([series], len(rules)).with_fixed_rules(rules)
+    minimum = levenberg_marquardt(
+        criterion.residual,
+        criterion.linearise,
+        criterion.pack(rules),
+        criterion.lower,
+        criterion.upper,
+        tolerance=1e-9,
+        max_iterations=30,
+    )
+    point = minimum.coordinates
+    rms = np.sqrt(2.0 * minimum.cost / max(np.sum(series.weight**2), 1e-300))
+    return float(criterion.states(point)[0]), float(criterion.offsets(point)[0]), float(rms)
+
+
+def explains_lead(
+    prepared: Prepared, rules: np.ndarray, scaling: Scaling, offset: float = 0.0
+) -> bool:
+    """Return whether a model explains the discarded lead of a record as well as the rest.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    rules : ndarray, shape (L, 6)
+        Scaled rules.
+    scaling : Scaling
+    offset : float
+        Offset of the record, scaled.
+    """
+    if prepared.skip == 0:
+        return False
+    whole = to_series(replace(prepared, skip=0), scaling)
+    whole = replace(whole, y=whole.y - offset, state=float(whole.y[0] - offset))
+    state, *_ = fit_state(whole, rules, has_offset=False)
+    error = np.abs(core.free_run(rules, whole.x, state) - whole.y)
+    in_lead = np.arange(len(error)) < prepared.skip
+    lead, rest = error[in_lead & (whole.weight > 0)], error[~in_lead & (whole.weight > 0)]
+    floor = _RESOLUTION
+    return bool(
+        np.sqrt(np.mean(lead**2)) <= _EXPLAINED * np.sqrt(np.mean(rest**2)) + floor
+        and np.max(lead, initial=0.0) <= _EXPLAINED * np.max(rest) + floor
+    )
+
+
+def judge(
+    prepared: Prepared,
+    role: str,
+    physical_rules: np.ndarray,
+    scaling: Scaling,
+    state: float,
+    offset: float,
+) -> RecordResult:
+    """Return how a model does on a record from a given initial state and offset, both scaled.
+
+    The runs are made with the rules in SI units: with the numbers that the FMU uses.
+
+    Raises
+    ------
+    InputError
+        If the free run diverges on the record.
+    """
+    record = prepared.record
+    shift = offset * scaling.y_unit
+    initial = float(scaling.displacement(state))
+    free = core.free_run(physical_rules, record.voltage, initial) + shift
+    if not np.all(np.isfinite(free)):
+        raise InputError(
+            f"record '{record.name}': the model's free run diverges at sample "
+            f"{np.flatnonzero(~np.isfinite(free))[0]}; the record leaves the range that the "
+            "training records cover"
+        )
+    previous = np.concatenate([[initial], record.displacement[:-1] - shift])
+    one_step = core.one_step(physical_rules, previous, record.voltage) + shift
+    # A reading that is not to be trusted spoils the prediction of the next sample as well.
+    used = prepared.used
+    paired = used & np.concatenate([[False], used[:-1]])
+    y = record.displacement
+    return RecordResult(
+        name=record.name,
+        role=role,
+        e_mr=max_relative_error(y[used], free[used]),
+        e_rms=rms_error(y[used], free[used]),
+        e_mr_one_step=max_relative_error(y[paired], one_step[paired]),
+        e_rms_one_step=rms_error(y[paired], one_step[paired]),
+        offset=shift,
+        initial_displacement=initial,
+        skip=prepared.skip,
+        noise_rms=prepared.noise.rms,
+        noise_method=prepared.noise.method,
+        y_free=free,
+        y_one_step=one_step,
+    )
+
+
+def judge_new(
+    prepared: Prepared,
+    role: str,
+    rules: np.ndarray,
+    scaling: Scaling,
+    has_offset: bool,
+) -> RecordResult:
+    """Return how a model does on a record not fitted; only its initial state is estimated."""
+    state, offset, _ = fit_state(to_series(prepared, scaling), rules, has_offset)
+    return judge(prepared, role, scaling.physical_rules(rules), scaling, state, offset)

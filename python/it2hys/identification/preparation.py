@@ -1,0 +1,114 @@
+"""From measured records to the scaled series that the criteria work on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from it2hys.errors import InputError
+from it2hys.identification.criteria import Series
+from it2hys.identification.noise import NoiseEstimate, estimate_noise
+from it2hys.identification.result import Options
+from it2hys.identification.scaling import Scaling
+from it2hys.identification.transient import transient_length
+from it2hys.records import Record
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A record and what was found in it before any fit.
+
+    Parameters
+    ----------
+    record : Record
+    skip : int
+        Leading samples left out.
+    noise : NoiseEstimate
+        In m.
+    """
+
+    record: Record
+    skip: int
+    noise: NoiseEstimate
+
+    @property
+    def used(self) -> np.ndarray:
+        """Mask of the samples that are fitted and judged, shape (N,)."""
+        mask = ~self.record.outliers
+        mask[: self.skip] = False
+        return mask
+
+
+def prepare(record: Record, options: Options) -> Prepared:
+    """Find the leading transient and the noise of a record."""
+    x, y = record.voltage, record.displacement
+    skip = transient_length(x, y) if options.skip is None else options.skip
+    if skip >= len(record) - 10:
+        raise InputError(
+            f"record '{record.name}': {skip} leading samples are to be skipped of {len(record)}"
+        )
+    return Prepared(record, skip, estimate_noise(x[skip:], y[skip:]))
+
+
+def check_sample_times(records: Sequence[Record]) -> float:
+    """Return the common sample time, s.
+
+    Raises
+    ------
+    InputError
+        If the records differ: (10) holds for one sample time.
+    """
+    first = records[0]
+    for record in records[1:]:
+        if not np.isclose(record.sample_time, first.sample_time, rtol=1e-4):
+            raise InputError(
+                f"record '{record.name}' is sampled every {record.sample_time:g} s, "
+                f"'{first.name}' every {first.sample_time:g} s: resample one of them"
+            )
+    return first.sample_time
+
+
+def data_scaling(prepared: Sequence[Prepared]) -> Scaling:
+    """Return the scaling by the range of the used samples."""
+    return Scaling.of_data(
+        np.concatenate([p.record.displacement[p.used] for p in prepared]),
+        np.concatenate([p.record.voltage[p.used] for p in prepared]),
+    )
+
+
+def to_series(prepared: Prepared, scaling: Scaling, weight: float = 1.0) -> Series:
+    """Return a record as a scaled series; samples not used get the weight 0."""
+    y = scaling.y(prepared.record.displacement)
+    used = y[prepared.used]
+    return Series(
+        scaling.x(prepared.record.voltage),
+        y,
+        weight * prepared.used,
+        float(np.clip(y[0], used.min(), used.max())),
+    )
+
+
+def guess_offsets(series: Sequence[Series]) -> list[Series]:
+    """Return the series, all but the first with an offset guessed from a static regression.
+
+    The regressors are powers of the voltage, those times the sign of its rate (the two branches of
+    a loop), and one constant per record.
+    """
+    blocks, targets = [], []
+    for i, s in enumerate(series):
+        branch = np.sign(np.gradient(s.x))
+        constants = np.zeros((len(s.x), len(series)))
+        constants[:, i] = 1.0
+        powers = np.column_stack(
+            [s.x, s.x**2, s.x**3, branch, branch * s.x, branch * s.x**2, constants]
+        )
+        used = s.weight > 0
+        blocks.append(powers[used])
+        targets.append(s.y[used])
+    constants = np.linalg.lstsq(np.vstack(blocks), np.concatenate(targets))[0][-len(series) :]
+    return [series[0]] + [
+        replace(s, has_offset=True, offset=float(c - constants[0]))
+        for s, c in zip(series[1:], constants[1:], strict=True)
+    ]

@@ -1,0 +1,180 @@
+"""What an identification returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from it2hys.errors import InputError
+from it2hys.parameters import ParameterSet
+
+
+class IdentificationError(InputError):
+    """No usable model could be fitted; the message says why."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Choices of an identification; the defaults need no thought.
+
+    Parameters
+    ----------
+    offsets : bool or None
+        Let every record after the first differ by a constant of its own. None: where it lowers the
+        error of the training records by far.
+    skip : int or None
+        Leading samples of every record left out of fit and errors. None: those of a start-up
+        transient that the model cannot explain.
+    starts : int
+        Starts of the one-step fit.
+    refined : int
+        How many of its distinct optima start a free-run fit.
+    max_rules : int
+        Largest number of rules tried when it is to be chosen.
+    max_iterations : int
+        Limit of the final free-run fit; a fit that reaches it has not converged.
+    seed : int
+        Seed of the random starts: the same data give the same model.
+    """
+
+    offsets: bool | None = None
+    skip: int | None = None
+    starts: int = 40
+    refined: int = 6
+    max_rules: int = 6
+    max_iterations: int = 600
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class RecordResult:
+    """How the model does on one record.
+
+    Parameters
+    ----------
+    name : str
+        Name of the record.
+    role : str
+        "train", "validation" or "test".
+    e_mr, e_rms : float
+        (24) as a fraction and (25) in m, of the free run.
+    e_mr_one_step, e_rms_one_step : float
+        The same one step ahead.
+    offset : float
+        Constant between record and model, fitted and removed, m; 0 where none was allowed.
+    initial_displacement : float
+        Displacement before the first sample from which the free run starts, m; fitted. The plant
+        FMU with this `initialDisplacement` gives `y_free` less `offset`.
+    skip : int
+        Leading samples that errors leave out.
+    noise_rms : float
+        Noise of the record, m.
+    noise_method : str
+        How it was estimated.
+    y_free, y_one_step : ndarray, shape (N,)
+        Model outputs on all samples, `offset` included, m.
+    """
+
+    name: str
+    role: str
+    e_mr: float
+    e_rms: float
+    e_mr_one_step: float
+    e_rms_one_step: float
+    offset: float
+    initial_displacement: float
+    skip: int
+    noise_rms: float
+    noise_method: str
+    y_free: np.ndarray = field(repr=False)
+    y_one_step: np.ndarray = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Start:
+    """One of the starts and where it led.
+
+    Parameters
+    ----------
+    one_step_rms, free_run_rms : float
+        Error on the training records after each of the two fits, m; NaN if it did not get there.
+    """
+
+    one_step_rms: float
+    free_run_rms: float
+
+
+@dataclass(frozen=True)
+class OrderTrial:
+    """A number of rules that was tried.
+
+    Parameters
+    ----------
+    rules : int
+        Number of rules L.
+    e_rms : float
+        Free-run error on the records, or parts of records, that decide, m.
+    """
+
+    rules: int
+    e_rms: float
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """An identified model and what is known about it.
+
+    Parameters
+    ----------
+    parameters : ParameterSet
+        The model, in SI units.
+    records : tuple of RecordResult
+        Training, validation and test records, in this order.
+    noise_rms : float
+        Noise of the training records, m.
+    intervals : dict of str to (float, float)
+        95 % intervals by FMU parameter name, SI units; NaN for a parameter held at a bound.
+    condition : float
+        Condition number of the Jacobian with columns scaled to unit length.
+    undetermined : tuple of str
+        Parameters that the data do not determine.
+    warnings : tuple of str
+        What a user of the model should know, as sentences.
+    converged : bool
+        Whether the final fit met its stopping test. If not, the parameters are not to be written.
+    message : str
+        How the final fit ended.
+    contraction : float
+        Largest |dy(k)/dy(k-1)| on the equilibrium curve over the displacement range.
+    starts : tuple of Start
+        All starts, best first.
+    orders : tuple of OrderTrial
+        Numbers of rules tried; empty if it was given.
+    seconds : dict of str to float
+        Duration of each phase, s.
+    """
+
+    parameters: ParameterSet
+    records: tuple[RecordResult, ...]
+    noise_rms: float
+    intervals: dict[str, tuple[float, float]]
+    condition: float
+    undetermined: tuple[str, ...]
+    warnings: tuple[str, ...]
+    converged: bool
+    message: str
+    contraction: float
+    starts: tuple[Start, ...]
+    orders: tuple[OrderTrial, ...]
+    seconds: dict[str, float]
+
+    def by_role(self, role: str) -> list[RecordResult]:
+        """Return the results of the training, validation or test records."""
+        return [result for result in self.records if result.role == role]
+
+    @property
+    def error_over_noise(self) -> float:
+        """Free-run error of the training records over their noise: 1 where nothing is missing."""
+        results = self.by_role("train")
+        return float(np.sqrt(np.mean([r.e_rms**2 for r in results]))) / self.noise_rms

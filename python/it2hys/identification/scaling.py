@@ -1,0 +1,94 @@
+"""Scaling of records to numbers of order one, and the exact map of rules that goes with it.
+
+Under y' = a y + b, x' = c x + d, (10) keeps its form if every rule is mapped as
+
+    s1' = |a| s1,  s2' = |a| s2,  c' = a c + b,
+    q1' = q1,  q2' = (a / c) q2,  q3' = a q3 + (1 - q1) b - q2' d,
+
+because memberships depend on (y - c_l) / s_l alone and the weights of (10) sum to one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """The map y' = (y - y_centre) / y_unit, x' = (x - x_centre) / x_unit.
+
+    Parameters
+    ----------
+    y_centre, y_unit : float
+        Displacement that becomes 0 and the one that becomes 1 above it, m.
+    x_centre, x_unit : float
+        The same for the voltage, V.
+    """
+
+    y_centre: float
+    y_unit: float
+    x_centre: float
+    x_unit: float
+
+    @classmethod
+    def of_data(cls, displacement: np.ndarray, voltage: np.ndarray) -> Scaling:
+        """Return the scaling that takes the range of both signals to [-1, 1]."""
+        (y_low, y_high), (x_low, x_high) = (
+            (np.min(values), np.max(values)) for values in (displacement, voltage)
+        )
+        return cls(
+            (y_low + y_high) / 2, (y_high - y_low) / 2, (x_low + x_high) / 2, (x_high - x_low) / 2
+        )
+
+    def y(self, displacement: np.ndarray | float) -> np.ndarray | float:
+        """Return displacements in m as scaled numbers."""
+        return (displacement - self.y_centre) / self.y_unit
+
+    def x(self, voltage: np.ndarray | float) -> np.ndarray | float:
+        """Return voltages in V as scaled numbers."""
+        return (voltage - self.x_centre) / self.x_unit
+
+    def displacement(self, y: np.ndarray | float) -> np.ndarray | float:
+        """Return scaled displacements in m."""
+        return self.y_centre + self.y_unit * y
+
+    def voltage(self, x: np.ndarray | float) -> np.ndarray | float:
+        """Return scaled voltages in V."""
+        return self.x_centre + self.x_unit * x
+
+    def rules(self, physical: np.ndarray) -> np.ndarray:
+        """Return rules in SI units, shape (L, 6), as rules of the scaled signals."""
+        return _map_rules(
+            physical,
+            1 / self.y_unit,
+            -self.y_centre / self.y_unit,
+            1 / self.x_unit,
+            -self.x_centre / self.x_unit,
+        )
+
+    def physical_rules(self, scaled: np.ndarray) -> np.ndarray:
+        """Return rules of the scaled signals, shape (L, 6), in SI units."""
+        return _map_rules(scaled, self.y_unit, self.y_centre, self.x_unit, self.x_centre)
+
+    def rule_jacobian(self, scaled: np.ndarray) -> np.ndarray:
+        """Return d(rules in SI units) / d(scaled rules), shape (6 L, 6 L), row by row of the rules.
+
+        The map is affine in a rule, so that the Jacobian is constant.
+        """
+        count = len(scaled)
+        gain = self.y_unit / self.x_unit
+        block = np.diag([self.y_unit, self.y_unit, self.y_unit, 1.0, gain, self.y_unit])
+        block[5, 3] = -self.y_centre
+        block[5, 4] = -gain * self.x_centre
+        return np.kron(np.eye(count), block)
+
+
+def _map_rules(rules: np.ndarray, a: float, b: float, c: float, d: float) -> np.ndarray:
+    """Return the rules of y' = a y + b, x' = c x + d."""
+    lower, upper, centre, q1, q2, q3 = np.asarray(rules, dtype=float).T
+    gain = a / c * q2
+    return np.column_stack(
+        [abs(a) * lower, abs(a) * upper, a * centre + b, q1, gain, a * q3 + (1 - q1) * b - gain * d]
+    )
