@@ -19,6 +19,19 @@ export CC := $(CURDIR)/$(BIN)/python -m ziglang cc
 ZIGLANG := ziglang==0.17.0
 endif
 
+# a checker of FMUs from Maven Central, where there is Maven; its tests skip with a reason elsewhere
+VDMCHECK := build/vdmcheck
+JARS := org.into-cps.vdmcheck.fmi2:vdmcheck2:1.1.3 org.into-cps.vdmcheck.fmi2:static-model:1.1.3 \
+        org.into-cps.vdmcheck.fmi2:rule-model:1.1.3 org.into-cps.vdmcheck:xsd2vdm:1.1.3 \
+        org.into-cps.vdmcheck:fmuReader:1.1.3 dk.au.ece.vdmj:vdmj:4.5.0 dk.au.ece.vdmj:annotations:4.5.0
+$(VDMCHECK)/.fetched:
+	mkdir -p $(@D)
+	for jar in $(JARS); do \
+	  mvn -q -B org.apache.maven.plugins:maven-dependency-plugin:3.6.1:copy -Dartifact=$$jar \
+	    -DoutputDirectory=$(CURDIR)/$(@D) || exit; \
+	done
+	touch $@
+
 .PHONY: demo test lint ctest pytest bench clean install
 install: $(INSTALLED)
 
@@ -48,7 +61,7 @@ ctest: $(TOOLS)
 	$(BIN)/cmake --build $(CBUILD)
 	$(BIN)/ctest --test-dir $(CBUILD) --output-on-failure -j 2
 
-pytest: $(INSTALLED)
+pytest: $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched)
 	$(BIN)/python -m pytest -n 2
 
 bench: $(INSTALLED) ctest

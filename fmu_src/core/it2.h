@@ -17,8 +17,7 @@
 
 enum {
     IT2_MAX_RULES = 16,
-    IT2_RULE_PARAMETERS = 6,
-    IT2_MAX_LANES = 2 * IT2_MAX_RULES
+    IT2_RULE_PARAMETERS = 6
 };
 
 /* One rule, in the order of the paper's Table 1: antecedent (s1, s2, c), consequent (q1, q2, q3). */
@@ -31,12 +30,12 @@ struct it2_rule {
     double q3;
 };
 
-/* What a step needs of the rules, laid out for the exponentials. Set by it2_prepare. */
+/* The rules, and -1 / (2 s_l1^2), -1 / (2 s_l2^2) in the scale of exponential.h. Set by it2_prepare. */
 struct it2 {
     int rules;
     struct it2_rule rule[IT2_MAX_RULES];
-    double lane_centre[IT2_MAX_LANES];   /* c_l, twice: for the lower and the upper membership */
-    double lane_exponent[IT2_MAX_LANES]; /* -1 / (2 s_l1^2), -1 / (2 s_l2^2) */
+    double exponent_lower[IT2_MAX_RULES];
+    double exponent_upper[IT2_MAX_RULES];
 };
 
 struct it2_state {

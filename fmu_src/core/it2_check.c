@@ -6,11 +6,22 @@
 #include "it2.h"
 #include "it2_membership.h"
 
-enum { GRID = 256 };
+enum { GRID = 256, NEAR = 5 };
 
-static double grid_point(struct it2_range range, int i)
+/* A grid over the range, and points at each rule's centre and one and two of its lower deviations
+ * beside it: a narrow rule would hide between grid points. */
+static int point_count(const struct it2 *stage)
 {
-    return range.minimum + (range.maximum - range.minimum) * i / GRID;
+    return GRID + 1 + NEAR * stage->rules;
+}
+
+static double point(const struct it2 *stage, struct it2_range range, int i)
+{
+    if (i <= GRID)
+        return range.minimum + (range.maximum - range.minimum) * i / GRID;
+    const struct it2_rule *rule = &stage->rule[(i - GRID - 1) / NEAR];
+    const double y = rule->centre + ((i - GRID - 1) % NEAR - NEAR / 2) * rule->sigmaLower;
+    return fmin(fmax(y, range.minimum), range.maximum);
 }
 
 static bool fail(char *message, size_t size, const char *format, ...)
@@ -59,8 +70,8 @@ double it2_contraction(const struct it2 *stage, struct it2_range range, double *
 {
     double largest = -1.0;
 
-    for (int i = 0; i <= GRID; i++) {
-        const double y = grid_point(range, i);
+    for (int i = 0; i < point_count(stage); i++) {
+        const double y = point(stage, range, i);
         const double magnitude = fabs(it2_partials(stage, y, it2_solve(stage, y, y)).dy);
         if (!(magnitude <= largest)) { /* a NaN is the largest */
             largest = magnitude;
@@ -85,13 +96,13 @@ bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, 
         if (!check_rule(&rules[l], l + 1, message, size))
             return false;
     it2_prepare(&stage, rules, count);
-    for (int i = 0; i <= GRID; i++)
-        if (!(denominator(&stage, grid_point(range, i)) > 0.0))
+    for (int i = 0; i < point_count(&stage); i++)
+        if (!(denominator(&stage, point(&stage, range, i)) > 0.0))
             return fail(message, size,
                         "the sum of rule[].q2 times the memberships is not positive at a displacement "
                         "of %g: the model cannot be inverted there; raise q2 of the rules near it or "
                         "narrow displacementMin..displacementMax",
-                        grid_point(range, i));
+                        point(&stage, range, i));
     const double contraction = it2_contraction(&stage, range, &where);
     if (!(contraction < 1.0))
         return fail(message, size,

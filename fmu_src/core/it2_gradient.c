@@ -34,7 +34,7 @@ double it2_gradient(const struct it2 *stage, double y_previous, double x, double
     it2_memberships(stage, y_previous, &m);
     for (int l = 0; l < stage->rules; l++) {
         const struct it2_rule *rule = &stage->rule[l];
-        consequent[l] = rule->q1 * y_previous + rule->q2 * x + rule->q3;
+        consequent[l] = rule->q1 * y_previous + (rule->q2 * x + rule->q3); /* as it2_evaluate */
         numerator += consequent[l] * m.weight[l];
     }
     const double y = numerator / m.sum;

@@ -18,20 +18,16 @@ struct it2_memberships {
 /* Below this sum some memberships have underflowed while others still count. */
 #define IT2_SUM_UNDERFLOW 1e-280
 
-static inline int it2_lanes(const struct it2 *stage)
+/* (8), (11) and (9), (12) for one rule; returns f_l + F_l. */
+static inline double it2_membership(const struct it2 *stage, int l, double y_previous, double *lower,
+                                    double *upper)
 {
-    return (2 * stage->rules + EXP_LANES - 1) / EXP_LANES * EXP_LANES;
-}
+    const double distance = y_previous - stage->rule[l].centre;
+    const double square = distance * distance;
 
-static inline void it2_collect(const struct it2 *stage, const double *lane, struct it2_memberships *m)
-{
-    m->sum = 0.0;
-    for (int l = 0; l < stage->rules; l++) {
-        m->lower[l] = lane[2 * l];
-        m->upper[l] = lane[2 * l + 1];
-        m->weight[l] = lane[2 * l] + lane[2 * l + 1];
-        m->sum += m->weight[l];
-    }
+    *lower = exp_scaled(square * stage->exponent_lower[l]);
+    *upper = exp_scaled(square * stage->exponent_upper[l]);
+    return *lower + *upper;
 }
 
 /* Far from every centre all memberships underflow and (10) would be 0/0. Scaling all of them by the
@@ -42,18 +38,11 @@ void it2_memberships_far(const struct it2 *stage, double y_previous, struct it2_
 static inline void it2_memberships(const struct it2 *stage, double y_previous,
                                    struct it2_memberships *m)
 {
-    double exponent[IT2_MAX_LANES];
-    double lane[IT2_MAX_LANES];
-    const int lanes = it2_lanes(stage);
-
-    for (int block = 0; block < lanes; block += EXP_LANES) {
-        for (int i = block; i < block + EXP_LANES; i++) {
-            const double distance = y_previous - stage->lane_centre[i];
-            exponent[i] = distance * distance * stage->lane_exponent[i];
-        }
-        exp_block(exponent + block, lane + block);
+    m->sum = 0.0;
+    for (int l = 0; l < stage->rules; l++) {
+        m->weight[l] = it2_membership(stage, l, y_previous, &m->lower[l], &m->upper[l]);
+        m->sum += m->weight[l];
     }
-    it2_collect(stage, lane, m);
     if (!(m->sum >= IT2_SUM_UNDERFLOW))
         it2_memberships_far(stage, y_previous, m);
 }

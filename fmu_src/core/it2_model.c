@@ -2,45 +2,72 @@
 #include "it2.h"
 #include "it2_membership.h"
 
+/* Its square times an exponent of lane_exponent is finite: the widest rule stays the nearest one. */
+#define FARTHEST 1e140
+
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count)
 {
     *stage = (struct it2){ .rules = count };
     for (int l = 0; l < count; l++) {
         stage->rule[l] = rules[l];
-        stage->lane_centre[2 * l] = stage->lane_centre[2 * l + 1] = rules[l].centre;
-        stage->lane_exponent[2 * l] = -0.5 / (rules[l].sigmaLower * rules[l].sigmaLower);
-        stage->lane_exponent[2 * l + 1] = -0.5 / (rules[l].sigmaUpper * rules[l].sigmaUpper);
+        stage->exponent_lower[l] = -0.5 * EXP_SCALE / (rules[l].sigmaLower * rules[l].sigmaLower);
+        stage->exponent_upper[l] = -0.5 * EXP_SCALE / (rules[l].sigmaUpper * rules[l].sigmaUpper);
     }
+}
+
+/* exp of a difference of scaled exponents, finite however narrow the rule is. */
+static double relative(double exponent, double largest)
+{
+    return exp((fmax(exponent, -DBL_MAX) - largest) / EXP_SCALE);
 }
 
 void it2_memberships_far(const struct it2 *stage, double y_previous, struct it2_memberships *m)
 {
-    double exponent[IT2_MAX_LANES];
-    double lane[IT2_MAX_LANES] = { 0.0 };
+    double square[IT2_MAX_RULES];
     double largest = -DBL_MAX;
 
-    for (int i = 0; i < 2 * stage->rules; i++) {
-        const double distance = y_previous - stage->lane_centre[i];
-        /* clamped, so that the difference below is finite however far away y is */
-        exponent[i] = fmax(distance * distance * stage->lane_exponent[i], -DBL_MAX);
-        largest = fmax(largest, exponent[i]);
+    for (int l = 0; l < stage->rules; l++) {
+        const double distance = fmin(fmax(y_previous - stage->rule[l].centre, -FARTHEST), FARTHEST);
+        square[l] = distance * distance;
+        largest = fmax(largest, square[l] * stage->exponent_upper[l]);
     }
-    for (int i = 0; i < 2 * stage->rules; i++)
-        lane[i] = exp(exponent[i] - largest);
-    it2_collect(stage, lane, m);
+    m->sum = 0.0;
+    for (int l = 0; l < stage->rules; l++) {
+        m->lower[l] = relative(square[l] * stage->exponent_lower[l], largest);
+        m->upper[l] = relative(square[l] * stage->exponent_upper[l], largest);
+        m->weight[l] = m->lower[l] + m->upper[l];
+        m->sum += m->weight[l];
+    }
 }
 
-double it2_evaluate(const struct it2 *stage, double y_previous, double x)
+static double consequent(const struct it2_rule *rule, double y_previous, double x)
+{
+    return rule->q1 * y_previous + (rule->q2 * x + rule->q3);
+}
+
+static double evaluate_far(const struct it2 *stage, double y_previous, double x)
 {
     struct it2_memberships m;
     double numerator = 0.0;
 
-    it2_memberships(stage, y_previous, &m);
-    for (int l = 0; l < stage->rules; l++) {
-        const struct it2_rule *rule = &stage->rule[l];
-        numerator += (rule->q1 * y_previous + rule->q2 * x + rule->q3) * m.weight[l];
-    }
+    it2_memberships_far(stage, y_previous, &m);
+    for (int l = 0; l < stage->rules; l++)
+        numerator += consequent(&stage->rule[l], y_previous, x) * m.weight[l];
     return numerator / m.sum;
+}
+
+double it2_evaluate(const struct it2 *stage, double y_previous, double x)
+{
+    double numerator = 0.0;
+    double sum = 0.0;
+    double lower, upper; /* not of interest here */
+
+    for (int l = 0; l < stage->rules; l++) {
+        const double weight = it2_membership(stage, l, y_previous, &lower, &upper);
+        numerator += consequent(&stage->rule[l], y_previous, x) * weight;
+        sum += weight;
+    }
+    return sum >= IT2_SUM_UNDERFLOW ? numerator / sum : evaluate_far(stage, y_previous, x);
 }
 
 void it2_reset(struct it2_state *state, double y)

@@ -1,6 +1,6 @@
 /* The functions of FMI 2.0 for the model MODEL (a const struct fmu_model), under the prefix that
  * FMI2_FUNCTION_PREFIX sets. Included once by each model; several models can live in one program. */
-#include "fmi2Functions.h"
+#include "fmi2_prefix.h"
 #include "fmu.h"
 
 const char *fmi2GetTypesPlatform(void)

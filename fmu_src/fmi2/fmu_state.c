@@ -117,6 +117,22 @@ static bool doubles_finite(const void *first, size_t size)
     return true;
 }
 
+/* Ticks follow from time: a step from invented ones would not return. */
+static bool ticks_plausible(const struct fmu_snapshot *s)
+{
+    const double sample_time = s->values.parameter.sampleTime;
+    const struct fmu_step *last = &s->last_step;
+    const int64_t due = fmu_first_tick(s->time, sample_time);
+    const int64_t last_due = fmu_first_tick(last->start, sample_time);
+
+    if (s->next_tick < due || s->next_tick > due + 1)
+        return false;
+    if (last->first_tick == last->end_tick)
+        return true;
+    return last->end_tick == s->next_tick && last->first_tick >= last_due - 1 &&
+           last->first_tick <= last_due + 1;
+}
+
 /* A checksum stops damage, not invention: what a step relies on is checked too. */
 static bool plausible(const struct fmu_snapshot *s)
 {
@@ -133,7 +149,8 @@ static bool plausible(const struct fmu_snapshot *s)
         !doubles_finite(&s->slope, sizeof s->slope) || !doubles_finite(&s->chain, sizeof s->chain))
         return false;
     return s->phase < FMU_STEP_COMPLETE ||
-           (fmu_within_bounds(p, message, sizeof message) && chain_check(p, message, sizeof message));
+           (fmu_within_bounds(p, message, sizeof message) && chain_check(p, message, sizeof message) &&
+            ticks_plausible(s));
 }
 
 fmi2Status fmu_deserialize(struct fmu *fmu, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)

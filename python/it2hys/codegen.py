@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from it2hys.parameters import ParameterSet, format_ssv, table_1
-from it2hys.variables import MODELS, INDEXED, Table, Variable, load_table
+from it2hys.variables import INDEXED, MODELS, Table, Variable, load_table
 
 BASES = {"Real": "FMU_REAL", "Integer": "FMU_INTEGER", "Boolean": "FMU_BOOLEAN"}
 

@@ -25,7 +25,9 @@ def _library() -> ctypes.CDLL:
     try:
         library = ctypes.CDLL(str(path))
     except OSError as error:
-        raise ImportError(f"the C core is not built ({error}); run `make` or `pip install .`") from None
+        raise ImportError(
+            f"the C core is not built ({error}); run `make` or `pip install .`"
+        ) from None
     library.it2core_free_run.restype = ctypes.c_size_t
     library.it2core_free_run.argtypes = [
         _DOUBLES, ctypes.c_int, _DOUBLES, ctypes.c_size_t, ctypes.c_double, _DOUBLES, ctypes.c_void_p,
@@ -38,7 +40,12 @@ def _library() -> ctypes.CDLL:
         _DOUBLES, ctypes.c_int, ctypes.c_double, ctypes.c_double, _DOUBLES, _DOUBLES,
     ]  # fmt: skip
     library.it2core_contraction.restype = ctypes.c_double
-    library.it2core_contraction.argtypes = [_DOUBLES, ctypes.c_int, ctypes.c_double, ctypes.c_double]
+    library.it2core_contraction.argtypes = [
+        _DOUBLES,
+        ctypes.c_int,
+        ctypes.c_double,
+        ctypes.c_double,
+    ]
     library.it2core_check.restype = ctypes.c_bool
     library.it2core_check.argtypes = [
         _DOUBLES, ctypes.c_int, ctypes.c_double, ctypes.c_double, ctypes.c_char_p, ctypes.c_size_t,
@@ -49,7 +56,9 @@ def _library() -> ctypes.CDLL:
 def _rules(rules: np.ndarray) -> tuple[np.ndarray, int]:
     rules = np.ascontiguousarray(rules, dtype=np.float64)
     if rules.ndim != 2 or rules.shape[1] != 6 or not 1 <= len(rules) <= MAX_RULES:
-        raise InputError(f"rules must be an (L, 6) array with L = 1..{MAX_RULES}, not {rules.shape}")
+        raise InputError(
+            f"rules must be an (L, 6) array with L = 1..{MAX_RULES}, not {rules.shape}"
+        )
     return rules, len(rules)
 
 
@@ -105,7 +114,9 @@ def free_run_sensitivity(
     return y, sensitivity
 
 
-def _pairwise(function: str, rules: np.ndarray, y_previous: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _pairwise(
+    function: str, rules: np.ndarray, y_previous: np.ndarray, other: np.ndarray
+) -> np.ndarray:
     rules, count = _rules(rules)
     first, second = np.broadcast_arrays(
         np.asarray(y_previous, dtype=np.float64), np.asarray(other, dtype=np.float64)
@@ -128,7 +139,9 @@ def solve(rules: np.ndarray, y_previous: np.ndarray, y: np.ndarray) -> np.ndarra
     return _pairwise("it2core_solve", rules, y_previous, y)
 
 
-def gradient(rules: np.ndarray, y_previous: float, x: float) -> tuple[float, np.ndarray, np.ndarray]:
+def gradient(
+    rules: np.ndarray, y_previous: float, x: float
+) -> tuple[float, np.ndarray, np.ndarray]:
     """Evaluate (10) and its derivatives (13) to (18) at one point.
 
     Returns

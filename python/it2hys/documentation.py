@@ -33,4 +33,9 @@ def _row(variable: Variable, parameters: ParameterSet) -> dict:
     value, unit = parameters[variable.name], variable.type.unit or ""
     if variable.type.displayUnit in ("um", "um/V"):
         value, unit = value * 1e6, variable.type.displayUnit.replace("u", "µ", 1)
-    return {"name": variable.name, "value": f"{value:.6g}", "unit": unit, "text": variable.description}
+    return {
+        "name": variable.name,
+        "value": f"{value:.6g}",
+        "unit": unit,
+        "text": variable.description,
+    }

@@ -45,7 +45,7 @@ def png(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
-def _figure(rows: list[float], width: float = 6.4, height: float = 4.4, **options: object):  # noqa: ANN202
+def _figure(rows: list[float], width: float = 6.4, height: float = 4.4, **options: object):
     """Return a figure with stacked axes of the given relative heights."""
     figure = Figure(figsize=(width, height))
     axes = figure.subplots(len(rows), 1, height_ratios=rows, squeeze=False, **options)[:, 0]

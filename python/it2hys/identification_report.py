@@ -174,7 +174,9 @@ def _record_section(
         f"{result.initial_displacement * UM:.4g} µm; noise by {result.noise_method}."
     ]
     if result.skip:
-        text.append(f"The first {result.skip} samples, a start-up transient, are left out of the errors.")
+        text.append(
+            f"The first {result.skip} samples, a start-up transient, are left out of the errors."
+        )
     text += [f"Note: {note}" for note in record.notes]
     return Section(
         f"Record {label}",
@@ -200,9 +202,7 @@ def _record_section(
     )
 
 
-def _tracking_section(
-    directory: Path, identification: Identification, record: Record
-) -> Section:
+def _tracking_section(directory: Path, identification: Identification, record: Record) -> Section:
     """Run the FMUs just written on a reference that suits the record: 90 % of its range, its pace."""
     low, high = record.displacement.min(), record.displacement.max()
     periods, samples = 2.0, min(4000, len(record))
@@ -258,7 +258,9 @@ def _parameter_section(identification: Identification) -> Section:
     text = [f"The condition number of the scaled problem is {identification.condition:.2g}."]
     if identification.undetermined:
         text.append(
-            "The data do not determine " + ", ".join(identification.undetermined) + ": other values "
+            "The data do not determine "
+            + ", ".join(identification.undetermined)
+            + ": other values "
             "would fit as well. The model's output is not affected, the values mean little."
         )
     return Section(
@@ -317,7 +319,12 @@ def summary_json(identification: Identification, before: Sequence[tuple[float, f
         "noise_rms_um": identification.noise_rms * UM,
         "error": {
             "before": {
-                r.name: {"e_mr_percent": 100 * mr, "e_rms_um": rms * UM, "role": r.role, "model": "line"}
+                r.name: {
+                    "e_mr_percent": 100 * mr,
+                    "e_rms_um": rms * UM,
+                    "role": r.role,
+                    "model": "line",
+                }
                 for r, (mr, rms) in zip(results, before, strict=True)
             },
             "after": {r.name: _record_json(r) for r in results},

@@ -54,9 +54,7 @@ class ParameterSet(Mapping):
     @property
     def counts(self) -> dict[str, int]:
         """Number of elements of every structured parameter, such as ``{"rule": 3}``."""
-        return {
-            group: int(self[entry["variable"]]) for group, entry in load_table().counts.items()
-        }
+        return {group: int(self[entry["variable"]]) for group, entry in load_table().counts.items()}
 
     @property
     def rules(self) -> np.ndarray:
@@ -98,11 +96,15 @@ class ParameterSet(Mapping):
         return self
 
     @classmethod
-    def from_rules(cls, rules: np.ndarray, name: str = "parameters", **scalars: float) -> "ParameterSet":
+    def from_rules(
+        cls, rules: np.ndarray, name: str = "parameters", **scalars: float
+    ) -> "ParameterSet":
         """Build a set from an (L, 6) array of rules in SI units and scalar parameters by name."""
         values = {"ruleCount": len(rules), **scalars}
         for i, rule in enumerate(np.asarray(rules, dtype=float), start=1):
-            values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
+            values.update(
+                {f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)}
+            )
         return cls(values, name)
 
 
@@ -176,13 +178,13 @@ def _checked(variable: Variable, value: object) -> float | int | bool:
         return bool(value)
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{variable.name} is {value!r}; it must be a number") from None
     if not np.isfinite(number):
         raise InputError(f"{variable.name} is {number}; it must be a finite number")
     if kind.base == "Integer" and number != int(number):
         raise InputError(f"{variable.name} is {number:g}; it must be a whole number")
-    if kind.min is not None and number < kind.min or kind.max is not None and number > kind.max:
+    if (kind.min is not None and number < kind.min) or (kind.max is not None and number > kind.max):
         unit = f" {kind.unit}" if kind.unit else ""
         raise InputError(
             f"{variable.name} is {number:g}{unit}; it must be {kind.min:g} to {kind.max:g}{unit}"
@@ -249,10 +251,12 @@ def _entries(root: etree._Element) -> Iterator[tuple[str, object]]:
     seen = set()
     for parameter in root.iter(f"{{{SSV_NAMESPACE}}}Parameter"):
         name = parameter.get("name")
+        if name is None:
+            raise InputError(f"the parameter in line {parameter.sourceline} has no name")
         if name in seen:
             raise InputError(f"parameter {name!r} is given twice")
         seen.add(name)
-        entry = next(iter(parameter), None)
+        entry = next(parameter.iterchildren("{*}*"), None)  # elements, not comments
         if entry is None or entry.get("value") is None:
             raise InputError(f"parameter {name!r} has no value")
         value, unit = entry.get("value"), entry.get("unit")

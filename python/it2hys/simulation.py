@@ -73,7 +73,7 @@ class Slave:
             self._fmu.exitInitializationMode()
         self.sample_time = self.get("sampleTime")
 
-    def _log(self, _environment, _name, status: int, _category, message: bytes) -> None:  # noqa: ANN001
+    def _log(self, _environment, _name, status: int, _category, message: bytes) -> None:
         if status != fmi2.fmi2OK:
             self.messages.append(message.decode().replace("%%", "%"))
 

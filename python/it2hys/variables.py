@@ -61,7 +61,9 @@ class Variable:
         """FMI's variability: parameters are fixed, flags and integers discrete."""
         if self.causality == "parameter":
             return "fixed"
-        return "continuous" if self.causality == "input" and self.type.base == "Real" else "discrete"
+        return (
+            "continuous" if self.causality == "input" and self.type.base == "Real" else "discrete"
+        )
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,9 @@ class Table:
         ]
 
 
-def _expand(rows: list[dict], counts: dict[str, dict]) -> Iterator[tuple[dict, str, int | None, object]]:
+def _expand(
+    rows: list[dict], counts: dict[str, dict]
+) -> Iterator[tuple[dict, str, int | None, object]]:
     """Yield row, name, index and start value of every scalar; a group's elements stay together."""
     for group, members in groupby(rows, key=lambda row: row.get("per")):
         if group is None:

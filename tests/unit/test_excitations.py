@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from it2hys import excitations
 from it2hys.errors import InputError
 

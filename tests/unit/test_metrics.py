@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from it2hys.errors import InputError
 from it2hys.metrics import max_relative_error, rms_error
 

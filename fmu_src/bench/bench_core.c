@@ -1,0 +1,246 @@
+/* What a step costs: nanoseconds, and ratios to what it cannot be faster than.
+ *
+ * Two things are compared by running chunks of about 1 ms of each in turn, A B A B ..., and taking
+ * the median over the ratios of neighbours: a machine that changes its clock slows both alike. */
+#if !defined _WIN32
+#define _POSIX_C_SOURCE 199309L
+#endif
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#if defined _WIN32
+#include <windows.h>
+#else
+#include <time.h>
+#endif
+
+#include "fmi2Functions.h"
+#include "fmu.h"
+#include "fmu_start.h"
+#include "fmu_table_hash.h"
+
+enum { ROUNDS = 151, SAMPLES = 256, TICKS_PER_LONG_STEP = 100 };
+#define CHUNK_SECONDS 1e-3
+
+/* --- clock and statistics ---------------------------------------------------------------------- */
+
+static double now(void)
+{
+#if defined _WIN32
+    LARGE_INTEGER count, frequency;
+    QueryPerformanceCounter(&count);
+    QueryPerformanceFrequency(&frequency);
+    return (double)count.QuadPart / (double)frequency.QuadPart;
+#else
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+#endif
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double median(double *values, int count)
+{
+    qsort(values, (size_t)count, sizeof *values, ascending);
+    return values[count / 2];
+}
+
+/* --- what is timed ----------------------------------------------------------------------------- */
+
+static struct it2 stage;
+static struct it2_rule rules[IT2_MAX_RULES];
+static int count;
+static double voltage[SAMPLES], displacement[SAMPLES];
+static double offset[2 * IT2_MAX_RULES];
+static fmi2Component fmu;
+static double fmu_time;
+static volatile double sink; /* keeps results alive */
+
+/* `rounds` of 2 L exponentials, each round's arguments following from the one before. */
+static void exponentials(long rounds)
+{
+    double y = 0.5;
+
+    for (long k = 0; k < rounds; k++) {
+        double sum = 0.0;
+        for (int i = 0; i < 2 * count; i++)
+            sum += exp(offset[i] - y);
+        y = sum;
+    }
+    sink = y;
+}
+
+static void core_steps(long steps)
+{
+    struct it2_state state;
+
+    it2_reset(&state, 5e-6);
+    for (long k = 0; k < steps; k++)
+        it2_step(&stage, &state, voltage[k % SAMPLES]);
+    sink = state.y;
+}
+
+static void core_inverses(long steps)
+{
+    struct it2_state state;
+    double sum = 0.0;
+
+    it2_reset(&state, displacement[0]);
+    for (long k = 0; k < steps; k++)
+        sum += it2_inverse(&stage, &state, displacement[k % SAMPLES]);
+    sink = sum;
+}
+
+/* A free run with sensitivities needs one gradient per step: y follows from y. */
+static void core_gradients(long steps)
+{
+    double gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
+    struct it2_partials partials;
+    double y = 5e-6;
+
+    for (long k = 0; k < steps; k++)
+        y = it2_gradient(&stage, y, voltage[k % SAMPLES], gradient, &partials);
+    sink = y + gradient[0] + partials.dy;
+}
+
+static void fmu_steps(long steps)
+{
+    static const fmi2ValueReference in = 0, out = 4; /* voltage, displacement */
+    double y = 0.0;
+
+    for (long k = 0; k < steps; k++) {
+        fmi2SetReal(fmu, &in, 1, &voltage[k % SAMPLES]);
+        fmi2DoStep(fmu, fmu_time, FMU_START.sampleTime, fmi2True);
+        fmi2GetReal(fmu, &out, 1, &y);
+        fmu_time += FMU_START.sampleTime;
+    }
+    sink = y;
+}
+
+/* As many ticks, TICKS_PER_LONG_STEP of them per fmi2DoStep. */
+static void fmu_long_steps(long ticks)
+{
+    static const fmi2ValueReference in = 0, out = 4;
+    double y = 0.0;
+
+    for (long k = 0; k < ticks; k += TICKS_PER_LONG_STEP) {
+        fmi2SetReal(fmu, &in, 1, &voltage[k % SAMPLES]);
+        fmi2DoStep(fmu, fmu_time, TICKS_PER_LONG_STEP * FMU_START.sampleTime, fmi2True);
+        fmi2GetReal(fmu, &out, 1, &y);
+        fmu_time += TICKS_PER_LONG_STEP * FMU_START.sampleTime;
+    }
+    sink = y;
+}
+
+/* --- set up ------------------------------------------------------------------------------------ */
+
+/* Three rules are Table 1; other counts spread the antecedent of its rule 2 over the range and share
+ * its consequent, so that the set is contracting. */
+static void choose_rules(int rule_count)
+{
+    count = rule_count;
+    for (int l = 0; l < count; l++) {
+        rules[l] = FMU_START.rule[count == 3 ? l : 1];
+        if (count != 3)
+            rules[l].centre = 16e-6 * (l + 0.5) / count;
+    }
+    it2_prepare(&stage, rules, count);
+    for (int i = 0; i < 2 * count; i++)
+        offset[i] = -0.25 * i - log(2.0 * count); /* arguments between about -12 and 0, y below 1 */
+}
+
+static void open_fmu(void)
+{
+    static const fmi2ValueReference rule_count = 14, first_rule = 15;
+    char guid[64];
+    fmi2CallbackFunctions callbacks = { NULL, NULL, NULL, NULL, NULL };
+
+    snprintf(guid, sizeof guid, "{%016llx%016llx}", (unsigned long long)FMU_TABLE_HASH_PLANT,
+             (unsigned long long)FMU_START_HASH);
+    fmu = fmi2Instantiate("bench", fmi2CoSimulation, guid, NULL, &callbacks, fmi2False, fmi2False);
+    fmi2SetInteger(fmu, &rule_count, 1, &count);
+    for (int i = 0; i < IT2_RULE_PARAMETERS * count; i++) {
+        const fmi2ValueReference reference = first_rule + (fmi2ValueReference)i;
+        fmi2SetReal(fmu, &reference, 1, (const double *)(const void *)rules + i);
+    }
+    fmu_time = 0.0;
+    if (fmi2SetupExperiment(fmu, fmi2False, 0.0, 0.0, fmi2False, 0.0) != fmi2OK ||
+        fmi2EnterInitializationMode(fmu) != fmi2OK || fmi2ExitInitializationMode(fmu) != fmi2OK) {
+        fprintf(stderr, "bench: the FMU does not accept %d rules\n", count);
+        exit(1);
+    }
+}
+
+/* --- comparing --------------------------------------------------------------------------------- */
+
+typedef void work(long repetitions);
+
+static double seconds(work *f, long repetitions)
+{
+    const double start = now();
+    f(repetitions);
+    return now() - start;
+}
+
+static long repetitions_per_chunk(work *f)
+{
+    long n = TICKS_PER_LONG_STEP;
+
+    while (seconds(f, n) < 0.25 * CHUNK_SECONDS)
+        n *= 2;
+    const long fitting = (long)((double)n * CHUNK_SECONDS / seconds(f, n));
+    return (fitting / TICKS_PER_LONG_STEP + 1) * TICKS_PER_LONG_STEP;
+}
+
+static void compare(const char *what, work *a, work *b)
+{
+    double ns_a[ROUNDS], ns_b[ROUNDS], ratio[ROUNDS];
+    const long n_a = repetitions_per_chunk(a), n_b = repetitions_per_chunk(b);
+
+    for (int i = 0; i < ROUNDS; i++) {
+        ns_a[i] = 1e9 * seconds(a, n_a) / (double)n_a;
+        ns_b[i] = 1e9 * seconds(b, n_b) / (double)n_b;
+        ratio[i] = ns_a[i] / ns_b[i];
+    }
+    printf("%-9s %4d %10.1f %10.1f %8.2f\n", what, count, median(ns_a, ROUNDS), median(ns_b, ROUNDS),
+           median(ratio, ROUNDS));
+    fflush(stdout);
+}
+
+static void explain(void)
+{
+    puts("Each row: nanoseconds of A, nanoseconds of B, median of A/B over interleaved rounds.\n"
+         "  step      A: it2_step, (10), y fed back        B: 2 L calls of exp, fed back (the limit)\n"
+         "  inverse   A: it2_inverse, (30)                 B: it2_step\n"
+         "  gradient  A: it2_gradient, (13) to (18)        B: it2_step\n"
+         "  tick      A: fmi2SetReal + DoStep(Ts) + GetReal    B: it2_step\n"
+         "  long      A: a tick of DoStep(100 Ts)              B: it2_step\n");
+    printf("%-9s %4s %10s %10s %8s\n", "row", "L", "A ns", "B ns", "A/B");
+}
+
+int main(void)
+{
+    static const int rule_counts[] = { 1, 3, 8, 16 };
+
+    for (int k = 0; k < SAMPLES; k++) {
+        voltage[k] = 60.0 + 40.0 * sin(6.283185307179586 * k / SAMPLES);
+        displacement[k] = 8e-6 + 6e-6 * sin(6.283185307179586 * k / SAMPLES);
+    }
+    explain();
+    for (int i = 0; i < 4; i++) {
+        choose_rules(rule_counts[i]);
+        open_fmu();
+        compare("step", core_steps, exponentials);
+        compare("inverse", core_inverses, core_steps);
+        compare("gradient", core_gradients, core_steps);
+        compare("tick", fmu_steps, core_steps);
+        compare("long", fmu_long_steps, core_steps);
+        fmi2FreeInstance(fmu);
+    }
+    return 0;
+}

@@ -1,0 +1,45 @@
+/* Compiled once per model: FMI2_FUNCTION_PREFIX, API, API_IDENTIFIER, API_KIND, API_HASH say which. */
+#include "fmi2_api.h"
+
+#include "fmi2_prefix.h"
+#include "fmu_table_hash.h"
+
+const struct fmi2_api API = {
+    .identifier = API_IDENTIFIER,
+    .kind = API_KIND,
+    .table_hash = API_HASH,
+    .GetTypesPlatform = fmi2GetTypesPlatform,
+    .GetVersion = fmi2GetVersion,
+    .SetDebugLogging = fmi2SetDebugLogging,
+    .Instantiate = fmi2Instantiate,
+    .FreeInstance = fmi2FreeInstance,
+    .SetupExperiment = fmi2SetupExperiment,
+    .EnterInitializationMode = fmi2EnterInitializationMode,
+    .ExitInitializationMode = fmi2ExitInitializationMode,
+    .Terminate = fmi2Terminate,
+    .Reset = fmi2Reset,
+    .GetReal = fmi2GetReal,
+    .GetInteger = fmi2GetInteger,
+    .GetBoolean = fmi2GetBoolean,
+    .GetString = fmi2GetString,
+    .SetReal = fmi2SetReal,
+    .SetInteger = fmi2SetInteger,
+    .SetBoolean = fmi2SetBoolean,
+    .SetString = fmi2SetString,
+    .GetFMUstate = fmi2GetFMUstate,
+    .SetFMUstate = fmi2SetFMUstate,
+    .FreeFMUstate = fmi2FreeFMUstate,
+    .SerializedFMUstateSize = fmi2SerializedFMUstateSize,
+    .SerializeFMUstate = fmi2SerializeFMUstate,
+    .DeSerializeFMUstate = fmi2DeSerializeFMUstate,
+    .GetDirectionalDerivative = fmi2GetDirectionalDerivative,
+    .SetRealInputDerivatives = fmi2SetRealInputDerivatives,
+    .GetRealOutputDerivatives = fmi2GetRealOutputDerivatives,
+    .DoStep = fmi2DoStep,
+    .CancelStep = fmi2CancelStep,
+    .GetStatus = fmi2GetStatus,
+    .GetRealStatus = fmi2GetRealStatus,
+    .GetIntegerStatus = fmi2GetIntegerStatus,
+    .GetBooleanStatus = fmi2GetBooleanStatus,
+    .GetStringStatus = fmi2GetStringStatus,
+};

@@ -1,0 +1,185 @@
+/* Directional derivatives: those of the last doStep, and in initialization those of the start. */
+#include "fmi2_fixture.h"
+
+CHECK_MAIN;
+
+static double derivative(const struct fmi2_api *m, fmi2Component c, const char *known)
+{
+    const fmi2ValueReference unknown = reference_of(m, output_of(m)), r = reference_of(m, known);
+    const double seed = 1.0;
+    double value = NAN;
+
+    CHECK(m->GetDirectionalDerivative(c, &unknown, 1, &r, 1, &seed, &value) == fmi2OK);
+    return value;
+}
+
+/* The output of a step of h from `state` with the input moved by d. */
+static double repeat(const struct fmi2_api *m, fmi2Component c, fmi2FMUstate state, double input,
+                     double time, double h)
+{
+    CHECK(m->SetFMUstate(c, state) == fmi2OK);
+    CHECK(set_real(m, c, input_of(m), input) == fmi2OK);
+    CHECK(m->DoStep(c, time, h, fmi2True) <= fmi2Warning);
+    return get_real(m, c, output_of(m));
+}
+
+static void of_step(const struct fmi2_api *m, double h, double slope)
+{
+    const double time = 40 * TS;
+    const double input = signal(m, time);
+    const double d = m == &PLANT ? 1e-2 : 1e-10;
+    fmi2Component c = make_running(m, 0.0);
+    fmi2FMUstate state = NULL;
+
+    CHECK(set_real(m, c, input_of(m), input) == fmi2OK);
+    CHECK(m->DoStep(c, 0.0, time, fmi2True) <= fmi2Warning);
+    CHECK(set_slope(m, c, input_of(m), slope) == fmi2OK);
+    CHECK(m->GetFMUstate(c, &state) == fmi2OK);
+    const double up = repeat(m, c, state, input + d, time, h);
+    const double down = repeat(m, c, state, input - d, time, h);
+    repeat(m, c, state, input, time, h);
+    struct state_bytes before, after;
+    read_state(m, c, &before);
+    const double value = derivative(m, c, input_of(m));
+    const double difference = (up - down) / (2.0 * d);
+    CHECK_NEAR(value, difference, difference, 1e-6);
+    CHECK(derivative(m, c, "force") == 0.0 && derivative(m, c, "temperature") == 0.0);
+    read_state(m, c, &after);
+    CHECK(same_state(&before, &after)); /* asking changes nothing */
+    CHECK(m->SetFMUstate(c, state) == fmi2OK);
+    m->FreeFMUstate(c, &state);
+    m->FreeInstance(c);
+}
+
+static void no_tick(const struct fmi2_api *m)
+{
+    fmi2Component c = make_running(m, 0.0);
+
+    CHECK(derivative(m, c, input_of(m)) == 0.0); /* before the first step */
+    CHECK(set_real(m, c, input_of(m), signal(m, 0.0)) == fmi2OK);
+    CHECK(m->DoStep(c, 0.0, 0.5 * TS, fmi2True) <= fmi2Warning);
+    CHECK(derivative(m, c, input_of(m)) != 0.0);
+    CHECK(m->DoStep(c, 0.5 * TS, 0.25 * TS, fmi2True) == fmi2OK);
+    CHECK(derivative(m, c, input_of(m)) == 0.0);
+    CHECK(m->DoStep(c, 0.75 * TS, TS, fmi2True) == fmi2OK);
+    const double before = derivative(m, c, input_of(m));
+    CHECK(before != 0.0);
+    CHECK(m->Terminate(c) == fmi2OK && derivative(m, c, input_of(m)) == before);
+    m->FreeInstance(c);
+}
+
+/* A seed that is given twice counts twice; all outputs at once; both outputs of the plant agree. */
+static void several_at_once(void)
+{
+    fmi2Component c = make_running(&PLANT, 0.0);
+    const fmi2ValueReference unknowns[] = { reference_of(&PLANT, "measured"),
+                                            reference_of(&PLANT, "displacement") };
+    const fmi2ValueReference knowns[] = { reference_of(&PLANT, "voltage"),
+                                          reference_of(&PLANT, "force"),
+                                          reference_of(&PLANT, "voltage") };
+    const double seeds[] = { 2.0, 5.0, -0.5 };
+    double values[2] = { 0.0, 0.0 };
+
+    CHECK(set_real(&PLANT, c, "voltage", 50.0) == fmi2OK);
+    CHECK(PLANT.DoStep(c, 0.0, TS, fmi2True) == fmi2OK);
+    CHECK(PLANT.GetDirectionalDerivative(c, unknowns, 2, knowns, 3, seeds, values) == fmi2OK);
+    CHECK_CLOSE(values[0], 1.5 * derivative(&PLANT, c, "voltage"), 1e-14);
+    CHECK(values[0] == values[1]);
+    PLANT.FreeInstance(c);
+}
+
+static void refused(const struct fmi2_api *m)
+{
+    fmi2Component c = make_running(m, 0.0);
+    const fmi2ValueReference output = reference_of(m, output_of(m)),
+                             input = reference_of(m, input_of(m));
+    const fmi2ValueReference parameter = reference_of(m, "rule[1].q1"),
+                             count = reference_of(m, "ruleCount");
+    const fmi2ValueReference unknown = 1000;
+    const double seed = 1.0;
+    double value = 3.0;
+
+    CHECK(m->GetDirectionalDerivative(c, &output, 1, &parameter, 1, &seed, &value) == fmi2Error);
+    CHECK(log_says("rule[1].q1"));
+    CHECK(m->GetDirectionalDerivative(c, &output, 1, &output, 1, &seed, &value) == fmi2Error);
+    CHECK(m->GetDirectionalDerivative(c, &input, 1, &input, 1, &seed, &value) == fmi2Error);
+    CHECK(log_says(input_of(m)) && log_says("not an unknown"));
+    CHECK(m->GetDirectionalDerivative(c, &unknown, 1, &input, 1, &seed, &value) == fmi2Error);
+    CHECK(m->GetDirectionalDerivative(c, &output, 1, &unknown, 1, &seed, &value) == fmi2Error);
+    CHECK(m->GetDirectionalDerivative(c, NULL, 1, &input, 1, &seed, &value) == fmi2Error &&
+          log_says("null"));
+    CHECK(m->GetDirectionalDerivative(c, &output, 1, NULL, 1, &seed, &value) == fmi2Error);
+    CHECK(m->GetDirectionalDerivative(c, &output, 1, &input, 1, NULL, &value) == fmi2Error);
+    CHECK(m->GetDirectionalDerivative(c, &output, 1, &input, 1, &seed, NULL) == fmi2Error);
+    CHECK(m->GetDirectionalDerivative(c, NULL, 0, NULL, 0, NULL, NULL) == fmi2OK);
+    m->FreeInstance(c);
+    c = make_initializing(m, 0.0);
+    CHECK(m->GetDirectionalDerivative(c, &output, 1, &count, 1, &seed, &value) == fmi2Error);
+    CHECK(log_says("ruleCount"));
+    CHECK(value == 3.0);
+    if (m == &INVERSE) {
+        const fmi2ValueReference saturated = reference_of(m, "saturated");
+        CHECK(m->GetDirectionalDerivative(c, &saturated, 1, &input, 1, &seed, &value) == fmi2Error);
+    }
+    CHECK(set_real(m, c, "rule[1].q1", 5.0) == fmi2OK); /* unusable: the start is not defined */
+    CHECK(m->GetDirectionalDerivative(c, &output, 1, &parameter, 1, &seed, &value) == fmi2Error);
+    m->FreeInstance(c);
+}
+
+static double start_output(const struct fmi2_api *m, fmi2Component c, const char *name, double value)
+{
+    CHECK(set_real(m, c, name, value) == fmi2OK);
+    return get_real(m, c, output_of(m));
+}
+
+static void of_start(const struct fmi2_api *m)
+{
+    static const char *const fields[] = { "sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3" };
+    fmi2Component c = make_initializing(m, 0.0);
+    const double at = 6e-6;
+    const double d = 1e-10;
+
+    CHECK(set_real(m, c, "initialDisplacement", at) == fmi2OK);
+    const double slope = (start_output(m, c, "initialDisplacement", at + d) -
+                          start_output(m, c, "initialDisplacement", at - d)) / (2.0 * d);
+    CHECK(set_real(m, c, "initialDisplacement", at) == fmi2OK);
+    CHECK_NEAR(derivative(m, c, "initialDisplacement"), slope, slope, 1e-6);
+    CHECK(derivative(m, c, "sampleTime") == 0.0 && derivative(m, c, "voltageMin") == 0.0);
+    CHECK(derivative(m, c, input_of(m)) == 0.0);
+    for (int l = 1; l <= 3; l++)
+        for (int i = 0; i < 6; i++) {
+            char name[32];
+            snprintf(name, sizeof name, "rule[%d].%s", l, fields[i]);
+            const double value = get_real(m, c, name);
+            const double h = 1e-5 * fabs(value);
+            const double difference =
+                (start_output(m, c, name, value + h) - start_output(m, c, name, value - h)) / (2.0 * h);
+            CHECK(set_real(m, c, name, value) == fmi2OK);
+            CHECK_NEAR(derivative(m, c, name), difference, fmax(fabs(difference), 1e-3 / fabs(value)),
+                       1e-5);
+        }
+    CHECK(derivative(m, c, "rule[7].q1") == 0.0); /* not in use */
+    m->FreeInstance(c);
+}
+
+static void of_model(const struct fmi2_api *m)
+{
+    const double slope = m == &PLANT ? 300.0 : 5e-5;
+
+    of_step(m, TS, 0.0);
+    of_step(m, 100 * TS, 0.0);
+    of_step(m, TS, slope);
+    of_step(m, 7.3 * TS, slope);
+    of_step(m, 100 * TS, slope);
+    no_tick(m);
+    refused(m);
+    of_start(m);
+}
+
+int main(void)
+{
+    of_model(&PLANT);
+    of_model(&INVERSE);
+    several_at_once();
+    return check_report("fmi2 derivatives");
+}

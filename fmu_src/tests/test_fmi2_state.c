@@ -1,0 +1,212 @@
+/* FMU states: bit-exact, movable between instances, and damaged bytes are refused. */
+#include "fmi2_fixture.h"
+
+CHECK_MAIN;
+
+static void steps(const struct fmi2_api *m, fmi2Component c, int from, int to, double *out)
+{
+    for (int k = from; k < to; k++) {
+        CHECK(set_real(m, c, input_of(m), signal(m, k * TS)) == fmi2OK);
+        CHECK(set_slope(m, c, input_of(m), 1e-5 * k) == fmi2OK);
+        CHECK(m->DoStep(c, k * TS, TS, fmi2True) == fmi2OK);
+        if (out)
+            out[k] = get_real(m, c, output_of(m));
+    }
+}
+
+static void back_and_forth(const struct fmi2_api *m)
+{
+    double first[60], second[60];
+    fmi2Component c = make_running(m, 0.0), other = make_running(m, 0.0);
+    fmi2FMUstate state = NULL;
+    struct state_bytes bytes, again;
+
+    steps(m, c, 0, 30, first);
+    CHECK(m->GetFMUstate(c, &state) == fmi2OK && state);
+    read_state(m, c, &bytes);
+    steps(m, c, 30, 60, first);
+    const fmi2FMUstate same = state;
+    CHECK(m->SetFMUstate(c, state) == fmi2OK);
+    read_state(m, c, &again);
+    CHECK(same_state(&bytes, &again));
+    steps(m, c, 30, 60, second);
+    CHECK(memcmp(first + 30, second + 30, 30 * sizeof(double)) == 0);
+    CHECK(m->SetFMUstate(other, state) == fmi2OK); /* another instance goes on from there */
+    steps(m, other, 30, 60, second);
+    CHECK(memcmp(first + 30, second + 30, 30 * sizeof(double)) == 0);
+    CHECK(m->GetFMUstate(c, &state) == fmi2OK && state == same); /* a state is overwritten in place */
+    CHECK(m->FreeFMUstate(c, &state) == fmi2OK && state == NULL);
+    CHECK(m->FreeFMUstate(c, &state) == fmi2OK);
+    CHECK(m->FreeFMUstate(c, NULL) == fmi2OK);
+    m->FreeInstance(c);
+    m->FreeInstance(other);
+}
+
+static void serialized(const struct fmi2_api *m)
+{
+    double first[60], second[60];
+    fmi2Component c = make_running(m, 0.0);
+    struct state_bytes bytes, again;
+    int garbage = 0;
+    fmi2FMUstate state = &garbage; /* masters pass it uninitialised */
+
+    steps(m, c, 0, 30, first);
+    read_state(m, c, &bytes);
+    steps(m, c, 30, 60, first);
+    m->FreeInstance(c);
+    c = make(m); /* a new instance, not even initialised */
+    CHECK(m->DeSerializeFMUstate(c, bytes.byte, bytes.size, &state) == fmi2OK);
+    CHECK(m->SetFMUstate(c, state) == fmi2OK);
+    read_state(m, c, &again);
+    CHECK(same_state(&bytes, &again));
+    steps(m, c, 30, 60, second);
+    CHECK(memcmp(first + 30, second + 30, 30 * sizeof(double)) == 0);
+    CHECK(m->FreeFMUstate(c, &state) == fmi2OK);
+    m->FreeInstance(c);
+}
+
+/* Same history, same bytes: nothing uninitialised is saved. */
+static void same_history_same_bytes(const struct fmi2_api *m)
+{
+    struct state_bytes a, b;
+    fmi2Component c = make_running(m, 0.0), d;
+
+    steps(m, c, 0, 20, NULL);
+    d = make_running(m, 0.0);
+    steps(m, d, 0, 20, NULL);
+    read_state(m, c, &a);
+    read_state(m, d, &b);
+    CHECK(same_state(&a, &b));
+    m->FreeInstance(c);
+    m->FreeInstance(d);
+}
+
+/* Every phase can be saved and returned to. */
+static void phases(const struct fmi2_api *m)
+{
+    for (unsigned from = 1; from <= 8; from *= 2)
+        for (unsigned to = 1; to <= 8; to *= 2) {
+            fmi2Component c = make_in_phase(m, (enum fmu_phase)from),
+                          d = make_in_phase(m, (enum fmu_phase)to);
+            struct state_bytes before, after;
+            fmi2FMUstate state = NULL;
+            CHECK(m->GetFMUstate(c, &state) == fmi2OK);
+            read_state(m, c, &before);
+            CHECK(m->SetFMUstate(d, state) == fmi2OK);
+            read_state(m, d, &after);
+            CHECK(same_state(&before, &after));
+            CHECK((m->DoStep(d, 0.0, TS, fmi2True) <= fmi2Warning) == (from == FMU_STEP_COMPLETE));
+            CHECK((m->ExitInitializationMode(d) == fmi2OK) == (from == FMU_INITIALIZATION));
+            m->FreeFMUstate(d, &state);
+            m->FreeInstance(c);
+            m->FreeInstance(d);
+        }
+}
+
+/* Parameters belong to the state: they return, and the model follows them. */
+static void parameters_return(const struct fmi2_api *m)
+{
+    fmi2Component c = make_initializing(m, 0.0);
+    fmi2FMUstate state = NULL;
+
+    CHECK(m->GetFMUstate(c, &state) == fmi2OK);
+    const double before = get_real(m, c, output_of(m));
+    CHECK(set_real(m, c, "initialDisplacement", 4e-6) == fmi2OK);
+    CHECK(set_real(m, c, "rule[1].q3", 1.7e-6) == fmi2OK);
+    CHECK(get_real(m, c, output_of(m)) != before);
+    CHECK(m->SetFMUstate(c, state) == fmi2OK);
+    CHECK(get_real(m, c, output_of(m)) == before);
+    CHECK(get_real(m, c, "rule[1].q3") == start_parameters()->rule[0].q3);
+    m->FreeFMUstate(c, &state);
+    m->FreeInstance(c);
+}
+
+static bool refused(const struct fmi2_api *m, fmi2Component c, const fmi2Byte *bytes, size_t size)
+{
+    int untouched = 0;
+    fmi2FMUstate state = &untouched;
+
+    return m->DeSerializeFMUstate(c, bytes, size, &state) == fmi2Error && state == &untouched;
+}
+
+static void damage(const struct fmi2_api *m)
+{
+    fmi2Component c = make_running(m, 0.0);
+    struct state_bytes bytes;
+    fmi2Byte longer[STATE_CAPACITY + 1] = { 0 };
+    struct state_bytes before, after;
+    long accepted = 0;
+
+    steps(m, c, 0, 10, NULL);
+    read_state(m, c, &bytes);
+    read_state(m, c, &before);
+    for (size_t i = 0; i < bytes.size; i++)
+        for (int flip = 0; flip < 9; flip++) {
+            const fmi2Byte good = bytes.byte[i];
+            bytes.byte[i] = (fmi2Byte)(good ^ (flip < 8 ? 1 << flip : 0xff));
+            accepted += !refused(m, c, bytes.byte, bytes.size);
+            bytes.byte[i] = good;
+        }
+    CHECK(accepted == 0);
+    memcpy(longer, bytes.byte, bytes.size);
+    for (size_t size = 0; size < bytes.size; size += 7)
+        CHECK(refused(m, c, longer, size));
+    CHECK(refused(m, c, longer, bytes.size - 1) && log_says("no state"));
+    CHECK(refused(m, c, longer, bytes.size + 1));
+    memset(longer, 0, sizeof longer);
+    CHECK(refused(m, c, longer, bytes.size) && log_says("damaged"));
+    read_state(m, c, &after);
+    CHECK(same_state(&before, &after));
+    m->FreeInstance(c);
+}
+
+static void other_model(void)
+{
+    fmi2Component plant = make_running(&PLANT, 0.0), inverse = make_running(&INVERSE, 0.0);
+    struct state_bytes bytes;
+
+    read_state(&PLANT, plant, &bytes);
+    CHECK(refused(&INVERSE, inverse, bytes.byte, bytes.size) && log_says("IT2Inverse"));
+    PLANT.FreeInstance(plant);
+    INVERSE.FreeInstance(inverse);
+}
+
+static void null_pointers(const struct fmi2_api *m)
+{
+    fmi2Component c = make_running(m, 0.0);
+    fmi2FMUstate state = NULL;
+    fmi2Byte bytes[8];
+    size_t size;
+
+    CHECK(m->GetFMUstate(c, NULL) == fmi2Error && log_says("null"));
+    CHECK(m->SetFMUstate(c, NULL) == fmi2Error && log_says("null"));
+    CHECK(m->SerializedFMUstateSize(c, NULL, &size) == fmi2Error && log_says("null"));
+    CHECK(m->GetFMUstate(c, &state) == fmi2OK);
+    CHECK(m->SerializedFMUstateSize(c, state, NULL) == fmi2Error && log_says("null"));
+    CHECK(m->SerializeFMUstate(c, NULL, bytes, 8) == fmi2Error && log_says("null"));
+    CHECK(m->SerializeFMUstate(c, state, NULL, 8) == fmi2Error && log_says("null"));
+    CHECK(m->SerializeFMUstate(c, state, bytes, 8) == fmi2Error && log_says("too few"));
+    CHECK(m->DeSerializeFMUstate(c, NULL, 8, &state) == fmi2Error && log_says("null"));
+    CHECK(m->DeSerializeFMUstate(c, bytes, 8, NULL) == fmi2Error && log_says("null"));
+    CHECK(m->FreeFMUstate(c, &state) == fmi2OK);
+    m->FreeInstance(c);
+}
+
+static void of_model(const struct fmi2_api *m)
+{
+    back_and_forth(m);
+    serialized(m);
+    same_history_same_bytes(m);
+    phases(m);
+    parameters_return(m);
+    damage(m);
+    null_pointers(m);
+}
+
+int main(void)
+{
+    of_model(&PLANT);
+    of_model(&INVERSE);
+    other_model();
+    return check_report("fmi2 state");
+}

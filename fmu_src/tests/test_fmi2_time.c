@@ -1,0 +1,238 @@
+/* Ticks are counted, never lost or doubled, and do not depend on how the master cuts time. */
+#include "fmi2_fixture.h"
+
+CHECK_MAIN;
+
+/* A signal that is linear between knots Ts * 1000 apart, so that slopes say all of it. */
+static double ramp(const struct fmi2_api *m)
+{
+    return m->kind == FMU_PLANT ? 1000.0 : 1.5e-4; /* per second */
+}
+
+/* Runs `ticks` ticks in steps of `step`; out[k] is the output after tick k where it was visible. */
+static void run_in_steps(const struct fmi2_api *m, double step, int ticks, double *out)
+{
+    fmi2Component c = make_running(m, 0.0);
+    int seen = 0; /* ticks before the communication point */
+    double end = 0.0;
+
+    for (int k = 0; k < ticks; k++)
+        out[k] = NAN;
+    CHECK(set_slope(m, c, input_of(m), ramp(m)) == fmi2OK);
+    for (int n = 0; seen < ticks; n++) {
+        const double begin = n * step;
+        end = (n + 1) * step;
+        CHECK(set_real(m, c, input_of(m), ramp(m) * begin) == fmi2OK);
+        CHECK(m->DoStep(c, begin, end - begin, fmi2True) <= fmi2Warning);
+        while (seen < ticks && seen * TS < end - 1e-3 * TS)
+            seen++;
+        if (seen > 0 && seen * TS >= end - 1e-3 * TS)
+            out[seen - 1] = get_real(m, c, output_of(m));
+    }
+    m->FreeInstance(c);
+}
+
+static void any_step_same_ticks(const struct fmi2_api *m)
+{
+    enum { TICKS = 1000 };
+    const double steps[] = { TS / 3.0, 7.3 * TS, 100.0 * TS, 0.9 * TS, 1000.0 * TS };
+    static double reference[TICKS], out[TICKS];
+
+    run_in_steps(m, TS, TICKS, reference);
+    for (int k = 0; k < TICKS; k++)
+        CHECK(isfinite(reference[k]));
+    for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
+        int visible = 0;
+        run_in_steps(m, steps[i], TICKS, out);
+        for (int k = 0; k < TICKS; k++)
+            if (!isnan(out[k])) {
+                visible++;
+                CHECK_CLOSE(out[k], reference[k], 1e-12);
+            }
+        CHECK(visible >= 1);
+    }
+}
+
+/* The input at each tick is the one at its own time: voltage = time, seen by the counting model. */
+static void ticks_see_their_own_time(double start, double step, int steps)
+{
+    fmi2Component c = make_running(&COUNTING, start);
+    const long first = (long)ceil(start / TS - 1e-6);
+
+    counting_ticks = 0;
+    CHECK(set_slope(&COUNTING, c, "voltage", 1.0) == fmi2OK);
+    for (int n = 0; n < steps; n++) {
+        CHECK(set_real(&COUNTING, c, "voltage", start + n * step) == fmi2OK);
+        CHECK(COUNTING.DoStep(c, start + n * step, step, fmi2True) == fmi2OK);
+    }
+    CHECK(counting_ticks == (long)ceil((start + steps * step) / TS - 1e-6) - first);
+    for (long k = 0; k < counting_ticks; k++)
+        CHECK_NEAR(counting_voltage[k], (double)(first + k) * TS, TS, 1e-6);
+    COUNTING.FreeInstance(c);
+}
+
+/* A master that adds up its step: after a million steps tick k still belongs to step k. `per_tick`
+ * steps make one sample time; the voltage is the number of the step. */
+static void accumulated_time(int per_tick, double start)
+{
+    enum { STEPS = 1000000 };
+    const double step = TS / per_tick;
+    fmi2Component c = make_running(&COUNTING, start);
+    double time = start;
+    long wrong = 0;
+
+    counting_ticks = 0;
+    for (int n = 0; n < STEPS; n++) {
+        const fmi2ValueReference voltage = 0;
+        const double number = n;
+        COUNTING.SetReal(c, &voltage, 1, &number);
+        if (COUNTING.DoStep(c, time, step, fmi2True) != fmi2OK)
+            wrong++;
+        time += step;
+    }
+    CHECK(wrong == 0);
+    CHECK(counting_ticks == (STEPS + per_tick - 1) / per_tick);
+    for (long k = 0; k < counting_ticks; k++)
+        wrong += counting_voltage[k] != (double)(k * per_tick);
+    if (!CHECK(wrong == 0))
+        fprintf(stderr, "  %ld of %ld ticks in the wrong step of Ts/%d from %g s; time is %g Ts off\n",
+                wrong, counting_ticks, per_tick, start, (time - start - STEPS * step) / TS);
+    COUNTING.FreeInstance(c);
+}
+
+static void empty_steps(const struct fmi2_api *m)
+{
+    fmi2Component c = make_running(m, 0.0);
+    const double start = get_real(m, c, output_of(m));
+
+    CHECK(set_real(m, c, input_of(m), signal(m, 0.01)) == fmi2OK);
+    CHECK(m->DoStep(c, 0.0, 0.0, fmi2True) == fmi2OK); /* [0, 0) holds no tick, not even that at 0 */
+    CHECK(get_real(m, c, output_of(m)) == start);
+    CHECK(m->DoStep(c, 0.0, 0.3 * TS, fmi2True) <= fmi2Warning); /* the tick at 0 */
+    const double first = get_real(m, c, output_of(m));
+    CHECK(first != start);
+    CHECK(m->DoStep(c, 0.3 * TS, 0.3 * TS, fmi2True) == fmi2OK); /* none */
+    CHECK(m->DoStep(c, 0.6 * TS, 0.0, fmi2True) == fmi2OK);
+    CHECK(get_real(m, c, output_of(m)) == first);
+    CHECK(m->DoStep(c, 0.6 * TS, 0.4 * TS, fmi2True) == fmi2OK); /* [0.6, 1.0): none */
+    CHECK(get_real(m, c, output_of(m)) == first);
+    CHECK(m->DoStep(c, TS, TS, fmi2True) == fmi2OK); /* the tick at Ts */
+    CHECK(get_real(m, c, output_of(m)) != first || m == &INVERSE);
+    m->FreeInstance(c);
+}
+
+static void impossible_steps(const struct fmi2_api *m)
+{
+    fmi2Component c = make_running(m, 0.0);
+    struct state_bytes before, after;
+
+    CHECK(set_real(m, c, input_of(m), signal(m, 0.0)) == fmi2OK);
+    CHECK(m->DoStep(c, 0.0, 5 * TS, fmi2True) == fmi2OK);
+    read_state(m, c, &before);
+    CHECK(m->DoStep(c, 5 * TS, -TS, fmi2True) == fmi2Error && log_says("negative"));
+    CHECK(m->DoStep(c, 5 * TS, NAN, fmi2True) == fmi2Error && log_says("finite"));
+    CHECK(m->DoStep(c, 5 * TS, INFINITY, fmi2True) == fmi2Error && log_says("finite"));
+    CHECK(m->DoStep(c, NAN, TS, fmi2True) == fmi2Error && log_says("finite"));
+    CHECK(m->DoStep(c, 4 * TS, TS, fmi2True) == fmi2Error && log_says("begins at") &&
+          log_says("0.0005"));
+    CHECK(m->DoStep(c, 6 * TS, TS, fmi2True) == fmi2Error && log_says("begins at"));
+    CHECK(m->DoStep(c, 5.01 * TS, TS, fmi2True) == fmi2Error);
+    CHECK(m->DoStep(c, 5 * TS, 1e200, fmi2True) == fmi2Error && log_says("counted"));
+    read_state(m, c, &after);
+    CHECK(same_state(&before, &after));
+    CHECK(m->DoStep(c, 5 * TS, TS, fmi2True) == fmi2OK);
+    m->FreeInstance(c);
+}
+
+static void stop_time(const struct fmi2_api *m)
+{
+    fmi2Component c = make(m);
+
+    CHECK(m->SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2True, 10 * TS) == fmi2OK);
+    CHECK(m->EnterInitializationMode(c) == fmi2OK && m->ExitInitializationMode(c) == fmi2OK);
+    CHECK(set_real(m, c, input_of(m), signal(m, 0.0)) == fmi2OK);
+    CHECK(m->DoStep(c, 0.0, 11 * TS, fmi2True) == fmi2Error && log_says("stopTime"));
+    CHECK(m->DoStep(c, 0.0, 9 * TS, fmi2True) == fmi2OK);
+    CHECK(m->DoStep(c, 9 * TS, 1.5 * TS, fmi2True) == fmi2Error && log_says("stopTime"));
+    CHECK(m->DoStep(c, 9 * TS, TS, fmi2True) == fmi2OK); /* up to stopTime, despite rounding */
+    CHECK(m->DoStep(c, 10 * TS, 0.0, fmi2True) == fmi2OK);
+    m->FreeInstance(c);
+}
+
+/* A step that leaves the finite numbers is discarded: the state and its time are as before. */
+static void discarded_step(void)
+{
+    fmi2Component c = make_running(&PLANT, 0.0);
+    fmi2Status status = fmi2OK;
+    fmi2Boolean terminated = fmi2False;
+    double time = -1.0;
+
+    CHECK(set_real(&PLANT, c, "voltage", 1e300) == fmi2OK);
+    CHECK(set_slope(&PLANT, c, "voltage", 1e308) == fmi2OK);
+    CHECK(PLANT.DoStep(c, 0.0, TS, fmi2True) == fmi2Warning); /* still finite, far out of range */
+    const double held = get_real(&PLANT, c, "displacement");
+    CHECK(set_real(&PLANT, c, "voltage", 1.7e308) == fmi2OK);
+    forget_log();
+    CHECK(PLANT.DoStep(c, TS, 1e5 * TS, fmi2True) == fmi2Discard);
+    CHECK(logged.status == fmi2Discard && log_says("displacement") && log_says("finite"));
+    CHECK(get_real(&PLANT, c, "displacement") == held);
+    CHECK(PLANT.GetStatus(c, fmi2DoStepStatus, &status) == fmi2OK && status == fmi2Discard);
+    CHECK(PLANT.GetRealStatus(c, fmi2LastSuccessfulTime, &time) == fmi2OK && time == TS);
+    CHECK(PLANT.GetBooleanStatus(c, fmi2Terminated, &terminated) == fmi2OK && terminated);
+    CHECK(PLANT.GetStatus(c, fmi2LastSuccessfulTime, &status) == fmi2Discard);
+    int integer;
+    CHECK(PLANT.GetIntegerStatus(c, fmi2DoStepStatus, &integer) == fmi2Discard);
+    CHECK(set_real(&PLANT, c, "voltage", 50.0) == fmi2OK);
+    CHECK(set_slope(&PLANT, c, "voltage", 0.0) == fmi2OK);
+    CHECK(PLANT.DoStep(c, TS, TS, fmi2True) <= fmi2Warning);
+    CHECK(PLANT.GetStatus(c, fmi2DoStepStatus, &status) == fmi2OK && status != fmi2Discard);
+    PLANT.FreeInstance(c);
+}
+
+/* A range is left: said once, as a warning that the step itself returns. */
+static void warnings(void)
+{
+    fmi2Component c = make_running(&INVERSE, 0.0);
+    const fmi2String all = "logAll";
+
+    CHECK(INVERSE.SetDebugLogging(c, fmi2True, 1, &all) == fmi2OK);
+    CHECK(set_real(&INVERSE, c, "reference", 1e-3) == fmi2OK);
+    forget_log();
+    CHECK(INVERSE.DoStep(c, 0.0, TS, fmi2True) == fmi2Warning);
+    CHECK(logged.count >= 1 && logged.status == fmi2Warning && log_says("reference"));
+    CHECK(get_boolean(&INVERSE, c, "saturated") == 1);
+    forget_log();
+    CHECK(INVERSE.DoStep(c, TS, TS, fmi2True) == fmi2OK && logged.count == 0);
+    CHECK(set_real(&INVERSE, c, "reference", 8e-6) == fmi2OK);
+    CHECK(INVERSE.DoStep(c, 2 * TS, TS, fmi2True) <= fmi2Warning);
+    CHECK(get_boolean(&INVERSE, c, "saturated") == 0);
+    INVERSE.FreeInstance(c);
+}
+
+static void of_model(const struct fmi2_api *m)
+{
+    any_step_same_ticks(m);
+    empty_steps(m);
+    impossible_steps(m);
+    stop_time(m);
+}
+
+int main(void)
+{
+    const double starts[] = { 0.0, 1.0, 0.123456, -0.05, 1e4, 12345.6789 };
+
+    of_model(&PLANT);
+    of_model(&INVERSE);
+    for (int i = 0; i < 6; i++) {
+        ticks_see_their_own_time(starts[i], TS, 300);
+        ticks_see_their_own_time(starts[i], TS / 3.0, 900);
+        ticks_see_their_own_time(starts[i], 7.3 * TS, 50);
+        ticks_see_their_own_time(starts[i], 100.0 * TS, 4);
+    }
+    accumulated_time(1, 0.0);
+    accumulated_time(3, 0.0);
+    accumulated_time(1, 1.0);
+    discarded_step();
+    warnings();
+    return check_report("fmi2 time");
+}

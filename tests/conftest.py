@@ -1,0 +1,390 @@
+"""What the tests share: packaged FMUs, instances run through FMPy, random parameter sets.
+
+Import the classes and strategies with ``from conftest import ...``.
+"""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+from urllib.parse import quote
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy import fmi2
+from hypothesis import settings
+from hypothesis import strategies as st
+
+from it2hys.model_description import IDENTIFIERS
+from it2hys.packaging import package
+from it2hys.parameters import ParameterSet, table_1
+from it2hys.variables import load_table
+
+# examples that call into binaries vary in time with the machine's load
+settings.register_profile("it2hys", deadline=None)
+settings.load_profile("it2hys")
+
+MODELS = tuple(IDENTIFIERS)
+INPUT = {"plant": "voltage", "inverse": "reference"}
+OUTPUT = {"plant": "displacement", "inverse": "voltage"}
+UM = 1e-6
+TS = 1e-4
+# an input at which Table 1 rests within its range
+CALM = {"plant": 50.0, "inverse": 5 * UM}
+
+
+# --- parameter sets ----------------------------------------------------------------------------
+
+
+def make_rules(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Return random rules, shape (L, 6) in V and m, that are usable over 0..16 um.
+
+    Every rule's own equilibrium is close to a straight line of one gain, so that any mixture of
+    them contracts and can be inverted.
+    """
+    gain = rng.uniform(0.08, 0.25)
+    lower = rng.uniform(1.0, 10.0, count)
+    upper = lower * rng.uniform(1.0, 6.0, count)
+    q1 = rng.uniform(0.3, 0.97, count)
+    q2 = gain * (1 - q1) * rng.uniform(0.8, 1.25, count)
+    q3 = (1 - q1) * rng.uniform(-0.2, 0.2, count)
+    centre = rng.uniform(-1.0, 17.0, count)
+    rules = np.column_stack([lower, upper, centre, q1, q2, q3])
+    return rules * np.array([UM, UM, UM, 1.0, UM, UM])
+
+
+def make_set(seed: int, count: int, name: str = "random", **scalars: float) -> ParameterSet:
+    """Return a random usable set of `count` rules; the same for the same seed."""
+    rules = make_rules(np.random.default_rng(seed), count)
+    return ParameterSet.from_rules(rules, name, **scalars).validate()
+
+
+def parameter_sets(max_rules: int = 16) -> st.SearchStrategy[ParameterSet]:
+    """Return a strategy for usable sets."""
+    return st.builds(make_set, st.integers(0, 2**32 - 1), st.integers(1, max_rules))
+
+
+# --- instances ---------------------------------------------------------------------------------
+
+
+class Unpacked:
+    """An FMU, unpacked: many instances can be made of it.
+
+    Attributes
+    ----------
+    path : Path
+        The FMU file.
+    directory : Path
+        Where it is unpacked.
+    description : fmpy.model_description.ModelDescription
+    variables : dict
+        FMPy's variables by name.
+    """
+
+    def __init__(self, path: Path, directory: Path) -> None:
+        self.path = path
+        self.directory = directory
+        fmpy.extract(str(path), str(directory))
+        self.description = fmpy.read_model_description(str(directory), validate=False)
+        self.variables = {v.name: v for v in self.description.modelVariables}
+
+    def find(self, name: str) -> tuple[str, int]:
+        """Return base type and value reference of a variable.
+
+        The binary has the parameters of sixteen rules, however few of them the XML lists.
+        """
+        if name in self.variables:
+            return self.variables[name].type, self.variables[name].valueReference
+        parameter = load_table().parameters()[name]
+        return parameter.type.base, parameter.value_reference
+
+    @property
+    def identifier(self) -> str:
+        """Model identifier."""
+        return self.description.coSimulation.modelIdentifier
+
+    @property
+    def model(self) -> str:
+        """Either `plant` or `inverse`."""
+        return {identifier: model for model, identifier in IDENTIFIERS.items()}[self.identifier]
+
+    @property
+    def binary(self) -> Path:
+        """Path of this platform's binary."""
+        suffix = fmpy.sharedLibraryExtension
+        return self.directory / "binaries" / fmpy.platform / f"{self.identifier}{suffix}"
+
+
+class Instance:
+    """One FMU instance behind FMPy's `FMU2Slave`, with its messages; frees itself.
+
+    Parameters
+    ----------
+    unpacked : Unpacked
+    guid : str, optional
+        Other than the FMU's own.
+    resources : str or None, optional
+        Resource location to hand over, verbatim; by default FMPy's.
+    library : Path, optional
+        Other than the FMU's own binary.
+    logging : bool
+        Value of `loggingOn`.
+    """
+
+    _DEFAULT = object()
+
+    def __init__(
+        self,
+        unpacked: Unpacked,
+        guid: str | None = None,
+        resources: object = _DEFAULT,
+        library: Path | None = None,
+        logging: bool = True,
+        name: str = "instance",
+    ) -> None:
+        self.unpacked = unpacked
+        self.messages: list[tuple[int, str, str]] = []
+        self.fmu = fmi2.FMU2Slave(
+            guid=guid or unpacked.description.guid,
+            unzipDirectory=str(unpacked.directory),
+            modelIdentifier=unpacked.identifier,
+            instanceName=name,
+            libraryPath=str(library or unpacked.binary),
+        )
+        self._callbacks = fmi2.fmi2CallbackFunctions()
+        self._callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._log)
+        if resources is Instance._DEFAULT:
+            resources = (unpacked.directory / "resources").as_uri()
+        self.fmu.callbacks = self._callbacks
+        self.fmu.component = self.fmu.fmi2Instantiate(
+            name.encode(),
+            fmi2.fmi2CoSimulation,
+            self.fmu.guid.encode(),
+            resources if resources is None else resources.encode(),
+            fmi2.byref(self._callbacks),
+            False,
+            logging,
+        )
+
+    def _log(self, _env: object, _name: bytes, status: int, category: bytes, text: bytes) -> None:
+        self.messages.append((status, category.decode(), text.decode().replace("%%", "%")))
+
+    @property
+    def made(self) -> bool:
+        """Whether the instance was made, not refused."""
+        return bool(self.fmu.component)
+
+    def said(self, status: int) -> list[str]:
+        """Return the messages of one status."""
+        return [text for s, _, text in self.messages if s == status]
+
+    def status_of(self, call: Callable, *arguments: object) -> int:
+        """Return the status of an FMI call, which FMPy raises if it is above a warning."""
+        try:
+            return call(*arguments) or fmi2.fmi2OK
+        except fmpy.fmi1.FMICallException as error:
+            return error.status
+
+    def references(self, names: Sequence[str]) -> list[int]:
+        """Return value references by name."""
+        return [self.unpacked.variables[name].valueReference for name in names]
+
+    def assign(self, values: dict) -> None:
+        """Set variables by name."""
+        for name, value in values.items():
+            base, reference = self.unpacked.find(name)
+            getattr(self.fmu, f"set{base}")([reference], [value])
+
+    def get(self, name: str) -> float | int | bool:
+        """Return the value of a variable."""
+        base, reference = self.unpacked.find(name)
+        return getattr(self.fmu, f"get{base}")([reference])[0]
+
+    def slope(self, name: str, value: float) -> None:
+        """Set the derivative of an input."""
+        self.fmu.setRealInputDerivatives(self.references([name]), [1], [value])
+
+    def initialize(
+        self, start: dict | None = None, start_time: float = 0.0, stop_time: float | None = None
+    ) -> "Instance":
+        """Go through initialization with start values; return self."""
+        self.fmu.setupExperiment(startTime=start_time, stopTime=stop_time)
+        self.assign(start or {})
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+        return self
+
+    def step(self, time: float, size: float) -> int:
+        """Make a step; return its status."""
+        return self.status_of(self.fmu.fmi2DoStep, self.fmu.component, time, size, True)
+
+    def close(self) -> None:
+        """Free the instance."""
+        if self.made:
+            self.fmu.freeInstance()
+        self.fmu.component = None
+
+    def __enter__(self) -> "Instance":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class Master:
+    """Steps one instance tick by tick, or over any communication steps.
+
+    Parameters
+    ----------
+    unpacked : Unpacked
+    start : dict, optional
+        Start values by name.
+    first_tick : int
+        Where to begin.
+    """
+
+    def __init__(self, unpacked: Unpacked, start: dict | None = None, first_tick: int = 0) -> None:
+        self.instance = Instance(unpacked)
+        assert self.instance.made, self.instance.messages
+        self.input, self.output = INPUT[unpacked.model], OUTPUT[unpacked.model]
+        self.sample_time = float(unpacked.variables["sampleTime"].start)
+        self.sample_time = (start or {}).get("sampleTime", self.sample_time)
+        self.tick = first_tick
+        self.instance.initialize(start, first_tick * self.sample_time)
+
+    def run(self, signal: Sequence[float]) -> np.ndarray:
+        """Return the output of every tick for the input at every tick."""
+        return np.array([self.advance(value) for value in signal])
+
+    def advance(self, value: float) -> float:
+        """Run one tick."""
+        self.instance.assign({self.input: float(value)})
+        status = self.instance.step(self.tick * self.sample_time, self.sample_time)
+        assert status <= fmi2.fmi2Warning, self.instance.messages
+        self.tick += 1
+        return self.instance.get(self.output)
+
+    def run_steps(
+        self, signal: Callable[[float], float], slope: Callable[[float], float], times: np.ndarray
+    ) -> np.ndarray:
+        """Return what is read at each of ``times[1:]``, with value and slope given at each step."""
+        read = []
+        for time, end in pairwise(times):
+            self.instance.assign({self.input: float(signal(time))})
+            self.instance.slope(self.input, float(slope(time)))
+            assert self.instance.step(time, end - time) <= fmi2.fmi2Warning, self.instance.messages
+            read.append(self.instance.get(self.output))
+        return np.array(read)
+
+    def __enter__(self) -> "Master":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.instance.close()
+
+
+def continue_run(instance: Instance, first: int, count: int = 30) -> bytes:
+    """Run ticks with a sloping input; return the outputs' bits."""
+    model, values = instance.unpacked.model, []
+    for k in range(first, first + count):
+        instance.assign({INPUT[model]: CALM[model] * (1 + 0.01 * k)})
+        instance.slope(INPUT[model], CALM[model])
+        assert instance.step(k * TS, TS) <= fmi2.fmi2Warning, instance.messages
+        values.append(instance.get(OUTPUT[model]))
+    return np.array(values).tobytes()
+
+
+def rewrite(unpacked: Unpacked, directory: Path) -> Unpacked:
+    """Return a copy of an FMU in another directory, to be damaged."""
+    return Unpacked(unpacked.path, directory)
+
+
+def percent_encoded(path: Path) -> str:
+    """Return the file URI of a path, percent-encoded, without a trailing slash."""
+    return "file://" + quote(str(path))
+
+
+def run_python(code: str, *arguments: object, timeout: float = 120, **environment: str) -> str:
+    """Run code in a Python process of its own; return what it prints."""
+    paths = [str(Path(__file__).parent), *filter(None, sys.path)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), **environment}
+    done = subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=timeout,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+# --- fixtures ----------------------------------------------------------------------------------
+
+
+def package_models(parameters: ParameterSet, directory: Path) -> dict[str, Unpacked]:
+    """Package a set and unpack both FMUs; returns them by model."""
+    package(parameters, directory)
+    return {
+        model: Unpacked(directory / f"{identifier}.fmu", directory / identifier)
+        for model, identifier in IDENTIFIERS.items()
+    }
+
+
+@pytest.fixture(scope="session")
+def models(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Unpacked]:
+    """Both FMUs with Table 1, unpacked, by model."""
+    return package_models(table_1(), tmp_path_factory.mktemp("table-1"))
+
+
+@pytest.fixture(scope="session")
+def fmus(models: dict[str, Unpacked]) -> dict[str, Path]:
+    """Paths of both FMUs with Table 1, by model."""
+    return {model: unpacked.path for model, unpacked in models.items()}
+
+
+@pytest.fixture(scope="session")
+def five_rules(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Unpacked]:
+    """Both FMUs with five rules: their set is not compiled in but read from resources/."""
+    return package_models(make_set(5, 5, "five rules"), tmp_path_factory.mktemp("five-rules"))
+
+
+@pytest.fixture(scope="session")
+def packaged(
+    models: dict[str, Unpacked],
+    five_rules: dict[str, Unpacked],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> dict[str, tuple[ParameterSet, dict[str, Unpacked]]]:
+    """Return sets and their FMUs, by name: Table 1, one rule, five rules, sixteen rules."""
+    one = make_set(1, 1, "one rule", sampleTime=2e-4, initialDisplacement=1e-6)
+    most = make_set(16, 16, "sixteen rules, <&> and \N{GREEK SMALL LETTER MU}m")
+    return {
+        "table_1": (table_1(), models),
+        "one_rule": (one, package_models(one, tmp_path_factory.mktemp("one-rule"))),
+        "five_rules": (make_set(5, 5, "five rules"), five_rules),
+        "sixteen_rules": (most, package_models(most, tmp_path_factory.mktemp("sixteen-rules"))),
+    }
+
+
+@pytest.fixture(params=MODELS)
+def model(request: pytest.FixtureRequest, models: dict[str, Unpacked]) -> Unpacked:
+    """Each FMU with Table 1 in turn."""
+    return models[request.param]
+
+
+@pytest.fixture
+def plant(models: dict[str, Unpacked]) -> Iterator[Instance]:
+    """Yield a plant instance, not yet initialized."""
+    with Instance(models["plant"]) as instance:
+        yield instance
+
+
+@pytest.fixture
+def inverse(models: dict[str, Unpacked]) -> Iterator[Instance]:
+    """Yield an instance of the inverse, not yet initialized."""
+    with Instance(models["inverse"]) as instance:
+        yield instance

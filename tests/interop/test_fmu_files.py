@@ -1,0 +1,602 @@
+"""The FMU as a file: its parts agree, and checkers that we did not write accept it."""
+
+import ctypes
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import zipfile
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlparse
+
+import fmpy
+import numpy as np
+import pytest
+from conftest import (
+    INPUT,
+    MODELS,
+    OUTPUT,
+    Instance,
+    Master,
+    Unpacked,
+    make_set,
+    package_models,
+    percent_encoded,
+    rewrite,
+    run_python,
+)
+from fmpy.build import build_platform_binary
+from fmpy.validation import validate_fmu
+from lxml import etree
+
+from it2hys.errors import InputError
+from it2hys.model_description import IDENTIFIERS
+from it2hys.packaging import package
+from it2hys.parameters import format_ssv, read_ssv, table_1
+from it2hys.variables import load_table
+
+SETS = ("table_1", "one_rule", "five_rules", "sixteen_rules")
+ERROR = 3
+
+
+@pytest.fixture(params=[f"{s}-{m}" for s in SETS for m in MODELS])
+def any_fmu(request, packaged):
+    """Return a parameter set and one of its FMUs: every set and model in turn."""
+    name, model = request.param.split("-")
+    parameters, unpacked = packaged[name]
+    return parameters, unpacked[model]
+
+
+def description_of(unpacked: Unpacked) -> etree._Element:
+    return etree.parse(unpacked.directory / "modelDescription.xml").getroot()
+
+
+def bits(value: float) -> bytes:
+    return struct.pack("<d", value)
+
+
+# --- checkers ----------------------------------------------------------------------------------
+
+
+def test_fmpy_finds_nothing(any_fmu):
+    _, unpacked = any_fmu
+    assert validate_fmu(str(unpacked.path)) == []
+
+
+def test_fmutool_finds_nothing(any_fmu, capfd, caplog):
+    pytest.importorskip("fmu_manipulation_toolbox", reason="fmu-manipulation-toolbox is missing")
+    from fmu_manipulation_toolbox.checker import get_checkers
+    from fmu_manipulation_toolbox.operations import FMU
+
+    _, unpacked = any_fmu
+    fmu = FMU(str(unpacked.path))
+    checkers = [checker() for checker in get_checkers()]
+    assert len(checkers) >= 2  # the schema and the rules that no schema can express
+    with caplog.at_level("INFO", logger="fmu_manipulation_toolbox"):
+        for checker in checkers:
+            fmu.apply_operation(checker)
+    assert [r.getMessage() for r in caplog.records if r.levelname in ("WARNING", "ERROR")] == []
+    assert "This FMU seems to be compliant with FMI-2.0." in caplog.text
+
+
+# --- what no checker sees ----------------------------------------------------------------------
+
+
+def test_listed_sources_are_there_and_all_c_files_are_listed(any_fmu):
+    _, unpacked = any_fmu
+    root = description_of(unpacked)
+    listed = [f.get("name") for f in root.iterfind("CoSimulation/SourceFiles/File")]
+    assert sorted(listed) == sorted(p.name for p in (unpacked.directory / "sources").glob("*.c"))
+    assert len(listed) == len(set(listed)) > 0
+
+
+def test_model_identifier_is_the_binarys_name_on_every_platform(any_fmu):
+    _, unpacked = any_fmu
+    platforms = sorted((unpacked.directory / "binaries").iterdir())
+    suffixes = {"linux64": ".so", "win64": ".dll", "win32": ".dll", "darwin64": ".dylib"}
+    assert fmpy.platform in [p.name for p in platforms]
+    for platform in platforms:
+        expected = unpacked.identifier + suffixes[platform.name]
+        assert [p.name for p in platform.iterdir()] == [expected]
+    assert unpacked.identifier in IDENTIFIERS.values()
+    assert f"{unpacked.identifier}.c" in [
+        p.name for p in (unpacked.directory / "sources").iterdir()
+    ]
+
+
+def test_every_file_of_the_archive_has_its_place(any_fmu):
+    _, unpacked = any_fmu
+    with zipfile.ZipFile(unpacked.path) as archive:
+        assert archive.testzip() is None
+        names = archive.namelist()
+        kinds = {info.compress_type for info in archive.infolist()}
+    assert len(names) == len(set(names))
+    assert {n.split("/")[0] for n in names} >= {
+        "modelDescription.xml", "resources", "sources", "binaries", "documentation"
+    }  # fmt: skip
+    assert kinds <= {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
+    assert all("\\" not in n and not n.startswith("/") and ".." not in n for n in names)
+
+
+def test_only_the_functions_of_fmi_are_exported(model):
+    nm = shutil.which("nm")
+    if nm is None or fmpy.platform != "linux64":
+        pytest.skip("needs nm of binutils on Linux")
+    out = subprocess.run(
+        [nm, "-D", "--defined-only", str(model.binary)], capture_output=True, text=True, check=True
+    )
+    exported = {line.split()[-1].split("@")[0] for line in out.stdout.splitlines()}
+    header = Path(fmpy.__file__).parent / "c-code" / "fmi2Functions.h"
+    words = header.read_text(encoding="utf-8").replace("(", " ").split()
+    declared = {word for word in words if word.startswith("fmi2")}
+    assert exported <= declared
+    assert {n for n in dir(fmpy.fmi2.FMU2Slave) if n.startswith("fmi2")} <= exported
+
+
+# --- XML, binary and resources agree -----------------------------------------------------------
+
+
+def test_the_binary_starts_from_the_xmls_start_values_bit_for_bit(any_fmu):
+    parameters, unpacked = any_fmu
+    root = description_of(unpacked)
+    starts = {}
+    for variable in root.iterfind("ModelVariables/ScalarVariable"):
+        start = variable[0].get("start")
+        if start is not None:
+            starts[variable.get("name")] = start
+    assert set(parameters) < set(starts)
+    with Instance(unpacked) as instance:
+        assert instance.made, instance.messages
+        instance.fmu.setupExperiment()
+        instance.fmu.enterInitializationMode()
+        for name, start in starts.items():
+            value = instance.get(name)
+            assert bits(value) == bits(float(start)), name
+            assert name not in parameters or bits(value) == bits(parameters[name]), name
+
+
+def test_the_xml_lists_exactly_the_tables_variables(any_fmu):
+    parameters, unpacked = any_fmu
+    expected = load_table().of_model(unpacked.model, parameters.counts)
+    assert [
+        (v.name, v.valueReference, v.causality, v.variability, v.type, v.declaredType.name)
+        for v in unpacked.description.modelVariables
+    ] == [
+        (v.name, v.value_reference, v.causality, v.variability, v.type.base, v.type.name)
+        for v in expected
+    ]
+    assert [n for n in unpacked.variables if n.startswith("rule[")] == [
+        n for n in parameters if n.startswith("rule[")
+    ]
+
+
+def test_resources_hold_the_set_that_the_xml_starts_from(any_fmu):
+    parameters, unpacked = any_fmu
+    path = unpacked.directory / "resources" / "parameters.ssv"
+    assert path.read_text(encoding="utf-8") == format_ssv(parameters)
+    read = read_ssv(path)
+    assert read.name == parameters.name
+    starts = {n: unpacked.variables[n].start for n in read}
+    assert {n: bits(float(s)) for n, s in starts.items()} == {n: bits(v) for n, v in read.items()}
+
+
+def test_the_set_beside_the_fmus_is_the_one_inside(packaged):
+    for parameters, unpacked in packaged.values():
+        beside = unpacked["plant"].path.with_name("parameters.ssv")
+        assert beside.read_text(encoding="utf-8") == format_ssv(parameters)
+
+
+def test_guids_tell_models_and_sets_apart(packaged):
+    guids = [u.description.guid for _, unpacked in packaged.values() for u in unpacked.values()]
+    assert len(set(guids)) == len(guids)
+
+
+# --- what the XML says of each variable --------------------------------------------------------
+
+
+def test_every_variable_has_a_type_reals_a_unit_and_lengths_a_display_unit(any_fmu):
+    _, unpacked = any_fmu
+    units = {
+        u.name: {d.name: d for d in u.displayUnits} for u in unpacked.description.unitDefinitions
+    }
+    for variable in unpacked.description.modelVariables:
+        assert variable.description, variable.name
+        declared = variable.declaredType
+        assert declared is not None, variable.name
+        if variable.type != "Real":
+            continue
+        assert variable.unit == declared.unit
+        assert variable.unit in units, variable.name
+        assert (variable.displayUnit or None) == declared.displayUnit
+        assert None not in (declared.min, declared.max, declared.nominal), variable.name
+        assert float(declared.min) < float(declared.max)
+        if variable.start is not None:
+            assert float(declared.min) <= float(variable.start) <= float(declared.max)
+        expected = {"m": "um", "m/V": "um/V", "s": "ms", "K": "degC"}.get(variable.unit)
+        assert variable.displayUnit == expected, variable.name
+        assert expected is None or expected in units[variable.unit]
+
+
+def test_display_units_convert_as_their_names_say(model):
+    """FMI 2.0: display value = factor * value + offset."""
+    units = {d.name: d for u in model.description.unitDefinitions for d in u.displayUnits}
+    shown = {n: float(d.factor) * 1.0 + float(d.offset) for n, d in units.items()}
+    assert shown == {"um": 1e6, "um/V": 1e6, "ms": 1e3, "degC": 1.0 - 273.15}
+
+
+def test_the_default_experiment_is_complete_and_in_whole_sample_times(any_fmu):
+    parameters, unpacked = any_fmu
+    experiment = unpacked.description.defaultExperiment
+    assert float(experiment.startTime) == 0.0
+    assert float(experiment.stepSize) == parameters["sampleTime"]
+    ticks = float(experiment.stopTime) / parameters["sampleTime"]
+    assert ticks == pytest.approx(round(ticks), rel=1e-12)
+    assert ticks >= 1000
+    assert float(experiment.tolerance) > 0
+
+
+def test_outputs_depend_on_no_input_so_that_there_is_no_algebraic_loop(model):
+    for unknown in model.description.outputs:
+        assert unknown.dependencies == []
+
+
+def test_initial_outputs_depend_on_what_the_xml_says(models):
+    """Each listed parameter moves the inverse's initial voltage; no other parameter does."""
+    unpacked = models["inverse"]
+    (unknown,) = [u for u in unpacked.description.initialUnknowns if u.variable.name == "voltage"]
+    listed = {v.name for v in unknown.dependencies}
+    with Instance(unpacked) as instance:
+        instance.fmu.setupExperiment()
+        instance.assign({"initialDisplacement": 3e-6})
+        instance.fmu.enterInitializationMode()
+        before = instance.get("voltage")
+        moved = set()
+        for variable in unpacked.description.modelVariables:
+            if variable.causality != "output" and variable.type == "Real":
+                value = instance.get(variable.name)
+                instance.assign({variable.name: value * 1.001 + 1e-12})
+                if instance.get("voltage") != before:
+                    moved.add(variable.name)
+                instance.assign({variable.name: value})
+    assert moved == listed
+
+
+# --- documentation -----------------------------------------------------------------------------
+
+VOID = {"meta", "img", "br", "hr", "link", "input"}
+
+
+class Page(HTMLParser):
+    """Collects references and headings; complains about tags that do not match."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.references: list[str] = []
+        self.text: list[str] = []
+
+    def handle_starttag(self, tag, attrs):  # noqa: D102 (HTMLParser's)
+        self.references += [value for name, value in attrs if name in ("href", "src")]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):  # noqa: D102
+        assert self.open, f"</{tag}> closes nothing"
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):  # noqa: D102
+        self.text.append(data)
+
+
+def test_the_documentation_is_well_formed_and_its_links_resolve(any_fmu):
+    parameters, unpacked = any_fmu
+    folder = unpacked.directory / "documentation"
+    page = Page()
+    page.feed((folder / "index.html").read_text(encoding="utf-8"))
+    page.close()
+    assert page.open == []
+    assert page.references
+    for reference in page.references:
+        url = urlparse(reference)
+        assert not url.scheme, f"{reference} needs a network"
+        assert (folder / unquote(url.path)).is_file(), reference
+    for image in folder.glob("*.svg"):
+        etree.parse(image)
+    text = " ".join(page.text)
+    assert parameters.name in text
+    for variable in unpacked.variables:
+        assert variable in text
+
+
+# --- packaging ---------------------------------------------------------------------------------
+
+
+def test_packaging_twice_gives_the_same_bytes(tmp_path):
+    for parameters in (table_1(), make_set(5, 5)):
+        first = package(parameters, tmp_path / "a")
+        second = package(parameters, tmp_path / "b")
+        assert [p.name for p in first] == ["IT2Plant.fmu", "IT2Inverse.fmu", "parameters.ssv"]
+        for one, other in zip(first, second, strict=True):
+            assert one.read_bytes() == other.read_bytes()
+
+
+def test_packaging_replaces_what_was_there_and_leaves_nothing_else(tmp_path):
+    package(make_set(5, 5), tmp_path)
+    paths = package(table_1(), tmp_path)
+    assert sorted(tmp_path.iterdir()) == sorted(paths)
+    assert dict(read_ssv(paths[-1])) == dict(table_1())
+
+
+def test_a_directory_that_cannot_be_made_is_refused(tmp_path):
+    (tmp_path / "file").write_text("kept", encoding="utf-8")
+    for place in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(InputError, match="cannot be made a directory"):
+            package(table_1(), place)
+    assert (tmp_path / "file").read_text(encoding="utf-8") == "kept"
+
+
+# --- sources -----------------------------------------------------------------------------------
+
+
+def trajectory(unpacked: Unpacked, library: Path | None = None) -> bytes:
+    """Return the bits of a run that visits the whole range and leaves it."""
+    time = np.arange(600) * float(unpacked.variables["sampleTime"].start)
+    swing = 0.55 - 0.55 * np.cos(2 * np.pi * time / time[-1] * 3)
+    peak = {"plant": 80.0, "inverse": 15e-6}[unpacked.model]
+    with Instance(unpacked, library=library) as instance:
+        assert instance.made, instance.messages
+        instance.initialize()
+        values = []
+        for t, s in zip(time, swing, strict=True):
+            instance.assign({INPUT[unpacked.model]: float(s) * peak})
+            assert instance.step(t, time[1]) <= 1, instance.messages
+            values.append(instance.get(OUTPUT[unpacked.model]))
+    return np.array(values).tobytes()
+
+
+@pytest.mark.parametrize("name", ["table_1", "five_rules"])
+@pytest.mark.parametrize("which", MODELS)
+def test_sources_compile_without_warnings_and_compute_the_same_bits(
+    tmp_path, packaged, name, which
+):
+    compiler = shutil.which("cc")
+    if compiler is None or fmpy.platform != "linux64":
+        pytest.skip("needs cc on Linux")
+    _, unpacked = packaged[name]
+    unpacked = unpacked[which]
+    library = tmp_path / "own.so"
+    sources = sorted(str(p) for p in (unpacked.directory / "sources").glob("*.c"))
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-shared", "-fPIC"]
+    done = subprocess.run(
+        [compiler, *flags, *sources, "-lm", "-o", str(library)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert trajectory(unpacked, library) == trajectory(unpacked)
+
+
+def test_a_binary_from_the_sources_needs_no_resources(tmp_path, five_rules):
+    """The set is compiled in: an embedded host may have no file system."""
+    compiler = shutil.which("cc")
+    if compiler is None or fmpy.platform != "linux64":
+        pytest.skip("needs cc on Linux")
+    unpacked = five_rules["plant"]
+    library = tmp_path / "own.so"
+    sources = sorted(str(p) for p in (unpacked.directory / "sources").glob("*.c"))
+    command = [compiler, "-std=c99", "-O1", "-shared", "-fPIC", *sources, "-lm", "-o", str(library)]
+    subprocess.run(command, check=True)
+    with Instance(unpacked, resources=None, library=library) as instance:
+        assert instance.made, instance.messages
+    with Instance(unpacked, resources=None, library=moved_binary(unpacked, tmp_path)) as instance:
+        assert not instance.made  # whereas the shared binary has nowhere to read this set
+
+
+@pytest.mark.parametrize("which", MODELS)
+def test_fmpy_compiles_the_sources_and_they_compute_the_same_bits(
+    tmp_path, five_rules, which, monkeypatch
+):
+    monkeypatch.setenv(
+        "PATH", os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    )
+    for tool in ("cmake", "cc"):
+        if shutil.which(tool) is None:
+            pytest.skip(f"{tool} is missing")
+    shipped = five_rules[which]
+    expected = trajectory(shipped)
+    copy = rewrite(shipped, tmp_path / "copy")
+    copy.binary.unlink()
+    (tmp_path / "build").mkdir()
+    build_platform_binary(copy.directory, build_dir=tmp_path / "build")
+    assert copy.binary.is_file()
+    assert trajectory(copy) == expected
+
+
+# --- a set that does not belong ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("which", MODELS)
+def test_a_tampered_parameter_file_is_refused(tmp_path, five_rules, which):
+    copy = rewrite(five_rules[which], tmp_path / "copy")
+    path = copy.directory / "resources" / "parameters.ssv"
+    text = path.read_text(encoding="utf-8")
+    assert 'value="150.0"' in text
+    path.write_text(text.replace('value="150.0"', 'value="160.0"'), encoding="utf-8")
+    with Instance(copy) as instance:
+        assert not instance.made
+        (message,) = instance.said(ERROR)
+    assert str(path) in message
+    assert "package the FMU anew" in message
+
+
+@pytest.mark.parametrize("damage", ["missing", "empty", "truncated", "other set", "directory"])
+def test_a_damaged_parameter_file_is_refused_and_named(tmp_path, five_rules, damage):
+    copy = rewrite(five_rules["plant"], tmp_path / "copy")
+    path = copy.directory / "resources" / "parameters.ssv"
+    content = path.read_bytes()
+    path.unlink()
+    if damage == "directory":
+        path.mkdir()
+    elif damage != "missing":
+        other = format_ssv(make_set(6, 5)).encode()
+        path.write_bytes({"empty": b"", "truncated": content[:-30], "other set": other}[damage])
+    with Instance(copy) as instance:
+        assert not instance.made
+        (message,) = instance.said(ERROR)
+    assert "parameters.ssv" in message
+
+
+@pytest.mark.parametrize(
+    "guid",
+    [
+        "",
+        "{}",
+        "{8c4e810f-3df3-4a00-8276-176fa3c9f9e0}",
+        "not a guid",
+        "%s%n%s",
+        "{" + 400 * "0" + "}",
+    ],
+)
+def test_a_guid_of_another_model_is_refused(model, guid):
+    with Instance(model, guid=guid or " ") as instance:
+        assert not instance.made
+        (message,) = instance.said(ERROR)
+    assert "GUID" in message
+    assert model.identifier in message
+
+
+def test_the_guid_of_the_other_fmu_is_refused(models):
+    with Instance(models["plant"], guid=models["inverse"].description.guid) as instance:
+        assert not instance.made
+        assert "GUID" in instance.said(ERROR)[0]
+
+
+# --- where the resources are -------------------------------------------------------------------
+
+
+def moved_binary(unpacked: Unpacked, directory: Path) -> Path:
+    """Return a copy of the binary that has no resources near it."""
+    folder = directory / "elsewhere" / "binaries" / "here"
+    folder.mkdir(parents=True, exist_ok=True)
+    return Path(shutil.copy(unpacked.binary, folder))
+
+
+LOCATIONS = {
+    "uri": lambda p: percent_encoded(p),
+    "trailing slash": lambda p: percent_encoded(p) + "/",
+    "one slash": lambda p: percent_encoded(p).replace("file://", "file:"),
+    "localhost": lambda p: percent_encoded(p).replace("file://", "file://localhost"),
+    "lower case escapes": lambda p: percent_encoded(p).replace("%C3%A4", "%c3%a4"),
+    "not encoded": lambda p: f"file://{p}",
+    "plain path": str,
+    "plain path with slash": lambda p: f"{p}/",
+}
+
+
+@pytest.fixture(scope="module")
+def awkward(five_rules, tmp_path_factory):
+    """Return a plant in a path with spaces, umlauts and a percent sign, and its binary apart."""
+    base = tmp_path_factory.mktemp("base") / "Prüfstand für Aktor ä 100%25 #1"
+    return rewrite(five_rules["plant"], base), moved_binary(five_rules["plant"], base)
+
+
+@pytest.mark.parametrize("form", LOCATIONS)
+def test_resources_are_found_in_whatever_form_a_host_gives_their_location(
+    five_rules, awkward, form
+):
+    unpacked, library = awkward
+    location = LOCATIONS[form](unpacked.directory / "resources")
+    if form == "not encoded":  # what is not encoded must not look as if it were
+        location = location.replace("%25", "%2525")
+    with Instance(unpacked, resources=location, library=library) as instance:
+        assert instance.made, instance.messages
+        instance.initialize()
+        assert instance.get("ruleCount") == 5
+        assert instance.get("rule[5].q1") == float(
+            five_rules["plant"].variables["rule[5].q1"].start
+        )
+
+
+@pytest.mark.parametrize("location", [None, "", "file:///nowhere/resources", "http://example.org/"])
+def test_where_the_location_is_of_no_use_the_binary_finds_its_own_resources(awkward, location):
+    unpacked, library = awkward
+    with Instance(unpacked, resources=location) as instance:
+        assert instance.made, instance.messages
+    with Instance(unpacked, resources=location, library=library) as instance:
+        assert not instance.made
+        (message,) = instance.said(ERROR)
+    assert "cannot be read" in message
+
+
+def test_a_location_longer_than_any_path_is_survived(awkward):
+    unpacked, library = awkward
+    for location in ("file:///" + 5000 * "a", 100_000 * "/", "file://" + 3000 * "%41"):
+        with Instance(unpacked, resources=location, library=library) as instance:
+            assert not instance.made
+            assert len(instance.said(ERROR)) == 1
+
+
+# --- the host's locale -------------------------------------------------------------------------
+
+COMMA = """
+import locale, sys
+locale.setlocale(locale.LC_ALL, "de_DE.UTF-8")
+assert locale.localeconv()["decimal_point"] == ","
+from pathlib import Path
+from conftest import Unpacked, Instance
+unpacked = Unpacked(Path(sys.argv[1]), Path(sys.argv[2]))
+with Instance(unpacked) as instance:
+    instance.initialize()
+    for name, variable in unpacked.variables.items():
+        if variable.causality == "parameter":
+            assert instance.get(name) == float(variable.start), name
+print("same")
+"""
+
+
+def test_a_host_with_a_decimal_comma_reads_the_same_parameters(tmp_path, five_rules):
+    localedef = shutil.which("localedef")
+    if localedef is None:
+        pytest.skip("needs localedef of the C library")
+    made = subprocess.run(
+        [localedef, "-i", "de_DE", "-f", "UTF-8", str(tmp_path / "de_DE.UTF-8")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if not (tmp_path / "de_DE.UTF-8").is_dir():
+        pytest.skip(f"no German locale can be made here: {made.stderr.strip()}")
+    path = five_rules["plant"].path
+    assert run_python(COMMA, path, tmp_path / "fmu", LOCPATH=str(tmp_path)) == "same\n"
+
+
+# --- two sets in one process -------------------------------------------------------------------
+
+
+def test_fmus_of_different_sets_do_not_disturb_each_other(packaged, tmp_path):
+    """One binary file name, loaded from several places at once."""
+    alone = {name: trajectory(unpacked["plant"]) for name, (_, unpacked) in packaged.items()}
+    masters = {name: Master(unpacked["plant"]) for name, (_, unpacked) in packaged.items()}
+    try:
+        together = {name: trajectory(unpacked["plant"]) for name, (_, unpacked) in packaged.items()}
+    finally:
+        for master in masters.values():
+            master.instance.close()
+    assert together == alone
+    assert len(set(alone.values())) == len(alone)
+
+
+def test_an_fmu_in_a_directory_with_umlauts_can_be_packaged_and_run(tmp_path):
+    unpacked = package_models(make_set(7, 2), tmp_path / "Größe µm")["plant"]
+    with Master(unpacked) as master:
+        assert np.isfinite(master.run([10.0, 20.0])).all()
+
+
+def test_the_library_can_be_loaded_without_fmpy(model):
+    library = ctypes.CDLL(str(model.binary))
+    library.fmi2GetVersion.restype = library.fmi2GetTypesPlatform.restype = ctypes.c_char_p
+    assert library.fmi2GetVersion() == b"2.0"
+    assert library.fmi2GetTypesPlatform() == b"default"

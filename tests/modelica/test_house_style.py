@@ -1,0 +1,105 @@
+"""The house style of the Modelica Standard Library, class by class."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from library import CLASSES, FILES, HEADER, LIBRARY, html, kind
+from lxml import etree
+
+from it2hys.modelica import LIBRARY_VERSION
+
+EXAMPLES = [n for n in CLASSES if n.startswith("IT2Hysteresis.Examples.")]
+
+each_class = pytest.mark.parametrize("name", CLASSES)
+each_example = pytest.mark.parametrize("name", EXAMPLES)
+
+
+@each_class
+def test_the_file_holds_the_class_of_its_name_with_a_description(name):
+    text = CLASSES[name].read_text(encoding="utf-8")
+    header = HEADER.match(text)
+    assert header, "no within clause or no description"
+    assert f"{header['within'].strip()}.{header['name']}".lstrip(".") == name
+    assert text.endswith(f"\nend {header['name']};\n")
+
+
+@each_class
+def test_info_and_revisions_are_well_formed_html(name):
+    for attribute in ("info", "revisions"):
+        texts = html(CLASSES[name], attribute)
+        assert len(texts) == 1, attribute
+        root = etree.fromstring(texts[0])
+        assert root.tag == "html"
+        assert "".join(root.itertext()).strip()
+
+
+@each_class
+def test_links_resolve(name):
+    root = etree.fromstring(html(CLASSES[name], "info")[0])
+    links = [*root.xpath("//a/@href"), *root.xpath("//img/@src")]
+    for link in links:
+        scheme, _, target = link.partition("://")
+        assert scheme in ("modelica", "https")
+        if scheme == "modelica":
+            path = LIBRARY.parent / target
+            assert path.is_file() if "/" in target else target in CLASSES, link
+
+
+@pytest.mark.parametrize("directory", [f.parent for f in FILES if f.name == "package.mo"], ids=str)
+def test_package_order_agrees_with_the_files(directory):
+    listed = (directory / "package.order").read_text(encoding="utf-8").split("\n")
+    present = [f.stem for f in directory.glob("*.mo") if f.name != "package.mo"]
+    present += [d.name for d in directory.iterdir() if d.is_dir() and d.name != "Resources"]
+    assert listed.pop() == "", "the last line ends without a newline"
+    assert len(listed) == len(set(listed))
+    assert sorted(listed) == sorted(present)
+
+
+def test_every_directory_is_a_package():
+    directories = {f.parent for f in FILES}
+    assert all((d / "package.mo").is_file() for d in directories)
+
+
+def test_the_library_names_its_version_and_what_it_uses():
+    text = (LIBRARY / "package.mo").read_text(encoding="utf-8")
+    project = tomllib.loads((LIBRARY.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
+    assert f'version="{LIBRARY_VERSION}"' in text
+    assert project["project"]["version"] == LIBRARY_VERSION
+    assert 'uses(Modelica(version="4.0.0"))' in text
+    assert (
+        f"<h4>Version {LIBRARY_VERSION}</h4>"
+        in html(CLASSES["IT2Hysteresis.UsersGuide.ReleaseNotes"], "info")[0]
+    )
+
+
+@each_class
+def test_no_vendor_extension_and_no_absolute_path(name):
+    text = CLASSES[name].read_text(encoding="utf-8")
+    assert not re.search(r"__\w+", text)
+    assert not re.search(r'"(/\w|[A-Za-z]:[\\/]|file:)', text)
+
+
+@each_example
+def test_an_example_says_how_to_run_and_plot_it(name):
+    text = CLASSES[name].read_text(encoding="utf-8")
+    assert kind(name) == "model"
+    assert "extends Modelica.Icons.Example;" in text
+    assert re.search(r"experiment\(StopTime=[\d.]+, Interval=1e-4, Tolerance=1e-6\)", text)
+    assert "preferred=true" in text
+    assert "/Resources/Images/Examples/" in text
+
+
+def test_every_resource_is_used():
+    texts = "".join(f.read_text(encoding="utf-8") for f in FILES)
+    images = (LIBRARY / "Resources" / "Images").rglob("*.*")
+    assert all(
+        f"modelica://IT2Hysteresis/{i.relative_to(LIBRARY).as_posix()}" in texts for i in images
+    )
+    signals = (LIBRARY / "Resources" / "Reference").rglob("*.txt")
+    assert sorted(_example_of(s) for s in signals) == sorted(EXAMPLES)
+
+
+def _example_of(signals: Path) -> str:
+    return ".".join(signals.parent.relative_to(LIBRARY / "Resources" / "Reference").parts)
