@@ -40,9 +40,7 @@ def _parser() -> argparse.ArgumentParser:
     identify = _command(commands, "identify", _identify, "identify the paper's model from records")
     _add_records(identify)
     _add_output(identify)
-    identify.add_argument(
-        "--rules", type=int, metavar="L", help="number of rules (default: chosen)"
-    )
+    identify.add_argument("--rules", type=int, metavar="L", help="number of rules (default: chosen)")
     identify.add_argument("--seed", type=int, default=0, help="seed of the random starts")
 
     package = _command(commands, "package", _package, "write both FMUs from a parameter set")
@@ -95,9 +93,7 @@ def _add_records(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("train", nargs="+", metavar="TRAIN.csv", type=Path)
     parser.add_argument("--validate", nargs="+", default=[], metavar="V.csv", type=Path)
     parser.add_argument("--test", nargs="+", default=[], metavar="T.csv", type=Path)
-    parser.add_argument(
-        "--resample", action="store_true", help="mend gaps and jitter of the time base"
-    )
+    parser.add_argument("--resample", action="store_true", help="mend gaps and jitter of the time base")
     parser.add_argument(
         "--allow-lead", action="store_true", help="accept a displacement that leads the voltage"
     )

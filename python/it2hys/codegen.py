@@ -61,9 +61,7 @@ def table_header(table: Table) -> str:
             f'    {{ "{v.name}", {BASES[v.type.base]}, FMU_{v.causality.upper()}, {models}, '
             f"offsetof(struct fmu_values, {c_path(v)}), {low!r}, {high!r} }},"
         )
-    starts = ", ".join(
-        f".{v.name} = {v.start!r}" for v in table.variables if v.causality == "input"
-    )
+    starts = ", ".join(f".{v.name} = {v.start!r}" for v in table.variables if v.causality == "input")
     return "\n".join(
         [
             "/* Generated from variables.toml by codegen.py. */",

@@ -25,9 +25,7 @@ def _library() -> ctypes.CDLL:
     try:
         library = ctypes.CDLL(str(path))
     except OSError as error:
-        raise ImportError(
-            f"the C core is not built ({error}); run `make` or `pip install .`"
-        ) from None
+        raise ImportError(f"the C core is not built ({error}); run `make` or `pip install .`") from None
     library.it2core_free_run.restype = ctypes.c_size_t
     library.it2core_free_run.argtypes = [
         _DOUBLES, ctypes.c_int, _DOUBLES, ctypes.c_size_t, ctypes.c_double, _DOUBLES, ctypes.c_void_p,
@@ -56,9 +54,7 @@ def _library() -> ctypes.CDLL:
 def _rules(rules: np.ndarray) -> tuple[np.ndarray, int]:
     rules = np.ascontiguousarray(rules, dtype=np.float64)
     if rules.ndim != 2 or rules.shape[1] != 6 or not 1 <= len(rules) <= MAX_RULES:
-        raise InputError(
-            f"rules must be an (L, 6) array with L = 1..{MAX_RULES}, not {rules.shape}"
-        )
+        raise InputError(f"rules must be an (L, 6) array with L = 1..{MAX_RULES}, not {rules.shape}")
     return rules, len(rules)
 
 
@@ -106,9 +102,7 @@ def free_run_sensitivity(
     x = np.ascontiguousarray(x, dtype=np.float64)
     y = np.empty(len(x))
     sensitivity = np.empty((len(x), 6 * count + 1))
-    done = _library().it2core_free_run(
-        rules, count, x, len(x), y_initial, y, sensitivity.ctypes.data
-    )
+    done = _library().it2core_free_run(rules, count, x, len(x), y_initial, y, sensitivity.ctypes.data)
     y[done:] = np.nan
     sensitivity[done:] = np.nan
     return y, sensitivity
@@ -139,9 +133,7 @@ def solve(rules: np.ndarray, y_previous: np.ndarray, y: np.ndarray) -> np.ndarra
     return _pairwise("it2core_solve", rules, y_previous, y)
 
 
-def gradient(
-    rules: np.ndarray, y_previous: float, x: float
-) -> tuple[float, np.ndarray, np.ndarray]:
+def gradient(rules: np.ndarray, y_previous: float, x: float) -> tuple[float, np.ndarray, np.ndarray]:
     """Evaluate (10) and its derivatives (13) to (18) at one point.
 
     Returns

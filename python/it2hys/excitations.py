@@ -267,9 +267,7 @@ def chirp(
         Where a frequency or the duration is not positive and finite, `low` is not below `high`,
         or the method is unknown.
     """
-    _require_positive(
-        start_frequency=start_frequency, stop_frequency=stop_frequency, duration=duration
-    )
+    _require_positive(start_frequency=start_frequency, stop_frequency=stop_frequency, duration=duration)
     known = ("linear", "quadratic", "logarithmic", "hyperbolic")
     if method not in known:
         raise InputError(f"unknown chirp method '{method}'; known are {', '.join(known)}")

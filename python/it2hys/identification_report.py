@@ -129,8 +129,8 @@ def summary(identification: Identification) -> list[str]:
         )
     for result in identification.by_role("test"):
         texts.append(
-            f"On the test record {result.name}, which decided nothing, it is {result.e_rms * UM:.3g} µm "
-            f"rms, {result.e_rms / result.noise_rms:.1f} times that record's noise of "
+            f"On the test record {result.name}, which decided nothing, it is "
+            f"{result.e_rms * UM:.3g} µm rms, {result.e_rms / result.noise_rms:.1f} times that record's noise of "
             f"{result.noise_rms * UM:.2g} µm."
         )
     return texts + [f"Note: {warning}" for warning in identification.warnings]
@@ -162,9 +162,7 @@ def error_table(identification: Identification, before: Sequence[tuple[float, fl
     )  # fmt: skip
 
 
-def _record_section(
-    record: Record, result: RecordResult, identification: Identification
-) -> Section:
+def _record_section(record: Record, result: RecordResult, identification: Identification) -> Section:
     kept = slice(result.skip, None)
     time, voltage = record.time[kept], record.voltage[kept]
     measured, model = record.displacement[kept], result.y_free[kept]
@@ -219,8 +217,8 @@ def _tracking_section(directory: Path, identification: Identification, record: R
         "Feedforward: inverse FMU drives plant FMU",
         [
             "A sine over 90 % of the record's range through IT2Inverse.fmu and its voltage through "
-            f"IT2Plant.fmu, in co-simulation: e_mr is {100 * error:.2g} %. The inverse is exact, so this "
-            "says that the two FMUs fit together; how well the real stage tracks is limited by the "
+            f"IT2Plant.fmu, in co-simulation: e_mr is {100 * error:.2g} %. The inverse is exact, so "
+            "this says that the two FMUs fit together; how well the real stage tracks is limited by the "
             "free-run errors above."
         ],
         pictures=[
@@ -258,9 +256,7 @@ def _parameter_section(identification: Identification) -> Section:
     text = [f"The condition number of the scaled problem is {identification.condition:.2g}."]
     if identification.undetermined:
         text.append(
-            "The data do not determine "
-            + ", ".join(identification.undetermined)
-            + ": other values "
+            "The data do not determine " + ", ".join(identification.undetermined) + ": other values "
             "would fit as well. The model's output is not affected, the values mean little."
         )
     return Section(

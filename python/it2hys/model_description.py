@@ -9,7 +9,7 @@ from it2hys.variables import DeclaredType, Variable, load_table
 IDENTIFIERS = {"plant": "IT2Plant", "inverse": "IT2Inverse"}
 DESCRIPTIONS = {
     "plant": "Piezo actuator with hysteresis: interval type-2 fuzzy model from voltage to displacement",
-    "inverse": "Closed-form inverse of a piezo actuator's hysteresis: from desired displacement to voltage",
+    "inverse": "Closed-form inverse of a piezo actuator with hysteresis: from displacement to voltage",
 }
 LOG_CATEGORIES = {
     "logEvents": "Instantiation and other events",
@@ -62,9 +62,7 @@ def format_model_description(
         generationTool=f"it2hys {version}",
         variableNamingConvention="structured",
     )
-    slave = etree.SubElement(
-        root, "CoSimulation", modelIdentifier=IDENTIFIERS[model], **CAPABILITIES
-    )
+    slave = etree.SubElement(root, "CoSimulation", modelIdentifier=IDENTIFIERS[model], **CAPABILITIES)
     files = etree.SubElement(slave, "SourceFiles")
     for name in source_files:
         etree.SubElement(files, "File", name=name)
@@ -122,9 +120,7 @@ def _text(value: object) -> str:
     return value if isinstance(value, str) else repr(value)
 
 
-def _add_variables(
-    root: etree._Element, variables: list[Variable], parameters: ParameterSet
-) -> None:
+def _add_variables(root: etree._Element, variables: list[Variable], parameters: ParameterSet) -> None:
     element = etree.SubElement(root, "ModelVariables")
     for variable in variables:
         attributes = {

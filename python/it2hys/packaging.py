@@ -29,9 +29,7 @@ def native_directory() -> Path:
     return Path(str(files("it2hys") / "native"))
 
 
-def package(
-    parameters: ParameterSet, directory: str | Path, native: Path | None = None
-) -> list[Path]:
+def package(parameters: ParameterSet, directory: str | Path, native: Path | None = None) -> list[Path]:
     """Write both FMUs and the parameter set into a directory.
 
     Parameters

@@ -58,7 +58,7 @@ class ParameterSet(Mapping):
 
     @property
     def rules(self) -> np.ndarray:
-        """Rules as an (L, 6) array with the columns of Table 1: s1, s2, c in m, q1, q2 in m/V, q3 in m."""
+        """Rules, shape (L, 6), in the columns of Table 1: s1, s2, c in m, q1, q2 in m/V, q3 in m."""
         count = self.counts["rule"]
         return np.array(
             [[self[f"rule[{i}].{name}"] for name in RULE_FIELDS] for i in range(1, count + 1)]
@@ -102,9 +102,7 @@ class ParameterSet(Mapping):
         """Build a set from an (L, 6) array of rules in SI units and scalar parameters by name."""
         values = {"ruleCount": len(rules), **scalars}
         for i, rule in enumerate(np.asarray(rules, dtype=float), start=1):
-            values.update(
-                {f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)}
-            )
+            values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
         return cls(values, name)
 
 
@@ -201,7 +199,8 @@ def format_ssv(parameters: ParameterSet) -> str:
     known = load_table().parameters()
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<ssv:ParameterSet xmlns:ssv="{SSV_NAMESPACE}" version="1.0" name={quoteattr(parameters.name)}>',
+        f'<ssv:ParameterSet xmlns:ssv="{SSV_NAMESPACE}" version="1.0" '
+        f"name={quoteattr(parameters.name)}>",
         "  <ssv:Parameters>",
     ]
     for name, value in parameters.items():

@@ -95,9 +95,7 @@ def _validate(scenario: Mapping) -> None:
             if key not in record:
                 raise InputError(f"record {i}: key {key!r} is missing")
         if record["role"] not in ROLES:
-            raise InputError(
-                f"record {i}: role is {record['role']!r}; it must be one of {list(ROLES)}"
-            )
+            raise InputError(f"record {i}: role is {record['role']!r}; it must be one of {list(ROLES)}")
         _signal(record)
         _require_keys(f"record {i}, paper", record.get("paper", {}), PAPER_KEYS)
 
@@ -127,9 +125,7 @@ def _stand(scenario: Mapping) -> Stand:
     options = scenario.get("stand", {})
     without = options.get("without", [])
     for part in set(without) - set(STAND_PARTS):
-        raise InputError(
-            f"stand.without: unknown part {part!r}; known are {', '.join(STAND_PARTS)}"
-        )
+        raise InputError(f"stand.without: unknown part {part!r}; known are {', '.join(STAND_PARTS)}")
     changes = dict.fromkeys(without)
     if "noise" in options:
         changes["noise"] = options["noise"]
@@ -159,17 +155,13 @@ def run_scenario(name: str, directory: Path | None = None, quiet: bool = False) 
     stand, seed = _stand(scenario), scenario.get("seed", 0)
     entries = sorted(scenario["record"], key=lambda r: list(ROLES).index(r["role"]))
     records = [
-        stand.record(_signal(entry), entry["name"], seed=seed + i)
-        for i, entry in enumerate(entries)
+        stand.record(_signal(entry), entry["name"], seed=seed + i) for i, entry in enumerate(entries)
     ]
     roles = {
-        role: [r for r, e in zip(records, entries, strict=True) if e["role"] == role]
-        for role in ROLES
+        role: [r for r, e in zip(records, entries, strict=True) if e["role"] == role] for role in ROLES
     }
     with progress_bar(quiet) as progress:
-        identification = identify(
-            *roles.values(), scenario.get("rules"), Options(seed=seed), progress
-        )
+        identification = identify(*roles.values(), scenario.get("rules"), Options(seed=seed), progress)
     sections = [_comparison(entries, identification)]
     if "tracking" in scenario:
         sections.append(_tracking(scenario["tracking"], identification, stand, seed, records[0]))

@@ -61,9 +61,7 @@ class Variable:
         """FMI's variability: parameters are fixed, flags and integers discrete."""
         if self.causality == "parameter":
             return "fixed"
-        return (
-            "continuous" if self.causality == "input" and self.type.base == "Real" else "discrete"
-        )
+        return "continuous" if self.causality == "input" and self.type.base == "Real" else "discrete"
 
 
 @dataclass(frozen=True)

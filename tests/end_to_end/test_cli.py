@@ -57,9 +57,7 @@ def assert_reported_errors_hold(record, entry, plant):
     error = replay(record, entry, plant)
     kept = record.displacement[entry["skipped_samples"] :]
     assert np.sqrt(np.mean(error**2)) / UM == pytest.approx(entry["e_rms_um"], rel=1e-9)
-    assert 100 * np.abs(error).max() / np.ptp(kept) == pytest.approx(
-        entry["e_mr_percent"], rel=1e-9
-    )
+    assert 100 * np.abs(error).max() / np.ptp(kept) == pytest.approx(entry["e_mr_percent"], rel=1e-9)
 
 
 class Page(HTMLParser):
@@ -206,9 +204,7 @@ def test_a_bad_parameter_set_is_refused_and_nothing_is_written(case, tmp_path, c
     (tmp_path / "p.ssv").write_text(
         f'{head}{entry}{before}value="{value}"{after[after.index(chr(34)) + 1 :]}'
     )
-    assert_refused(
-        capsys, ["package", tmp_path / "p.ssv", "-o", tmp_path / "out"], "p.ssv", culprit
-    )
+    assert_refused(capsys, ["package", tmp_path / "p.ssv", "-o", tmp_path / "out"], "p.ssv", culprit)
     assert not (tmp_path / "out").exists()
 
 
@@ -269,6 +265,4 @@ def test_measured_records_give_two_fmus_and_honest_errors(tmp_path):
     assert entry["e_rms_um"] < 0.56  # the paper's model reaches 0.55
     assert entry["noise_rms_um"] == pytest.approx(0.07, abs=0.02)
     assert report["unexplained"] is True
-    assert_reported_errors_hold(
-        read_record(MEASURED / "test.csv"), entry, tmp_path / "IT2Plant.fmu"
-    )
+    assert_reported_errors_hold(read_record(MEASURED / "test.csv"), entry, tmp_path / "IT2Plant.fmu")

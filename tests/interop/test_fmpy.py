@@ -369,9 +369,7 @@ def test_simulate_fmu_takes_start_values_and_their_display_units(fmus):
     ],
 )
 @pytest.mark.parametrize("which", MODELS)
-def test_unusable_start_values_are_refused_and_the_culprit_is_named(
-    fmus, which, start_values, culprit
-):
+def test_unusable_start_values_are_refused_and_the_culprit_is_named(fmus, which, start_values, culprit):
     said = []
     with pytest.raises(fmpy.fmi1.FMICallException, match="fmi2ExitInitializationMode"):
         fmpy.simulate_fmu(
@@ -468,9 +466,7 @@ def run_of(instance: Instance, which: str, count: int = 40) -> bytes:
 
 
 @pytest.mark.parametrize("which", MODELS)
-@pytest.mark.parametrize(
-    "phase", ["instantiated", "initialization", "step", "terminated", "refused"]
-)
+@pytest.mark.parametrize("phase", ["instantiated", "initialization", "step", "terminated", "refused"])
 def test_reset_is_complete_from_every_state(models, which, phase):
     with Instance(models[which]) as fresh:
         expected = run_of(fresh.initialize(), which)
@@ -498,9 +494,7 @@ def test_reset_returns_to_the_packaged_set_not_to_table_1(five_rules):
         instance.initialize({"rule[5].q1": 0.4})
         instance.fmu.reset()
         instance.initialize()
-        assert instance.get("rule[5].q1") == float(
-            five_rules["plant"].variables["rule[5].q1"].start
-        )
+        assert instance.get("rule[5].q1") == float(five_rules["plant"].variables["rule[5].q1"].start)
 
 
 def resident_kilobytes() -> int:

@@ -101,9 +101,7 @@ def test_model_identifier_is_the_binarys_name_on_every_platform(any_fmu):
         expected = unpacked.identifier + suffixes[platform.name]
         assert [p.name for p in platform.iterdir()] == [expected]
     assert unpacked.identifier in IDENTIFIERS.values()
-    assert f"{unpacked.identifier}.c" in [
-        p.name for p in (unpacked.directory / "sources").iterdir()
-    ]
+    assert f"{unpacked.identifier}.c" in [p.name for p in (unpacked.directory / "sources").iterdir()]
 
 
 def test_every_file_of_the_archive_has_its_place(any_fmu):
@@ -198,9 +196,7 @@ def test_guids_tell_models_and_sets_apart(packaged):
 
 def test_every_variable_has_a_type_reals_a_unit_and_lengths_a_display_unit(any_fmu):
     _, unpacked = any_fmu
-    units = {
-        u.name: {d.name: d for d in u.displayUnits} for u in unpacked.description.unitDefinitions
-    }
+    units = {u.name: {d.name: d for d in u.displayUnits} for u in unpacked.description.unitDefinitions}
     for variable in unpacked.description.modelVariables:
         assert variable.description, variable.name
         declared = variable.declaredType
@@ -277,16 +273,16 @@ class Page(HTMLParser):
         self.references: list[str] = []
         self.text: list[str] = []
 
-    def handle_starttag(self, tag, attrs):  # noqa: D102 (HTMLParser's)
+    def handle_starttag(self, tag, attrs):
         self.references += [value for name, value in attrs if name in ("href", "src")]
         if tag not in VOID:
             self.open.append(tag)
 
-    def handle_endtag(self, tag):  # noqa: D102
+    def handle_endtag(self, tag):
         assert self.open, f"</{tag}> closes nothing"
         assert self.open.pop() == tag
 
-    def handle_data(self, data):  # noqa: D102
+    def handle_data(self, data):
         self.text.append(data)
 
 
@@ -358,9 +354,7 @@ def trajectory(unpacked: Unpacked, library: Path | None = None) -> bytes:
 
 @pytest.mark.parametrize("name", ["table_1", "five_rules"])
 @pytest.mark.parametrize("which", MODELS)
-def test_sources_compile_without_warnings_and_compute_the_same_bits(
-    tmp_path, packaged, name, which
-):
+def test_sources_compile_without_warnings_and_compute_the_same_bits(tmp_path, packaged, name, which):
     compiler = shutil.which("cc")
     if compiler is None or fmpy.platform != "linux64":
         pytest.skip("needs cc on Linux")
@@ -399,9 +393,7 @@ def test_a_binary_from_the_sources_needs_no_resources(tmp_path, five_rules):
 def test_fmpy_compiles_the_sources_and_they_compute_the_same_bits(
     tmp_path, five_rules, which, monkeypatch
 ):
-    monkeypatch.setenv(
-        "PATH", os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    )
+    monkeypatch.setenv("PATH", os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
     for tool in ("cmake", "cc"):
         if shutil.which(tool) is None:
             pytest.skip(f"{tool} is missing")
@@ -504,9 +496,7 @@ def awkward(five_rules, tmp_path_factory):
 
 
 @pytest.mark.parametrize("form", LOCATIONS)
-def test_resources_are_found_in_whatever_form_a_host_gives_their_location(
-    five_rules, awkward, form
-):
+def test_resources_are_found_in_whatever_form_a_host_gives_their_location(five_rules, awkward, form):
     unpacked, library = awkward
     location = LOCATIONS[form](unpacked.directory / "resources")
     if form == "not encoded":  # what is not encoded must not look as if it were
@@ -515,9 +505,7 @@ def test_resources_are_found_in_whatever_form_a_host_gives_their_location(
         assert instance.made, instance.messages
         instance.initialize()
         assert instance.get("ruleCount") == 5
-        assert instance.get("rule[5].q1") == float(
-            five_rules["plant"].variables["rule[5].q1"].start
-        )
+        assert instance.get("rule[5].q1") == float(five_rules["plant"].variables["rule[5].q1"].start)
 
 
 @pytest.mark.parametrize("location", [None, "", "file:///nowhere/resources", "http://example.org/"])

@@ -94,9 +94,7 @@ def test_an_example_says_how_to_run_and_plot_it(name):
 def test_every_resource_is_used():
     texts = "".join(f.read_text(encoding="utf-8") for f in FILES)
     images = (LIBRARY / "Resources" / "Images").rglob("*.*")
-    assert all(
-        f"modelica://IT2Hysteresis/{i.relative_to(LIBRARY).as_posix()}" in texts for i in images
-    )
+    assert all(f"modelica://IT2Hysteresis/{i.relative_to(LIBRARY).as_posix()}" in texts for i in images)
     signals = (LIBRARY / "Resources" / "Reference").rglob("*.txt")
     assert sorted(_example_of(s) for s in signals) == sorted(EXAMPLES)
 

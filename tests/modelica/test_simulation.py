@@ -97,9 +97,7 @@ def test_connectors_are_the_variables_of_the_table(which, block):
         if entry["causality"] != "Empty" and not name.endswith("Internal")
     }
     expected = {
-        v.name: v
-        for v in load_table().variables
-        if v.causality != "parameter" and which in v.models
+        v.name: v for v in load_table().variables if v.causality != "parameter" and which in v.models
     }
     assert set(found) == set(expected)
     for name, variable in expected.items():

@@ -20,9 +20,7 @@ def test_relative_error_keeps_under_a_change_of_unit_and_rms_scales(offset, scal
     rng = np.random.default_rng(1)
     y, y_hat = rng.normal(size=(2, 40))
     moved, moved_hat = offset + scale * y, offset + scale * y_hat
-    assert max_relative_error(moved, moved_hat) == pytest.approx(
-        max_relative_error(y, y_hat), rel=1e-6
-    )
+    assert max_relative_error(moved, moved_hat) == pytest.approx(max_relative_error(y, y_hat), rel=1e-6)
     assert rms_error(moved, moved_hat) == pytest.approx(scale * rms_error(y, y_hat), rel=1e-6)
 
 

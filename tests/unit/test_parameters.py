@@ -167,9 +167,7 @@ def test_a_set_survives_the_file_bit_for_bit(tmp_path_factory, parameters):
 
 
 @given(
-    st.text(
-        st.characters(min_codepoint=32, exclude_categories=["Cs", "Cn", "Cc", "Co"]), min_size=1
-    )
+    st.text(st.characters(min_codepoint=32, exclude_categories=["Cs", "Cn", "Cc", "Co"]), min_size=1)
 )
 def test_any_name_survives_the_file(tmp_path_factory, name):
     path = tmp_path_factory.getbasetemp() / "name.ssv"
@@ -196,9 +194,7 @@ def test_the_file_keeps_to_the_profile_that_common_masters_read():
     assert "<ssv:ParameterSet " in text
     assert root.nsmap == {"ssv": SSV_NAMESPACE}
     assert root.get("version") == "1.0"
-    kinds = {
-        etree.QName(entry).localname for entry in root.iterfind(".//ssv:Parameter/*", root.nsmap)
-    }
+    kinds = {etree.QName(entry).localname for entry in root.iterfind(".//ssv:Parameter/*", root.nsmap)}
     assert kinds == {"Real", "Integer"}
     assert {e.get("name") for e in root.iter(f"{{{SSV_NAMESPACE}}}Parameter")} == set(table_1())
 
@@ -244,9 +240,7 @@ def test_an_unusable_file_is_refused_with_its_name_and_the_culprit(tmp_path, old
     assert phrase in str(refusal.value)
 
 
-@pytest.mark.parametrize(
-    "content", [b"", b"time_s,voltage_V\n0,1\n", b"\x00\xff\xfe", b"PK\x03\x04"]
-)
+@pytest.mark.parametrize("content", [b"", b"time_s,voltage_V\n0,1\n", b"\x00\xff\xfe", b"PK\x03\x04"])
 def test_a_file_that_is_not_xml_is_refused(tmp_path, content):
     path = tmp_path / "p.ssv"
     path.write_bytes(content)

@@ -161,8 +161,7 @@ def test_finer_grid_converges():
     quiet = replace(Stand(), noise=0.0, adc=None)
     exact = replace(quiet, substeps=160).run(voltage).displacement
     errors = [
-        np.abs(replace(quiet, substeps=n).run(voltage).displacement - exact).max()
-        for n in (5, 10, 20)
+        np.abs(replace(quiet, substeps=n).run(voltage).displacement - exact).max() for n in (5, 10, 20)
     ]
     assert errors[1] < 20e-9
     assert errors[0] > 2.5 * errors[1] > 6.0 * errors[2]

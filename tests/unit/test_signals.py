@@ -24,9 +24,7 @@ def save(tmp_path):
 
 
 def test_the_wanted_quantities_are_read_and_the_others_ignored(save):
-    path = save(
-        "time_ms,voltage_V,temperature [degC],remark,displacement\n0,1,20,a,9\n5,2,21,b,9\n"
-    )
+    path = save("time_ms,voltage_V,temperature [degC],remark,displacement\n0,1,20,a,9\n5,2,21,b,9\n")
     signals = read_signals(path, PLANT_INPUTS)
     assert signals.sample_time == 5e-3
     np.testing.assert_array_equal(signals.time, [0.0, 5e-3])

@@ -50,8 +50,7 @@ def parse_column_option(option: str) -> tuple[str, str, str | None]:
     quantity, equals, name = (part.strip() for part in option.partition("="))
     if not equals or not name:
         raise InputError(
-            f"--column {option}: the form is QUANTITY=NAME or QUANTITY=NAME:UNIT, "
-            "as in voltage=Vin:mV"
+            f"--column {option}: the form is QUANTITY=NAME or QUANTITY=NAME:UNIT, as in voltage=Vin:mV"
         )
     _check_quantity(quantity, UNITS)
     name, unit = _split_choice(quantity, name)

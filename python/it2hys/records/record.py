@@ -67,8 +67,7 @@ class Record:
         for name, values in self._arrays().items():
             if values.ndim != 1 or len(values) != len(self.time):
                 raise InputError(
-                    f"record '{self.name}': {name} has shape {values.shape}, "
-                    f"time has {self.time.shape}"
+                    f"record '{self.name}': {name} has shape {values.shape}, time has {self.time.shape}"
                 )
         if not (np.isfinite(self.sample_time) and self.sample_time > 0.0):
             raise InputError(

@@ -149,8 +149,7 @@ def sample_time_fault(table: Table, base: TimeBase, wanted: float) -> InputError
         )
     if abs(wanted - base.sample_time) > 1e-6 * base.sample_time:
         return table.fault(
-            f"the sample time is {base.sample_time:.6g} s, not {wanted:.6g} s; "
-            "--resample interpolates"
+            f"the sample time is {base.sample_time:.6g} s, not {wanted:.6g} s; --resample interpolates"
         )
     return None
 

@@ -44,9 +44,7 @@ def write_signals(
     InputError
         Where the file cannot be written.
     """
-    names = [
-        name if unit == DIMENSIONLESS else f"{name}_{unit}" for name, (_, unit) in columns.items()
-    ]
+    names = [name if unit == DIMENSIONLESS else f"{name}_{unit}" for name, (_, unit) in columns.items()]
     texts = [[f"{stamp:.15g}" for stamp in np.asarray(time, dtype=float).tolist()]]
     for values, unit in columns.values():
         numbers = from_si(np.asarray(values, dtype=float), unit)
