@@ -13,9 +13,9 @@ TOOLS := $(VENV)/.tools
 CBUILD := build/c
 SOURCES := $(shell find python fmu_src -type f -not -path '*/__pycache__/*' -not -path '*/native/*' -not -path '*/fmus/*')
 
-# the host's C compiler or, where there is none, zig's from PyPI
+# where there is no C compiler: zig's from PyPI (the wheel's build backend sees to itself)
 ifeq ($(shell command -v cc || command -v gcc || command -v clang),)
-export CC := $(CURDIR)/$(BIN)/python -m ziglang cc
+WITH_CC := CC="$(CURDIR)/$(BIN)/python -m ziglang cc"
 ZIGLANG := ziglang==0.17.0
 endif
 
@@ -56,7 +56,7 @@ lint: $(TOOLS)
 	$(BIN)/ruff format --check .
 
 ctest: $(TOOLS)
-	$(BIN)/cmake -S fmu_src -B $(CBUILD) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja \
+	$(WITH_CC) $(BIN)/cmake -S fmu_src -B $(CBUILD) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja \
 	  -DPython_EXECUTABLE=$(CURDIR)/$(BIN)/python
 	$(BIN)/cmake --build $(CBUILD)
 	$(BIN)/ctest --test-dir $(CBUILD) --output-on-failure -j 2

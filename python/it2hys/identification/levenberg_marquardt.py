@@ -12,13 +12,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
+from scipy.linalg import LinAlgError, cholesky, qr, solve_triangular
+from scipy.linalg.blas import dtrsm
 
 _LARGEST_DAMPING = 1e12
 _SMALLEST_DAMPING = 1e-14
 #: A fit that creeps, at less than this share of the cost in so many iterations, has arrived for all
 #: that the data can tell.
 _CREEP, _CREEP_ITERATIONS = 1e-3, 30
+#: Largest loss of orthogonality after the first round of CholeskyQR2 that the second makes good.
+_ORTHOGONAL = 0.5
 
 
 @dataclass(frozen=True)
@@ -50,14 +53,40 @@ class Minimum:
 
 
 def triangular_factor(jacobian: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return R and Q^T r of the Jacobian's QR decomposition: all that a step depends on."""
+    """Return R and Q^T r of the Jacobian's QR decomposition: all that a step depends on.
+
+    Parameters
+    ----------
+    jacobian : ndarray, shape (N, P)
+    residual : ndarray, shape (N,)
+
+    Returns
+    -------
+    factor : ndarray, shape (P, P)
+    target : ndarray, shape (P,)
+
+    Notes
+    -----
+    Two rounds of Cholesky's decomposition of J^T J (CholeskyQR2, Yamamoto et al. 2015): matrix
+    products alone, several times as fast as Householder's reflections on a tall matrix and, up to
+    a condition of about 1e8, as accurate. Beyond that the reflections do it.
+    """
+    try:
+        first = cholesky(jacobian.T @ jacobian, check_finite=False)
+        basis = dtrsm(1.0, first, jacobian.T, trans_a=1)
+        second = cholesky(basis @ basis.T, check_finite=False)
+    except LinAlgError:
+        return _householder_factor(jacobian, residual)
+    if np.abs(second - np.eye(len(second))).max() > _ORTHOGONAL:
+        return _householder_factor(jacobian, residual)
+    return second @ first, solve_triangular(second, basis @ residual, trans=1, check_finite=False)
+
+
+def _householder_factor(
+    jacobian: np.ndarray, residual: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     columns = jacobian.shape[1]
-    factor = qr(
-        np.column_stack([jacobian, residual]),
-        mode="r",
-        overwrite_a=True,
-        check_finite=False,
-    )[0]
+    factor = qr(np.column_stack([jacobian, residual]), mode="r", check_finite=False)[0]
     return factor[:columns, :columns], factor[:columns, columns]
 
 
@@ -114,10 +143,9 @@ def levenberg_marquardt(
         factor, target = linear
         unit = np.median(np.linalg.norm(factor, axis=0))
         free = _free_coordinates(point, factor.T @ target, lower, upper)
+        solve = _damped_solver(factor, target, free)
         while True:
-            trial = np.clip(
-                point + _damped_step(factor, target, damping * unit**2, free), lower, upper
-            )
+            trial = np.clip(point + solve(damping * unit**2), lower, upper)
             values = residual(trial)
             evaluations += 1
             trial_cost = np.inf if values is None else 0.5 * values @ values
@@ -146,12 +174,19 @@ def _free_coordinates(
     return np.flatnonzero(~held)
 
 
-def _damped_step(
-    factor: np.ndarray, target: np.ndarray, damping: float, free: np.ndarray
-) -> np.ndarray:
-    """Return the step of the damped linear problem, without forming the normal equations."""
-    matrix = np.vstack([factor[:, free], np.sqrt(damping) * np.eye(len(free))])
-    right = np.concatenate([-target, np.zeros(len(free))])
-    step = np.zeros(factor.shape[1])
-    step[free] = np.linalg.lstsq(matrix, right, rcond=None)[0]
-    return step
+def _damped_solver(
+    factor: np.ndarray, target: np.ndarray, free: np.ndarray
+) -> Callable[[float], np.ndarray]:
+    """Return the step of the damped linear problem as a function of the damping.
+
+    By one singular value decomposition for all dampings, without forming the normal equations.
+    """
+    left, singular, right = np.linalg.svd(factor[:, free], full_matrices=False)
+    projected = left.T @ target
+
+    def solve(damping: float) -> np.ndarray:
+        step = np.zeros(factor.shape[1])
+        step[free] = -right.T @ (singular / (singular**2 + damping) * projected)
+        return step
+
+    return solve
