@@ -19,7 +19,9 @@
 #include "fmu_start.h"
 #include "fmu_table_hash.h"
 
-enum { ROUNDS = 151, SAMPLES = 256, TICKS_PER_LONG_STEP = 100 };
+#define ROUNDS 151
+#define SAMPLES 256
+#define TICKS_PER_LONG_STEP 100
 #define CHUNK_SECONDS 1e-3
 
 /* --- clock and statistics ---------------------------------------------------------------------- */

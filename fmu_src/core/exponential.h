@@ -11,7 +11,7 @@
 
 #include <stdint.h>
 
-enum { EXP_STEPS = 64 }; /* steps per factor of two */
+#define EXP_STEPS 64 /* per factor of two */
 
 /* Factor of the arguments, 64 / ln 2. */
 #define EXP_SCALE 92.332482616893656877

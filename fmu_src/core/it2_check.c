@@ -6,7 +6,8 @@
 #include "it2.h"
 #include "it2_membership.h"
 
-enum { GRID = 256, NEAR = 5 };
+#define GRID 256
+#define NEAR 5
 
 /* A grid over the range, and points at each rule's centre and one and two of its lower deviations
  * beside it: a narrow rule would hide between grid points. */

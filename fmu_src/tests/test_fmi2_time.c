@@ -75,14 +75,14 @@ static void ticks_see_their_own_time(double start, double step, int steps)
  * steps make one sample time; the voltage is the number of the step. */
 static void accumulated_time(int per_tick, double start)
 {
-    enum { STEPS = 1000000 };
+    const int steps = 1000000;
     const double step = TS / per_tick;
     fmi2Component c = make_running(&COUNTING, start);
     double time = start;
     long wrong = 0;
 
     counting_ticks = 0;
-    for (int n = 0; n < STEPS; n++) {
+    for (int n = 0; n < steps; n++) {
         const fmi2ValueReference voltage = 0;
         const double number = n;
         COUNTING.SetReal(c, &voltage, 1, &number);
@@ -91,12 +91,12 @@ static void accumulated_time(int per_tick, double start)
         time += step;
     }
     CHECK(wrong == 0);
-    CHECK(counting_ticks == (STEPS + per_tick - 1) / per_tick);
+    CHECK(counting_ticks == (steps + per_tick - 1) / per_tick);
     for (long k = 0; k < counting_ticks; k++)
         wrong += counting_voltage[k] != (double)(k * per_tick);
     if (!CHECK(wrong == 0))
         fprintf(stderr, "  %ld of %ld ticks in the wrong step of Ts/%d from %g s; time is %g Ts off\n",
-                wrong, counting_ticks, per_tick, start, (time - start - STEPS * step) / TS);
+                wrong, counting_ticks, per_tick, start, (time - start - steps * step) / TS);
     COUNTING.FreeInstance(c);
 }
 

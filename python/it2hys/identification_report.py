@@ -130,8 +130,8 @@ def summary(identification: Identification) -> list[str]:
     for result in identification.by_role("test"):
         texts.append(
             f"On the test record {result.name}, which decided nothing, it is "
-            f"{result.e_rms * UM:.3g} µm rms, {result.e_rms / result.noise_rms:.1f} times that record's noise of "
-            f"{result.noise_rms * UM:.2g} µm."
+            f"{result.e_rms * UM:.3g} µm rms, {result.e_rms / result.noise_rms:.1f} times that "
+            f"record's noise of {result.noise_rms * UM:.2g} µm."
         )
     return texts + [f"Note: {warning}" for warning in identification.warnings]
 
@@ -218,8 +218,8 @@ def _tracking_section(directory: Path, identification: Identification, record: R
         [
             "A sine over 90 % of the record's range through IT2Inverse.fmu and its voltage through "
             f"IT2Plant.fmu, in co-simulation: e_mr is {100 * error:.2g} %. The inverse is exact, so "
-            "this says that the two FMUs fit together; how well the real stage tracks is limited by the "
-            "free-run errors above."
+            "this says that the two FMUs fit together; how well the real stage tracks is limited by "
+            "the free-run errors above."
         ],
         pictures=[
             Picture(

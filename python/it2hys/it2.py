@@ -131,9 +131,23 @@ def free_run_function(rule_count: int, samples: int) -> ca.Function:
     )
 
 
+def _usability(rule_count: int) -> tuple[list[ca.SX], ca.SX]:
+    """Return the symbols (rules, y, x_low, x_high) and the four values of `usability_function`."""
+    rules, y_previous, x = _symbols(rule_count)
+    x_low, x_high = ca.SX.sym("x_low"), ca.SX.sym("x_high")
+    y = step_expression(rules, y_previous, x)
+    partials = ca.Function(
+        "it2_partials", [rules, y_previous, x], [ca.gradient(y, y_previous), ca.gradient(y, x)]
+    )
+    equilibrium = inverse_expression(rules, y_previous, y_previous)
+    slopes = [partials(rules, y_previous, at) for at in (equilibrium, x_low, x_high)]
+    values = ca.vertcat(*(by_y for by_y, _ in slopes), slopes[0][1])
+    return [rules, y_previous, x_low, x_high], values
+
+
 @cache
 def usability_function(rule_count: int, points: int) -> ca.Function:
-    """Return (rules, y) -> what must hold on a grid of equilibria: contraction and invertibility.
+    """Return (rules, y, x_low, x_high) -> what must hold on a grid: contraction, invertibility.
 
     Parameters
     ----------
@@ -143,24 +157,23 @@ def usability_function(rule_count: int, points: int) -> ca.Function:
     Returns
     -------
     casadi.Function
-        From rules (L, 6) and y (1, G) to the values (2, G) and their derivatives by the rules
-        (2, 6 L G), point by point, the rules column by column. The first row is dy(k)/dy(k-1) on
-        the equilibrium curve, the second dy(k)/dx(k), which is the denominator of (30) over the
-        sum of memberships.
+        From rules (L, 6) and y, x_low and x_high, each (1, G), to (4, G): dy(k)/dy(k-1) on the
+        equilibrium curve, at x_low and at x_high, and dy(k)/dx(k), which is the denominator of
+        (30) over the sum of memberships.
     """
-    rules, y_previous, x = _symbols(rule_count)
-    y = step_expression(rules, y_previous, x)
-    partials = ca.Function(
-        "it2_partials", [rules, y_previous, x], [ca.gradient(y, y_previous), ca.gradient(y, x)]
-    )
-    equilibrium = inverse_expression(rules, y_previous, y_previous)
-    values = ca.vertcat(*partials(rules, y_previous, equilibrium))
-    point = ca.Function(
-        "it2_usability",
-        [rules, y_previous],
-        [values, ca.jacobian(values, ca.vec(rules))],
-        ["rules", "y"],
-        ["values", "by_rules"],
-    )
+    arguments, values = _usability(rule_count)
+    point = ca.Function("it2_usability", arguments, [values])
     # all points share the rules
     return point.map("it2_usability_grid", "serial", points, [0], [])
+
+
+@cache
+def usability_jacobian(rule_count: int, points: int) -> ca.Function:
+    """Return the derivatives of `usability_function` by the rules, (4, 6 L G).
+
+    They come point by point, the rules column by column.
+    """
+    arguments, values = _usability(rule_count)
+    jacobian = ca.jacobian(values, ca.vec(arguments[0]))
+    point = ca.Function("it2_usability_jacobian", arguments, [jacobian])
+    return point.map("it2_usability_jacobian_grid", "serial", points, [0], [])

@@ -1,0 +1,37 @@
+within IT2Hysteresis.Interfaces;
+partial block PartialPlant "Actuator: from voltage to displacement"
+  extends IT2Hysteresis.Icons.Plant;
+  extends IT2Hysteresis.Interfaces.PartialChain;
+  Modelica.Blocks.Interfaces.RealInput voltage(
+    final quantity="ElectricPotential",
+    final unit="V",
+    nominal=100)
+    "Voltage at the actuator, x_k"
+    annotation (Placement(transformation(extent={{-140,-20},{-100,20}})));
+  Modelica.Blocks.Interfaces.RealOutput displacement(
+    final quantity="Length",
+    final unit="m",
+    displayUnit="um",
+    nominal=1e-5,
+    start=parameters.initialDisplacement,
+    fixed=true)
+    "Displacement y_k of (10), held from one tick to the next"
+    annotation (Placement(transformation(extent={{100,-10},{120,10}})));
+  Modelica.Blocks.Interfaces.RealOutput measured(
+    final quantity="Length",
+    final unit="m",
+    displayUnit="um",
+    nominal=1e-5)
+    "What the sensor reads of the displacement"
+    annotation (Placement(transformation(extent={{100,-70},{120,-50}})));
+  annotation (Documentation(info="<html>
+<p>
+Interface of the plant. A realisation computes <code>displacement</code> at every tick, see
+<a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a>, and <code>measured</code> from it.
+</p>
+</html>", revisions="<html>
+<ul>
+<li><em>Version 0.1.0:</em> first version.</li>
+</ul>
+</html>"));
+end PartialPlant;

@@ -1,0 +1,19 @@
+within IT2Hysteresis;
+package Parameters "Parameter records"
+  extends Modelica.Icons.RecordsPackage;
+  annotation (Documentation(info="<html>
+<p>
+A parameter set is a record that extends <a href=\"modelica://IT2Hysteresis.Parameters.Base\">Base</a>.
+<a href=\"modelica://IT2Hysteresis.Parameters.Table1\">Table1</a> is the paper's. The Python package it2hys writes an identified
+set as such a record.
+</p>
+<p>
+The records of this package are generated from the table of variables that the FMUs are generated from; changes belong
+there.
+</p>
+</html>", revisions="<html>
+<ul>
+<li><em>Version 0.1.0:</em> first version.</li>
+</ul>
+</html>"));
+end Parameters;
