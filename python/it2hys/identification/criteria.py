@@ -20,6 +20,8 @@ from it2hys.identification.levenberg_marquardt import triangular_factor
 if TYPE_CHECKING:
     from it2hys.identification.usability import Guard
 
+#: Beyond so many half ranges a run is on its way to infinity; products would overflow.
+_DIVERGED = 1e3
 #: Weight of the guess of an initial state, in samples. Where the leading samples are discarded,
 #: the data do not determine the state before them; elsewhere this is negligible.
 _STATE_PRIOR = 1e-3
@@ -60,15 +62,11 @@ class FreeRun:
         The records.
     rule_count : int
         Number of rules L.
-    horizon : int or None
-        Restart the model from the measurement after this many samples (multi-step prediction);
-        None: never, which is the free run. Short horizons have fewer poor optima.
     """
 
-    def __init__(self, series: Sequence[Series], rule_count: int, horizon: int | None = None):
+    def __init__(self, series: Sequence[Series], rule_count: int):
         self.series = list(series)
         self.rule_count = rule_count
-        self.horizon = horizon
         self.rule_size = coordinates.RULE_SIZE * rule_count
         self._with_offset = [i for i, s in enumerate(self.series) if s.has_offset]
         lower, upper = coordinates.rule_bounds(rule_count)
@@ -130,10 +128,9 @@ class FreeRun:
         parts = []
         for series, state, offset in zip(self.series, states, offsets, strict=True):
             run = self._run(rules, series, state, offset)
-            # Beyond a few ranges the run is on its way to infinity; products would overflow.
-            if not np.all(np.abs(run) < 1e3):
+            if not np.all(np.abs(run) < _DIVERGED):
                 return None
-            parts.append(series.weight * (run + offset - series.y))
+            parts.append((series.weight * (run + offset - series.y))[series.weight > 0])
         parts.append(self._state_residual(states, offsets))
         if self._guard is not None:
             parts.append(self._guard.residual(rules))
@@ -144,101 +141,95 @@ class FreeRun:
 
     def linearise(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Return R and Q^T r of the Jacobian, accumulated record by record to bound the memory."""
-        factor = np.zeros((0, len(point) + 1))
-        for jacobian, residual in self._blocks(point):
-            if jacobian is None:
+        parts = []
+        for block in self._blocks(point):
+            if block is None:
                 return None
-            reduced, target = triangular_factor(jacobian, residual)
-            factor = np.vstack([factor, np.column_stack([reduced, target])])
-        return triangular_factor(factor[:, :-1], factor[:, -1])
+            jacobian, residual, to_point = block
+            # the record's own few columns are reduced before they are spread over the coordinates
+            factor, target = triangular_factor(jacobian, residual)
+            parts.append(np.column_stack([factor @ to_point, target]))
+        stacked = np.vstack(parts)
+        return triangular_factor(stacked[:, :-1], stacked[:, -1])
 
     def jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the whole Jacobian, shape (M, P), and the residuals, shape (M,), or None."""
         blocks = list(self._blocks(point))
-        if blocks[-1][0] is None:
+        if blocks[-1] is None:
             return None
-        return np.vstack([b[0] for b in blocks]), np.concatenate([b[1] for b in blocks])
+        return np.vstack([b[0] @ b[2] for b in blocks]), np.concatenate([b[1] for b in blocks])
 
-    def _blocks(self, point: np.ndarray) -> Iterator[tuple[np.ndarray | None, np.ndarray | None]]:
-        """Yield Jacobian and residuals of records, of the guesses of the states, and penalties."""
+    def _blocks(
+        self, point: np.ndarray
+    ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray] | None]:
+        """Yield the parts of the criterion: records, guesses of the states, penalties.
+
+        Each is the Jacobian by variables of its own, (N, n), the residual, (N,), and the derivative
+        of those variables by the coordinates, (n, P); None where a run is no longer finite.
+        """
         rules, states, offsets = self.rules(point), self.states(point), self.offsets(point)
+        by_coordinates = coordinates.chain_rule(np.eye(self.rule_size), rules)
         for i, series in enumerate(self.series):
-            run, by_rules, by_state, by_offset = self._sensitivity(
-                rules, series, states[i], offsets[i]
-            )
-            if not (np.all(np.abs(run) < 1e3) and np.all(np.isfinite(by_rules))):
-                yield None, None
+            run, sensitivity, by_offset = self._sensitivity(rules, series, states[i], offsets[i])
+            if not (np.all(np.abs(run) < _DIVERGED) and np.all(np.isfinite(sensitivity[-1]))):
+                yield None
                 return
-            jacobian = np.zeros((len(run), len(point)))
-            jacobian[:, : self.rule_size] = coordinates.chain_rule(by_rules, rules)
-            jacobian[:, self.rule_size + i] = by_state
+            columns = [self.rule_size + i]
             if i in self._with_offset:
-                column = self.rule_size + len(self.series) + self._with_offset.index(i)
-                jacobian[:, column] = by_offset
-            jacobian *= series.weight[:, None]
-            yield jacobian, series.weight * (run + offsets[i] - series.y)
-        prior = np.zeros((len(states), len(point)))
-        count = len(states)
-        prior[:, self.rule_size : self.rule_size + count] = _STATE_PRIOR * np.eye(count)
-        columns = self.rule_size + count + np.arange(len(self._with_offset))
-        prior[self._with_offset, columns] = _STATE_PRIOR
-        yield prior, self._state_residual(states, offsets)
+                sensitivity = np.column_stack([sensitivity, by_offset])
+                columns.append(self.rule_size + len(self.series) + self._with_offset.index(i))
+            residual = run + offsets[i] - series.y
+            used = series.weight > 0
+            if not np.all(used):
+                sensitivity, residual = sensitivity[used], residual[used]
+            sensitivity *= series.weight[used, None]
+            residual *= series.weight[used]
+            to_point = np.zeros((sensitivity.shape[1], len(point)))
+            to_point[: self.rule_size, : self.rule_size] = by_coordinates
+            to_point[self.rule_size + np.arange(len(columns)), columns] = 1.0
+            yield sensitivity, residual, to_point
+        yield self._state_block(point)
         if self._guard is not None:
             by_rules, penalties = self._guard.linearise(rules)
-            jacobian = np.zeros((len(penalties), len(point)))
-            jacobian[:, : self.rule_size] = by_rules
-            yield jacobian, penalties
+            yield by_rules, penalties, np.eye(self.rule_size, len(point))
 
-    def _segments(self, series: Series):
-        """Yield the slices between restarts; without a horizon the whole record."""
-        length = self.horizon or len(series.x)
-        for start in range(0, len(series.x), length):
-            yield slice(start, min(start + length, len(series.x)))
+    def _state_block(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        states, offsets = self.states(point), self.offsets(point)
+        count = len(states)
+        to_point = np.zeros((count, len(point)))
+        to_point[:, self.rule_size : self.rule_size + count] = np.eye(count)
+        columns = self.rule_size + count + np.arange(len(self._with_offset))
+        to_point[self._with_offset, columns] = 1.0
+        return _STATE_PRIOR * np.eye(count), self._state_residual(states, offsets), to_point
 
     def _run(self, rules: np.ndarray, series: Series, state: float, offset: float) -> np.ndarray:
-        return np.concatenate(
-            [
-                core.free_run(
-                    rules, series.x[s], state if s.start == 0 else series.y[s.start - 1] - offset
-                )
-                for s in self._segments(series)
-            ]
-        )
+        return core.free_run(rules, series.x, state)
 
-    def _sensitivity(self, rules: np.ndarray, series: Series, state: float, offset: float):
-        """Return the run and its derivatives by rules, initial state and offset of one record."""
-        count = len(series.x)
-        run, by_rules = np.empty(count), np.empty((count, self.rule_size))
-        by_state, by_offset = np.zeros(count), np.ones(count)
-        for s in self._segments(series):
-            start = state if s.start == 0 else series.y[s.start - 1] - offset
-            run[s], sensitivity = core.free_run_sensitivity(rules, series.x[s], start)
-            by_rules[s] = sensitivity[:, :-1]
-            if s.start == 0:
-                by_state[s] = sensitivity[:, -1]
-            else:
-                by_offset[s] -= sensitivity[:, -1]
-        return run, by_rules, by_state, by_offset
+    def _sensitivity(
+        self, rules: np.ndarray, series: Series, state: float, offset: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the run and its derivatives by rules and initial state, (N, 6 L + 1), and offset.
+
+        The offset is added to the run, so that its column starts from 1.
+        """
+        run, sensitivity = core.free_run_sensitivity(rules, series.x, state)
+        return run, sensitivity, np.ones(len(run))
 
 
 class OneStep(FreeRun):
-    """The one-step-ahead criterion: the model gets the measured y(k-1) at every sample.
-
-    It is the free-run criterion with a horizon of one sample, without a loop over segments.
-    """
-
-    def __init__(self, series: Sequence[Series], rule_count: int):
-        super().__init__(series, rule_count, horizon=1)
+    """The one-step-ahead criterion: the model gets the measured y(k-1) at every sample."""
 
     def _run(self, rules: np.ndarray, series: Series, state: float, offset: float) -> np.ndarray:
         return core.one_step(rules, self._previous(series, state, offset), series.x)
 
-    def _sensitivity(self, rules: np.ndarray, series: Series, state: float, offset: float):
+    def _sensitivity(
+        self, rules: np.ndarray, series: Series, state: float, offset: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         previous = self._previous(series, state, offset)
         run, by_rules, by_previous = one_step_gradient(rules, previous, series.x)
         by_state, by_offset = np.zeros(len(run)), 1.0 - by_previous
         by_state[0], by_offset[0] = by_previous[0], 1.0
-        return run, by_rules, by_state, by_offset
+        return run, np.column_stack([by_rules, by_state]), by_offset
 
     @staticmethod
     def _previous(series: Series, state: float, offset: float) -> np.ndarray:

@@ -16,11 +16,9 @@ from scipy import optimize
 from it2hys.errors import InputError
 from it2hys.identification import usability
 from it2hys.identification.criteria import FreeRun
-from it2hys.identification.fitting import data_range
 from it2hys.identification.levenberg_marquardt import Minimum, levenberg_marquardt
 from it2hys.it2 import usability_function
 
-_CONSTRAINT_GRID = 64
 #: Half width of the box, around the start, in which the evolutionary method searches.
 _BOX = 1.0
 #: Armijo's condition: share of the decrease promised by the gradient that a step must bring.
@@ -264,15 +262,13 @@ class CostGradient(ca.Callback):
 def _ipopt(
     criterion: FreeRun, start: np.ndarray, max_iterations: int, tolerance: float, seed: int
 ) -> Minimum:
-    """IPOPT with contraction and invertibility as hard constraints on a grid of equilibria."""
+    """IPOPT with contraction and invertibility as hard constraints over the band of the data."""
     point = ca.MX.sym("point", len(start))
     callback = CostCallback(criterion)
-    low, high = data_range(criterion.series, criterion.offsets(start))
-    margin = usability.MARGIN * (high - low)
-    grid = np.linspace(low - margin, high + margin, _CONSTRAINT_GRID)
+    band = usability.Band.of_data(criterion.series, criterion.offsets(start))
+    grid = (band.y[None], band.x_low[None], band.x_high[None])
     rules = _rules_expression(point, criterion.rule_count)
-    values, _ = usability_function(criterion.rule_count, _CONSTRAINT_GRID)(rules, grid)
-    held = ca.vec(values.T)
+    held = ca.vec(usability_function(criterion.rule_count, len(band.y))(rules, *grid).T)
     solver = ca.nlpsol(
         "identify",
         "ipopt",
@@ -294,8 +290,8 @@ def _ipopt(
         x0=start,
         lbx=criterion.lower,
         ubx=criterion.upper,
-        lbg=np.repeat([-largest, 1e-6], _CONSTRAINT_GRID),
-        ubg=np.repeat([largest, np.inf], _CONSTRAINT_GRID),
+        lbg=np.repeat([-largest, -largest, -largest, 1e-6], len(band.y)),
+        ubg=np.repeat([largest, largest, largest, np.inf], len(band.y)),
     )
     stats, end = solver.stats(), np.asarray(found["x"]).ravel()
     return Minimum(

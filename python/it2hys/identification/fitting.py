@@ -95,7 +95,7 @@ def fit_rules(
     """
     progress(0.0, f"L = {rule_count}: one-step fits")
     candidates = one_step_candidates(series, rule_count, options)
-    criterion = guarded(FreeRun(list(series), rule_count), _STRENGTHS[0])
+    criterion = guarded(FreeRun(list(series), rule_count))
     guesses = candidates + [Candidate(np.nan, rules, None) for rules in warm]
     tried = []
     for i, guess in enumerate(guesses):
@@ -202,34 +202,27 @@ def minimise_free_run(
     )
 
 
-def guarded(criterion: FreeRun, strength: float) -> FreeRun:
-    """Return the criterion with penalties for a model unusable over the data and their margin.
+def guarded(
+    criterion: FreeRun, strength: float = _STRENGTHS[0], offsets: Sequence[float] | None = None
+) -> FreeRun:
+    """Return the criterion with penalties for a model unusable over the band of the data.
 
     The penalties vanish where the model is usable, so they do not move the optimum of such a model.
     """
-    low, high = data_range(criterion.series, [s.offset for s in criterion.series])
-    margin = usability.MARGIN * (high - low)
-    return criterion.with_guard(
-        usability.Guard(
-            criterion.rule_count, low - margin, high + margin, strength * np.sqrt(criterion.samples)
-        )
-    )
-
-
-def data_range(series: Sequence[Series], offsets: Sequence[float]) -> tuple[float, float]:
-    """Return the range of the fitted displacements, offsets removed, scaled."""
-    parts = [(s.y - o)[s.weight > 0] for s, o in zip(series, offsets, strict=True)]
-    return min(p.min() for p in parts), max(p.max() for p in parts)
+    if offsets is None:
+        offsets = [s.offset for s in criterion.series]
+    band = usability.Band.of_data(criterion.series, offsets)
+    strength *= np.sqrt(criterion.samples)
+    return criterion.with_guard(usability.Guard(criterion.rule_count, band, strength))
 
 
 def make_usable(fit: Fit, options: Options) -> Fit:
-    """Return the fit, refitted with rising penalties until it is usable over the data's margin."""
-    low, high = data_range(fit.criterion.series, fit.criterion.offsets(fit.minimum.coordinates))
-    margin = usability.MARGIN * (high - low)
+    """Return the fit, refitted with rising penalties until it is usable over the band of data."""
     for strength in _STRENGTHS[1:]:
-        if usability.find_fault(fit.rules, low - margin, high + margin) is None:
+        offsets = fit.criterion.offsets(fit.minimum.coordinates)
+        if usability.is_usable(fit.rules, usability.Band.of_data(fit.criterion.series, offsets)):
             break
-        criterion = guarded(fit.criterion, strength)
+        criterion = guarded(fit.criterion, strength, offsets)
         minimum = minimise_free_run(criterion, fit.minimum.coordinates, options.max_iterations)
         fit = replace(fit, criterion=criterion, minimum=minimum)
     return fit
@@ -308,7 +301,7 @@ def _from_antecedents(
 
 def refit(fit: Fit, series: Sequence[Series], options: Options) -> Fit:
     """Return the fit continued on changed series: other weights, discards or offsets."""
-    criterion = guarded(FreeRun(list(series), fit.criterion.rule_count), _STRENGTHS[0])
+    criterion = guarded(FreeRun(list(series), fit.criterion.rule_count))
     point = fit.minimum.coordinates
     start = criterion.pack(fit.rules, fit.criterion.states(point), fit.criterion.offsets(point))
     minimum = minimise_free_run(criterion, start, options.max_iterations)

@@ -13,7 +13,7 @@ from it2hys.errors import InputError
 from it2hys.identification import usability
 from it2hys.identification.coverage import coverage_warnings
 from it2hys.identification.criteria import Series
-from it2hys.identification.fitting import Fit, data_range, fit_rules, refit, shake
+from it2hys.identification.fitting import Fit, fit_rules, refit, shake
 from it2hys.identification.order import choose_rule_count, split
 from it2hys.identification.prediction import explains_lead, judge, judge_new
 from it2hys.identification.preparation import (
@@ -211,7 +211,7 @@ class _Session:
         physical = self._scaling.physical_rules(fit.rules)
         usable = usability.widest_range(physical, low, high)
         if usable is None:
-            fault = usability.find_fault(physical, low, high)
+            fault = core.check(physical, low, high)
             raise IdentificationError(
                 f"the fitted model is not usable over the range of the training records: {fault}"
             )
@@ -219,7 +219,14 @@ class _Session:
 
     def _data_range(self, fit: Fit) -> tuple[float, float]:
         offsets = fit.criterion.offsets(fit.minimum.coordinates)
-        return data_range(fit.criterion.series, offsets)
+        return usability.data_range(fit.criterion.series, offsets)
+
+    def _contraction(self, fit: Fit) -> tuple[float, float, float]:
+        """Return the largest |dy(k)/dy(k-1)| over the band of the data, and where, scaled."""
+        offsets = fit.criterion.offsets(fit.minimum.coordinates)
+        return usability.largest_contraction(
+            fit.rules, usability.Band.of_data(fit.criterion.series, offsets)
+        )
 
     def _report(self, fit: Fit) -> Identification:
         self._progress(0.95, "assessment")
@@ -238,7 +245,7 @@ class _Session:
             warnings=tuple(self._warnings(fit, usable)),
             converged=fit.minimum.converged,
             message=fit.minimum.message,
-            contraction=core.contraction(parameters.rules, *usable),
+            contraction=self._contraction(fit)[0],
             starts=tuple(
                 Start(s.one_step_rms * scaling.y_unit, s.free_run_rms * scaling.y_unit)
                 for s in fit.starts
@@ -294,16 +301,14 @@ class _Session:
                 "being invertible: it is usable from "
                 f"{usable[0] * 1e6:.4g} to {usable[1] * 1e6:.4g} um."
             )
-        for s, o in zip(
-            fit.criterion.series, fit.criterion.offsets(fit.minimum.coordinates), strict=True
-        ):
-            at_data = usability.data_contraction(fit.rules, s.y[:-1] - o, s.x[1:])
-            if at_data >= 1.0:
-                warnings.append(
-                    f"|dy(k)/dy(k-1)| reaches {at_data:.3g} at points of the training records off "
-                    "the equilibrium curve: runs from different states may drift apart there."
-                )
-                break
+        contraction, y, x = self._contraction(fit)
+        if contraction >= 1.0:
+            warnings.append(
+                f"|dy(k)/dy(k-1)| reaches {contraction:.3g} at "
+                f"{self._scaling.displacement(y) * 1e6:.4g} um and {self._scaling.voltage(x):.4g} "
+                "V, within the margin around the training records: runs from different states "
+                "drift apart there."
+            )
         return warnings
 
 

@@ -1,78 +1,159 @@
 """What makes a fitted model usable: invertible by (30), and a free run that cannot diverge.
 
-The same two conditions as `core.check`, as smooth penalties that a least-squares fit can hold, with
-exact derivatives from CasADi, and the search for the range over which they are met.
+|dy(k)/dy(k-1)| of (10) is affine in x(k) for given y(k-1): below 1 at the two ends of a band of
+voltages it is below 1 in all of it, and two runs inside the band under the same voltage approach
+each other. The conditions are smooth penalties that a least-squares fit can hold, with exact
+derivatives from CasADi; the fitted model is verified on a finer grid.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from it2hys import core
 from it2hys.identification import coordinates
-from it2hys.it2 import usability_function
+from it2hys.identification.criteria import Series, one_step_gradient
+from it2hys.it2 import usability_function, usability_jacobian
 
 #: Points of the grid: several within the narrowest membership, or rules would hide between them.
-_GRID = 193
+_GRID = 97
+#: Points of the grid on which the fitted model is verified.
+_FINE_GRID = 1537
 #: The penalties begin here, so that the finer grid of the final check is passed too.
 LARGEST_CONTRACTION = 0.998
 #: Smallest dy/dx as a share of its mean over the range.
 SMALLEST_SLOPE = 0.05
-#: Margin beyond the range of the data in which the conditions are asked for, as a share of it.
+#: Margin beyond the range of the data in which the conditions are asked for, as a share of it:
+#: of the displacements and, at each of them, of the voltages.
 MARGIN = 0.1
 
 
+@dataclass(frozen=True, eq=False)
+class Band:
+    """The pairs (y(k-1), x(k)) in which a model is to contract: a range of x for every y.
+
+    Parameters
+    ----------
+    y : ndarray, shape (G,)
+        Even grid of displacements, scaled: the range of the data and 10 % of it at either end.
+    x_low, x_high : ndarray, shape (G,)
+        Least and greatest voltage that the data have near each y, and 10 % of their range beyond.
+    """
+
+    y: np.ndarray
+    x_low: np.ndarray
+    x_high: np.ndarray
+
+    @classmethod
+    def of_data(cls, series: Sequence[Series], offsets: Sequence[float]) -> Band:
+        """Return the band of the fitted samples, their offsets removed."""
+        used = [s.weight > 0 for s in series]
+        low, high = data_range(series, offsets)
+        y = np.concatenate(
+            [(s.y - o)[:-1][u[:-1]] for s, o, u in zip(series, offsets, used, strict=True)]
+        )
+        x = np.concatenate([s.x[1:][u[:-1]] for s, u in zip(series, used, strict=True)])
+        margin, reserve = MARGIN * (high - low), MARGIN * np.ptp(x)
+        grid = np.linspace(low - margin, high + margin, _GRID)
+        nearest = np.rint((y - grid[0]) / (grid[1] - grid[0])).astype(int)
+        x_low, x_high = np.full(_GRID, np.inf), np.full(_GRID, -np.inf)
+        np.minimum.at(x_low, nearest, x)
+        np.maximum.at(x_high, nearest, x)
+        seen = np.flatnonzero(np.isfinite(x_low))
+        # beyond and between the data as at the nearest of them, then also as at the neighbours
+        x_low, x_high = (np.interp(grid, grid[seen], v[seen]) for v in (x_low, x_high))
+        return cls(
+            grid, minimum_filter1d(x_low, 3) - reserve, maximum_filter1d(x_high, 3) + reserve
+        )
+
+
 class Guard:
-    """Penalties for a model that does not contract or cannot be inverted over a range.
+    """Penalties for a model that does not contract or cannot be inverted over a band.
 
     Parameters
     ----------
     rule_count : int
         Number of rules L.
-    low, high : float
-        Range of displacement in scaled units.
+    band : Band
     strength : float
         Factor of the penalties.
     """
 
-    def __init__(self, rule_count: int, low: float, high: float, strength: float):
-        self._y = np.linspace(low, high, _GRID)
-        self._function = usability_function(rule_count, _GRID)
+    def __init__(self, rule_count: int, band: Band, strength: float):
+        self._grid = (band.y[None], band.x_low[None], band.x_high[None])
+        self._values = usability_function(rule_count, _GRID)
+        self._jacobian = usability_jacobian(rule_count, _GRID)
         self._strength = strength
 
     def residual(self, rules: np.ndarray) -> np.ndarray:
-        """Return the penalties, shape (2 G,): 0 where the conditions hold."""
-        return self._penalties(self._function(rules, self._y)[0].full())[0]
+        """Return the penalties, shape (4 G,): 0 where the conditions hold."""
+        return self._penalties(rules)[0]
 
     def linearise(self, rules: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the penalties' derivatives by the coordinates, (2 G, 6 L), and themselves."""
-        values, by_rules = (output.full() for output in self._function(rules, self._y))
-        residual, slopes = self._penalties(values)
+        """Return the penalties' derivatives by the coordinates, (4 G, 6 L), and themselves."""
+        residual, slopes = self._penalties(rules)
+        if not np.any(slopes):
+            return np.zeros((len(residual), rules.size)), residual
+        by_rules = self._jacobian(rules, *self._grid).full()
         # CasADi lays out a point's rules column by column, the coordinates are row by row
-        by_rules = by_rules.reshape(2, _GRID, coordinates.RULE_SIZE, len(rules))
-        by_rules = by_rules.transpose(0, 1, 3, 2).reshape(2 * _GRID, -1) * slopes[:, None]
+        by_rules = by_rules.reshape(4, _GRID, coordinates.RULE_SIZE, len(rules))
+        by_rules = by_rules.transpose(0, 1, 3, 2).reshape(4 * _GRID, -1) * slopes[:, None]
         return coordinates.chain_rule(by_rules, rules), residual
 
-    def _penalties(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return penalties and their derivatives by contraction and slope, contractions first."""
-        contraction, slope = values
+    def _penalties(self, rules: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return penalties and their derivatives by the values of the grid, row by row."""
+        values = self._values(rules, *self._grid).full()
+        contraction, slope = values[:3], values[3]
         excess = np.maximum(np.abs(contraction) - LARGEST_CONTRACTION, 0.0)
         # relative to dy/dx of order (1 - contraction): a scaled loop has unit height and width
-        lack = np.maximum(_smallest_slope(contraction, slope) - slope, 0.0)
-        residual = self._strength * np.concatenate([excess, lack])
-        slopes = self._strength * np.concatenate(
-            [np.where(excess > 0, np.sign(contraction), 0.0), np.where(lack > 0, -1.0, 0.0)]
-        )
-        return residual, slopes
+        lack = np.maximum(_smallest_slope(slope) - slope, 0.0)
+        signs = np.vstack([np.sign(contraction) * (excess > 0), -1.0 * (lack > 0)])
+        penalties = np.vstack([excess, lack])
+        return self._strength * penalties.ravel(), self._strength * signs.ravel()
 
 
-def _smallest_slope(contraction: np.ndarray, slope: np.ndarray) -> float:
+def _smallest_slope(slope: np.ndarray) -> float:
     return SMALLEST_SLOPE * max(float(np.median(np.abs(slope))), 1e-6)
 
 
-def find_fault(rules: np.ndarray, low: float, high: float) -> str | None:
-    """Return what makes the rules unusable over a displacement range, or None; units as given."""
-    return core.check(rules, low, high)
+def data_range(series: Sequence[Series], offsets: Sequence[float]) -> tuple[float, float]:
+    """Return the range of the fitted displacements, offsets removed, scaled."""
+    parts = [(s.y - o)[s.weight > 0] for s, o in zip(series, offsets, strict=True)]
+    return min(p.min() for p in parts), max(p.max() for p in parts)
+
+
+def largest_contraction(rules: np.ndarray, band: Band) -> tuple[float, float, float]:
+    """Return the largest |dy(k)/dy(k-1)| over a band, verified on a fine grid, and where it is.
+
+    Parameters
+    ----------
+    rules : ndarray, shape (L, 6)
+        Scaled rules.
+    band : Band
+
+    Returns
+    -------
+    contraction, y, x : float
+        The largest value, over the band and the equilibrium curve, and its place, scaled.
+    """
+    y = np.linspace(band.y[0], band.y[-1], _FINE_GRID)
+    voltages = [np.interp(y, band.y, band.x_low), np.interp(y, band.y, band.x_high)]
+    x = np.concatenate([core.solve(rules, y, y), *voltages])
+    y = np.tile(y, 3)
+    magnitude = np.abs(one_step_gradient(rules, y, x)[2])
+    worst = int(np.argmax(magnitude))
+    return float(magnitude[worst]), float(y[worst]), float(x[worst])
+
+
+def is_usable(rules: np.ndarray, band: Band) -> bool:
+    """Return whether scaled rules are invertible and contract over a band."""
+    return core.check(rules, band.y[0], band.y[-1]) is None and (
+        largest_contraction(rules, band)[0] < 1.0
+    )
 
 
 def widest_range(rules: np.ndarray, low: float, high: float) -> tuple[float, float] | None:
@@ -90,22 +171,15 @@ def widest_range(rules: np.ndarray, low: float, high: float) -> tuple[float, flo
         The range with a margin of up to 10 % at either end, shrunk only as far as needed; None
         where the rules are unusable within the data themselves.
     """
-    if find_fault(rules, low, high):
+    if core.check(rules, low, high):
         return None
     margin = MARGIN * (high - low)
     for share in np.linspace(1.0, 0.0, 21):
         below = low - share * margin
-        if not find_fault(rules, below, high):
+        if not core.check(rules, below, high):
             break
     for share in np.linspace(1.0, 0.0, 21):
         above = high + share * margin
-        if not find_fault(rules, below, above):
+        if not core.check(rules, below, above):
             break
     return below, above
-
-
-def data_contraction(rules: np.ndarray, y_previous: np.ndarray, x: np.ndarray) -> float:
-    """Return the largest |dy(k)/dy(k-1)| at the record's own pairs (y(k-1), x(k))."""
-    from it2hys.identification.criteria import one_step_gradient
-
-    return float(np.max(np.abs(one_step_gradient(rules, y_previous, x)[2])))
