@@ -266,9 +266,8 @@ def _ipopt(
     point = ca.MX.sym("point", len(start))
     callback = CostCallback(criterion)
     band = usability.Band.of_data(criterion.series, criterion.offsets(start))
-    grid = (band.y[None], band.x_low[None], band.x_high[None])
     rules = _rules_expression(point, criterion.rule_count)
-    held = ca.vec(usability_function(criterion.rule_count, len(band.y))(rules, *grid).T)
+    held = ca.vec(usability_function(criterion.rule_count, len(band.y))(rules, *band.rows).T)
     solver = ca.nlpsol(
         "identify",
         "ipopt",

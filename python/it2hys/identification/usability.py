@@ -16,11 +16,11 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from it2hys import core
 from it2hys.identification import coordinates
-from it2hys.identification.criteria import Series, one_step_gradient
-from it2hys.it2 import usability_function, usability_jacobian
+from it2hys.identification.criteria import Series, normalised_memberships
+from it2hys.it2 import usability_jacobian
 
 #: Points of the grid: several within the narrowest membership, or rules would hide between them.
-_GRID = 97
+_GRID = 193
 #: Points of the grid on which the fitted model is verified.
 _FINE_GRID = 1537
 #: The penalties begin here, so that the finer grid of the final check is passed too.
@@ -47,6 +47,16 @@ class Band:
     y: np.ndarray
     x_low: np.ndarray
     x_high: np.ndarray
+
+    @property
+    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The three arrays with the shape (1, G) that CasADi's functions of a grid take."""
+        return self.y[None], self.x_low[None], self.x_high[None]
+
+    def refined(self, points: int) -> Band:
+        """Return the band on a finer grid."""
+        y = np.linspace(self.y[0], self.y[-1], points)
+        return Band(y, *(np.interp(y, self.y, x) for x in (self.x_low, self.x_high)))
 
     @classmethod
     def of_data(cls, series: Sequence[Series], offsets: Sequence[float]) -> Band:
@@ -84,8 +94,7 @@ class Guard:
     """
 
     def __init__(self, rule_count: int, band: Band, strength: float):
-        self._grid = (band.y[None], band.x_low[None], band.x_high[None])
-        self._values = usability_function(rule_count, _GRID)
+        self._band = band
         self._jacobian = usability_jacobian(rule_count, _GRID)
         self._strength = strength
 
@@ -98,7 +107,7 @@ class Guard:
         residual, slopes = self._penalties(rules)
         if not np.any(slopes):
             return np.zeros((len(residual), rules.size)), residual
-        by_rules = self._jacobian(rules, *self._grid).full()
+        by_rules = self._jacobian(rules, *self._band.rows).full()
         # CasADi lays out a point's rules column by column, the coordinates are row by row
         by_rules = by_rules.reshape(4, _GRID, coordinates.RULE_SIZE, len(rules))
         by_rules = by_rules.transpose(0, 1, 3, 2).reshape(4 * _GRID, -1) * slopes[:, None]
@@ -106,7 +115,7 @@ class Guard:
 
     def _penalties(self, rules: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return penalties and their derivatives by the values of the grid, row by row."""
-        values = self._values(rules, *self._grid).full()
+        values = usability_values(rules, self._band)
         contraction, slope = values[:3], values[3]
         excess = np.maximum(np.abs(contraction) - LARGEST_CONTRACTION, 0.0)
         # relative to dy/dx of order (1 - contraction): a scaled loop has unit height and width
@@ -114,6 +123,28 @@ class Guard:
         signs = np.vstack([np.sign(contraction) * (excess > 0), -1.0 * (lack > 0)])
         penalties = np.vstack([excess, lack])
         return self._strength * penalties.ravel(), self._strength * signs.ravel()
+
+
+def usability_values(rules: np.ndarray, band: Band) -> np.ndarray:
+    """Return the numbers of `it2.usability_function`, shape (4, G), fast enough for every step.
+
+    With w = (f + F) / D and v = dw/dy of fixed D, (10) has dy(k)/dx(k) = sum w q2 and
+    dy(k)/dy(k-1) = sum w q1 + sum v (n - y(k)), which is affine in x(k).
+    """
+    s1, s2, centre, q1, q2, q3 = rules.T
+    y = band.y[:, None]
+    lower, upper, total = normalised_memberships(rules, band.y)
+    weight = (lower + upper) / total
+    change = -(lower / s1**2 + upper / s2**2) * (y - centre) / total
+    free = y * q1 + q3
+    at_rest, slope = np.sum(weight * free, axis=1), weight @ q2
+    drift = change.sum(axis=1)
+    constant = weight @ q1 + np.sum(change * free, axis=1) - at_rest * drift
+    by_x = change @ q2 - slope * drift
+    # a slope of 0 has no equilibrium; the penalty on the slope speaks for that point
+    equilibrium = (band.y - at_rest) / np.where(slope == 0.0, np.inf, slope)
+    voltages = np.stack([equilibrium, band.x_low, band.x_high])
+    return np.vstack([constant + by_x * voltages, slope])
 
 
 def _smallest_slope(slope: np.ndarray) -> float:
@@ -140,13 +171,11 @@ def largest_contraction(rules: np.ndarray, band: Band) -> tuple[float, float, fl
     contraction, y, x : float
         The largest value, over the band and the equilibrium curve, and its place, scaled.
     """
-    y = np.linspace(band.y[0], band.y[-1], _FINE_GRID)
-    voltages = [np.interp(y, band.y, band.x_low), np.interp(y, band.y, band.x_high)]
-    x = np.concatenate([core.solve(rules, y, y), *voltages])
-    y = np.tile(y, 3)
-    magnitude = np.abs(one_step_gradient(rules, y, x)[2])
-    worst = int(np.argmax(magnitude))
-    return float(magnitude[worst]), float(y[worst]), float(x[worst])
+    fine = band.refined(_FINE_GRID)
+    magnitude = np.abs(usability_values(rules, fine)[:3])
+    place = np.unravel_index(np.argmax(magnitude), magnitude.shape)
+    x = [core.solve(rules, fine.y, fine.y), fine.x_low, fine.x_high][place[0]]
+    return float(magnitude[place]), float(fine.y[place[1]]), float(x[place[1]])
 
 
 def is_usable(rules: np.ndarray, band: Band) -> bool:
