@@ -212,7 +212,7 @@ def _assignment(text: str) -> tuple[str, float]:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from it2hys.scenario import run_scenario
+    from it2hys.experiment import run_scenario
 
     outcome = run_scenario(options.name, options.output, quiet=options.quiet)
     for table in outcome.tables:

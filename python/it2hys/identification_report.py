@@ -72,7 +72,7 @@ def write_identification(
     before = straight_line_errors(records, results)
     sections = [
         Section("Summary", summary(identification), [error_table(identification, before)]),
-        *(_record_section(*pair, identification) for pair in zip(records, results, strict=True)),
+        *(record_section(*pair) for pair in zip(records, results, strict=True)),
         *extra,
         _tracking_section(directory, identification, records[0]),
         _parameter_section(identification),
@@ -162,7 +162,8 @@ def error_table(identification: Identification, before: Sequence[tuple[float, fl
     )  # fmt: skip
 
 
-def _record_section(record: Record, result: RecordResult, identification: Identification) -> Section:
+def record_section(record: Record, result: RecordResult) -> Section:
+    """Return how the model does on one record: over time and over voltage."""
     kept = slice(result.skip, None)
     time, voltage = record.time[kept], record.voltage[kept]
     measured, model = record.displacement[kept], result.y_free[kept]

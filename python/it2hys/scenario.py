@@ -1,48 +1,93 @@
-"""Scenarios: an experiment described in a TOML file, run by name.
+"""Scenarios: experiments described in TOML files, found and checked here and run by name.
 
-A scenario makes records on the simulated test stand, identifies a model or takes Table 1, drives the
-stand through the inverse FMU, and sets its errors beside the paper's. `scenarios/demo.toml` shows
-every key.
+A scenario makes records on the simulated test stand, identifies a model or takes Table 1, may drive
+the stand through the inverse FMU or compare estimators, and sets its errors beside the paper's.
+`scenarios/README.md` describes every key.
 """
 
-import tempfile
 import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
 from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 
-from it2hys import excitations, figures
+from it2hys import excitations
 from it2hys.errors import InputError
-from it2hys.identification import Identification, Options, identify
-from it2hys.identification_report import ROLES, write_identification
-from it2hys.metrics import max_relative_error, rms_error
-from it2hys.packaging import package
-from it2hys.progress import progress_bar
-from it2hys.records import Record
-from it2hys.report import Picture, Section, Table
+from it2hys.identification_report import ROLES
 from it2hys.rig import Stand
-from it2hys.simulation import track
 
-UM = 1e6
+SAMPLE_TIME = 1e-4
+MODELS = ("identified", "table 1")
 STAND_PARTS = ("dac", "amplifier", "hysteresis", "creep", "mechanics", "thermal", "gauge", "adc")
-KEYS = {
-    "": {"title", "seed", "rules", "stand", "record", "tracking"},
-    "stand": {"without", "noise"},
-    "tracking": {"signal", "duration", "lead_in", "paper"},
-}
-RECORD_KEYS = {"name", "role", "signal", "duration", "paper"}
-PAPER_KEYS = {"e_mr_percent", "e_rms_um", "proportional_e_mr_percent"}
+SIGNALS = tuple(
+    name for name, item in vars(excitations).items() if callable(item) and hasattr(item, "__doc__")
+    and getattr(item, "__module__", "") == excitations.__name__
+    and not name.startswith("_") and name != "time_grid"
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What a scenario leaves: tables for the terminal and the path of its report."""
+class Paper:
+    """Published figures, where there are any: (24) in %, (25) in um, and the figure's number."""
 
-    tables: list[Table]
-    report: Path
+    e_mr_percent: float | None = None
+    e_rms_um: float | None = None
+    proportional_e_mr_percent: float | None = None
+    figure: int | None = None
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A signal of `it2hys.excitations` with its duration in s and its other arguments."""
+
+    signal: str
+    duration: float
+    arguments: Mapping[str, float]
+    paper: Paper = field(default_factory=Paper)
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times of the ticks, s."""
+        return excitations.time_grid(self.duration, SAMPLE_TIME)
+
+    def values(self) -> np.ndarray:
+        """Return the signal, V; references in m."""
+        return getattr(excitations, self.signal)(self.time, **self.arguments)
+
+
+@dataclass(frozen=True)
+class RecordEntry:
+    """A record to be made on the stand, and its role."""
+
+    name: str
+    role: str
+    signal: Signal
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """A reference to be tracked; errors leave out `lead_in` seconds."""
+
+    signal: Signal
+    lead_in: float = 0.0
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A checked scenario."""
+
+    name: str
+    title: str
+    text: str
+    seed: int
+    model: str
+    rules: int | None
+    stand: Stand
+    records: tuple[RecordEntry, ...]
+    tracking: Tracking | None
+    estimators: bool
 
 
 def find_scenario(name: str) -> Path:
@@ -63,198 +108,131 @@ def find_scenario(name: str) -> Path:
     raise InputError(f"no scenario {name!r}; there are: {', '.join(known) or 'none'}")
 
 
-def read_scenario(path: Path) -> dict:
-    """Read and validate a scenario file.
+def read_scenario(path: Path) -> Scenario:
+    """Read and check a scenario file; every signal is evaluated once.
 
     Raises
     ------
     InputError
-        If the file is missing, is not TOML, or has a key that is unknown or missing; names the key.
+        If the file is missing, is not TOML, or has a key that is unknown, missing or of the wrong
+        kind. The message names the file and the key.
     """
     try:
-        scenario = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError:
         raise InputError(f"{path}: no such file, or it cannot be read") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not TOML: {error}") from None
     try:
-        _validate(scenario)
+        return _scenario(path.stem, table)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    return scenario
 
 
-def _validate(scenario: Mapping) -> None:
-    for section, keys in KEYS.items():
-        table = scenario.get(section, {}) if section else scenario
-        _require_keys(section or "the file", table, keys)
-    if not scenario.get("record"):
-        raise InputError("key 'record' is missing: a scenario needs at least one [[record]]")
-    for i, record in enumerate(scenario["record"], start=1):
-        for key in ("name", "role", "signal", "duration"):
-            if key not in record:
-                raise InputError(f"record {i}: key {key!r} is missing")
-        if record["role"] not in ROLES:
-            raise InputError(f"record {i}: role is {record['role']!r}; it must be one of {list(ROLES)}")
-        _signal(record)
-        _require_keys(f"record {i}, paper", record.get("paper", {}), PAPER_KEYS)
-
-
-def _require_keys(place: str, table: Mapping, known: set[str]) -> None:
-    for key in set(table) - known:
-        raise InputError(f"{place}: unknown key {key!r}; known are {', '.join(sorted(known))}")
-
-
-def _signal(table: Mapping) -> np.ndarray:
-    """Evaluate the excitation that a table names; its other keys are the arguments."""
-    function = getattr(excitations, table["signal"], None)
-    if function is None or table["signal"].startswith("_"):
-        raise InputError(f"signal {table['signal']!r} is not one of it2hys.excitations")
-    arguments = {k: v for k, v in table.items() if k not in RECORD_KEYS | {"lead_in"}}
-    try:
-        return function(_time(table), **arguments)
-    except TypeError as error:
-        raise InputError(f"signal {table['signal']!r}: {error}") from None
-
-
-def _time(table: Mapping) -> np.ndarray:
-    return excitations.time_grid(table["duration"], 1e-4)
-
-
-def _stand(scenario: Mapping) -> Stand:
-    options = scenario.get("stand", {})
-    without = options.get("without", [])
-    for part in set(without) - set(STAND_PARTS):
-        raise InputError(f"stand.without: unknown part {part!r}; known are {', '.join(STAND_PARTS)}")
-    changes = dict.fromkeys(without)
-    if "noise" in options:
-        changes["noise"] = options["noise"]
-    return replace(Stand(), **changes)
-
-
-def run_scenario(name: str, directory: Path | None = None, quiet: bool = False) -> Outcome:
-    """Run a scenario and write its results.
-
-    Parameters
-    ----------
-    name : str
-        Name or path of the scenario.
-    directory : path, optional
-        `out/NAME` by default.
-    quiet : bool
-        Show no progress bar.
-
-    Raises
-    ------
-    InputError
-        If the scenario is not usable.
-    """
-    path = find_scenario(name)
-    scenario = read_scenario(path)
-    directory = Path(directory or Path("out") / path.stem)
-    stand, seed = _stand(scenario), scenario.get("seed", 0)
-    entries = sorted(scenario["record"], key=lambda r: list(ROLES).index(r["role"]))
-    records = [
-        stand.record(_signal(entry), entry["name"], seed=seed + i) for i, entry in enumerate(entries)
-    ]
-    roles = {
-        role: [r for r, e in zip(records, entries, strict=True) if e["role"] == role] for role in ROLES
-    }
-    with progress_bar(quiet) as progress:
-        identification = identify(*roles.values(), scenario.get("rules"), Options(seed=seed), progress)
-    sections = [_comparison(entries, identification)]
-    if "tracking" in scenario:
-        sections.append(_tracking(scenario["tracking"], identification, stand, seed, records[0]))
-    report = write_identification(
-        identification, records, directory, scenario.get("title", path.stem), sections
-    )
-    return Outcome([table for section in sections for table in section.tables], report)
-
-
-def _comparison(entries: Sequence[Mapping], identification: Identification) -> Section:
-    """Set the errors beside the paper's figures."""
-    rows = []
-    for entry, result in zip(entries, identification.records, strict=True):
-        paper = entry.get("paper", {})
-        rows.append(
-            [
-                result.name, ROLES[result.role],
-                _figure(paper, "e_mr_percent"), _figure(paper, "e_rms_um"),
-                f"{100 * result.e_mr_one_step:.2f}", f"{UM * result.e_rms_one_step:.4f}",
-                f"{100 * result.e_mr:.2f}", f"{UM * result.e_rms:.4f}",
-                f"{UM * result.noise_rms:.4f}",
-            ]
-        )  # fmt: skip
-    table = Table(
-        [
-            "record", "role", "paper e_mr %", "paper e_rms µm",
-            "one-step e_mr %", "one-step e_rms µm", "free-run e_mr %", "free-run e_rms µm",
-            "noise µm",
-        ],
-        rows,
-        "Model errors on the simulated stand, beside the published figures",
-    )  # fmt: skip
-    text = [
-        "The published figures were measured on the paper's rig; ours are from the simulated stand. "
-        "The paper does not say whether its errors are one step ahead or free run."
-    ]
-    return Section("Beside the published figures", text, [table])
-
-
-def _figure(paper: Mapping, key: str) -> str:
-    return f"{paper[key]:g}" if key in paper else "–"
-
-
-def _tracking(
-    entry: Mapping, identification: Identification, stand: Stand, seed: int, record: Record
-) -> Section:
-    """Drive the stand, and the plant FMU, through the inverse FMU; compare with a straight line."""
-    reference, time = _signal(entry), _time(entry)
-    start = {"initialDisplacement": float(reference[0])}
-    with tempfile.TemporaryDirectory() as folder:
-        package(identification.parameters, folder)
-        inverse = Path(folder, "IT2Inverse.fmu")
-        model = track(inverse, Path(folder, "IT2Plant.fmu"), reference, start)
-        driven = track(inverse, stand.start(seed).step, reference, start)
-    slope, offset = np.polyfit(record.voltage, record.displacement, 1)
-    proportional = stand.run((reference - offset) / slope, seed=seed).measured
-    kept = slice(round(entry.get("lead_in", 0.0) / 1e-4), None)
-    paper = entry.get("paper", {})
-    courses = [
-        ("inverse FMU → plant FMU", model["displacement"], "–", "–"),
-        ("inverse FMU → stand", driven["displacement"], _figure(paper, "e_mr_percent"), _figure(paper, "e_rms_um")),
-        ("proportional → stand", proportional, _figure(paper, "proportional_e_mr_percent"), "–"),
-    ]  # fmt: skip
-    rows = [
-        [
-            name, mr, rms,
-            f"{100 * max_relative_error(reference[kept], y[kept]):.3g}",
-            f"{UM * rms_error(reference[kept], y[kept]):.3g}",
-        ]
-        for name, y, mr, rms in courses
-    ]  # fmt: skip
-    table = Table(
-        ["feedforward", "paper e_mr %", "paper e_rms µm", "e_mr %", "e_rms µm"],
-        rows,
-        f"Tracking of {entry['signal']}",
-    )
-    picture = Picture(
-        "tracking_stand",
-        figures.tracking(
-            time[kept],
-            reference[kept],
-            {
-                "inverse FMU → stand": driven["displacement"][kept],
-                "proportional": proportional[kept],
-            },
-            driven["voltage"][kept],
-            "Feedforward on the stand",
+def _scenario(name: str, table: Mapping) -> Scenario:
+    entry = _Keys("", table)
+    scenario = Scenario(
+        name=name,
+        title=entry.take("title", str, name),
+        text=entry.take("text", str, ""),
+        seed=entry.take("seed", int, 0),
+        model=entry.choose("model", MODELS, MODELS[0]),
+        rules=entry.take("rules", int, None),
+        stand=_stand(entry.take("stand", dict, {})),
+        records=tuple(
+            _record(f"record {i}: ", record)
+            for i, record in enumerate(entry.take("record", list), start=1)
         ),
-        "Reference, displacement, error and voltage (compare the paper's Figure 7).",
+        tracking=_tracking(entry.take("tracking", dict, None)),
+        estimators=entry.take("estimators", bool, False),
     )
-    text = [
-        "The reference goes through IT2Inverse.fmu; its voltage drives the simulated stand and, for "
-        "comparison, IT2Plant.fmu. Proportional feedforward divides by the slope of a straight line "
-        "fitted to the training record."
-    ]
-    return Section("Feedforward tracking", text, [table], [picture])
+    entry.done()
+    if scenario.model == "identified" and not any(r.role == "train" for r in scenario.records):
+        raise InputError("record: a model can only be identified with a record of role 'train'")
+    order = list(ROLES)
+    return replace(scenario, records=tuple(sorted(scenario.records, key=lambda r: order.index(r.role))))
+
+
+class _Keys:
+    """The keys of a table, taken one by one; what is left over is a mistake."""
+
+    def __init__(self, place: str, table: object) -> None:
+        if not isinstance(table, Mapping):
+            raise InputError(f"{place}must be a table, not {table!r}")
+        self._place, self._left, self._known = place, dict(table), []
+
+    def take(self, key: str, kind: type, *default: object) -> object:
+        self._known.append(key)
+        if key not in self._left:
+            if not default:
+                raise InputError(f"{self._place}key {key!r} is missing")
+            return default[0]
+        value = self._left.pop(key)
+        if kind is float and isinstance(value, int) and not isinstance(value, bool):
+            value = float(value)
+        if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+            raise InputError(f"{self._place}{key} is {value!r}; it must be a {kind.__name__}")
+        return value
+
+    def choose(self, key: str, choices: tuple[str, ...], *default: str) -> str:
+        value = self.take(key, str, *default)
+        if value not in choices:
+            raise InputError(f"{self._place}{key} is {value!r}; it must be one of {', '.join(choices)}")
+        return value
+
+    def rest(self) -> dict:
+        rest, self._left = self._left, {}
+        return rest
+
+    def done(self) -> None:
+        for key in self._left:
+            known = ", ".join(self._known)
+            raise InputError(f"{self._place}unknown key {key!r}; known are {known}")
+
+
+def _stand(table: Mapping) -> Stand:
+    entry = _Keys("stand: ", table)
+    without = entry.take("without", list, [])
+    noise = entry.take("noise", float, Stand().noise)
+    entry.done()
+    for part in without:
+        if part not in STAND_PARTS:
+            raise InputError(
+                f"stand: unknown part {part!r} in without; known are {', '.join(STAND_PARTS)}"
+            )
+    return replace(Stand(noise=noise), **dict.fromkeys(without))
+
+
+def _record(place: str, table: Mapping) -> RecordEntry:
+    entry = _Keys(place, table)
+    name, role = entry.take("name", str), entry.choose("role", tuple(ROLES))
+    return RecordEntry(name, role, _signal(place, entry))
+
+
+def _tracking(table: Mapping | None) -> Tracking | None:
+    if table is None:
+        return None
+    entry = _Keys("tracking: ", table)
+    lead_in = entry.take("lead_in", float, 0.0)
+    return Tracking(_signal("tracking: ", entry), lead_in)
+
+
+def _signal(place: str, entry: _Keys) -> Signal:
+    """Take the keys of a signal; those that are not ours are the arguments of its function."""
+    name = entry.choose("signal", SIGNALS)
+    duration = entry.take("duration", float)
+    paper = _paper(place, entry.take("paper", dict, {}))
+    signal = Signal(name, duration, entry.rest(), paper)
+    try:
+        signal.values()
+    except (TypeError, InputError) as error:
+        raise InputError(f"{place}signal {name!r}: {error}") from None
+    return signal
+
+
+def _paper(place: str, table: Mapping) -> Paper:
+    entry = _Keys(f"{place}paper: ", table)
+    kinds = {f.name: int if f.name == "figure" else float for f in fields(Paper)}
+    paper = Paper(**{name: entry.take(name, kind, None) for name, kind in kinds.items()})
+    entry.done()
+    return paper
