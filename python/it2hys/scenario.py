@@ -165,7 +165,8 @@ class _Keys:
         self._known.append(key)
         if key not in self._left:
             if not default:
-                raise InputError(f"{self._place}key {key!r} is missing")
+                given = ", ".join(self._left) or "none"
+                raise InputError(f"{self._place}key {key!r} is missing; other keys given: {given}")
             return default[0]
         value = self._left.pop(key)
         if kind is float and isinstance(value, int) and not isinstance(value, bool):

@@ -221,7 +221,11 @@ def test_an_output_directory_that_is_a_file_is_refused(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("toml", "words"),
     [
-        ("titel = 'x'", ["titel", "title"]),
+        ("titel = 'x'", ["record", "titel"]),
+        (
+            "titel='x'\n[[record]]\nname='a'\nrole='train'\nduration=0.1\nsignal='triangle'",
+            ["titel", "title"],
+        ),
         ("title = 'x'", ["record"]),
         ("[[record]]\nname = 'a'\nrole = 'train'\nduration = 0.1", ["signal"]),
         ("[[record]]\nname='a'\nrole='no'\nduration=0.1\nsignal='triangle'", ["role"]),

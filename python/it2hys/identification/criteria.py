@@ -15,7 +15,7 @@ import numpy as np
 
 from it2hys import core
 from it2hys.identification import coordinates
-from it2hys.identification.levenberg_marquardt import triangular_factor
+from it2hys.identification.levenberg_marquardt import Linearisation, triangular_factor
 
 if TYPE_CHECKING:
     from it2hys.identification.usability import Guard
@@ -139,9 +139,12 @@ class FreeRun:
     def _state_residual(self, states: np.ndarray, offsets: np.ndarray) -> np.ndarray:
         return _STATE_PRIOR * (states + offsets - [s.state for s in self.series])
 
-    def linearise(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return R and Q^T r of the Jacobian, accumulated record by record to bound the memory."""
-        parts = []
+    def linearise(self, point: np.ndarray) -> Linearisation | None:
+        """Return the problem linearised at a point, or None where a run is no longer finite.
+
+        The Jacobian is reduced record by record: only their sensitivities are held in memory.
+        """
+        blocks, parts = [], []
         for block in self._blocks(point):
             if block is None:
                 return None
@@ -149,8 +152,16 @@ class FreeRun:
             # the record's own few columns are reduced before they are spread over the coordinates
             factor, target = triangular_factor(jacobian, residual)
             parts.append(np.column_stack([factor @ to_point, target]))
+            blocks.append(block)
         stacked = np.vstack(parts)
-        return triangular_factor(stacked[:, :-1], stacked[:, -1])
+        factor, target = triangular_factor(stacked[:, :-1], stacked[:, -1])
+        ends = np.cumsum([len(residual) for _, residual, _ in blocks])
+
+        def transposed(values: np.ndarray) -> np.ndarray:
+            pieces = np.split(values, ends[:-1])
+            return sum(t.T @ (j.T @ v) for (j, _, t), v in zip(blocks, pieces, strict=True))
+
+        return Linearisation(factor, target, transposed)
 
     def jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the whole Jacobian, shape (M, P), and the residuals, shape (M,), or None."""

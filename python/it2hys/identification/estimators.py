@@ -74,10 +74,7 @@ def cost(criterion: FreeRun, point: np.ndarray) -> float:
 def gradient(criterion: FreeRun, point: np.ndarray) -> np.ndarray:
     """Return the exact gradient of the cost (23), shape (P,), or NaN where the model diverges."""
     linear = criterion.linearise(point)
-    if linear is None:
-        return np.full(len(point), np.nan)
-    factor, target = linear
-    return factor.T @ target
+    return np.full(len(point), np.nan) if linear is None else linear.gradient
 
 
 def _levenberg_marquardt(

@@ -148,7 +148,7 @@ def usability_values(rules: np.ndarray, band: Band) -> np.ndarray:
 
 
 def _smallest_slope(slope: np.ndarray) -> float:
-    return SMALLEST_SLOPE * max(float(np.median(np.abs(slope))), 1e-6)
+    return SMALLEST_SLOPE * max(abs(float(slope.mean())), 1e-6)
 
 
 def data_range(series: Sequence[Series], offsets: Sequence[float]) -> tuple[float, float]:

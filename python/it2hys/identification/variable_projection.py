@@ -14,6 +14,7 @@ from scipy.optimize import lsq_linear
 from it2hys.identification import coordinates
 from it2hys.identification.criteria import normalised_memberships, one_step_gradient
 from it2hys.identification.levenberg_marquardt import (
+    Linearisation,
     Minimum,
     levenberg_marquardt,
     triangular_factor,
@@ -83,14 +84,14 @@ class ProjectedOneStep:
         """Return the residuals of the projected problem, shape (N + 3 L,), ridge included."""
         return self._project(point)[1]
 
-    def linearise(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return R and Q^T r of the projected Jacobian.
+    def linearise(self, point: np.ndarray) -> Linearisation:
+        """Return the projected problem linearised at a point.
 
         Kaufman's approximation: the derivative of the residual at fixed consequents, projected on
         the complement of the regressors. The term left out is of the order of the residual.
         """
         jacobian, residual = self.jacobian(point)
-        return triangular_factor(jacobian, residual)
+        return Linearisation(*triangular_factor(jacobian, residual), lambda v: jacobian.T @ v)
 
     def jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return Kaufman's Jacobian, shape (N + 3 L, 3 L + O), and the residual."""
