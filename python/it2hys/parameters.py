@@ -4,6 +4,7 @@ A parameter set is a flat mapping from FMU variable names to SI values. Its file
 standard's parameter set (SSV) in the narrow profile that common masters read.
 """
 
+import difflib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,7 +22,7 @@ SSV_NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 RULE_FIELDS = ("sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # compared as the mapping that it is
 class ParameterSet(Mapping):
     """The values of all parameters of a chain, by FMU variable name, in SI units.
 
@@ -108,17 +109,12 @@ class ParameterSet(Mapping):
 
 def table_1() -> ParameterSet:
     """Return the paper's Table 1, read as (s1, s2, c) (see PAPER.md), which is the table's start."""
-    return ParameterSet(
-        {n: v.start for n, v in load_table().parameters().items() if _in_table_1(v)}, "Table 1"
-    )
-
-
-def _in_table_1(variable: Variable) -> bool:
-    counts = load_table().counts
     parameters = load_table().parameters()
-    return variable.group is None or (
-        variable.index <= parameters[counts[variable.group]["variable"]].start
-    )
+    counts = {g: parameters[c["variable"]].start for g, c in load_table().counts.items()}
+    values = {
+        name: v.start for name, v in parameters.items() if v.group is None or v.index <= counts[v.group]
+    }
+    return ParameterSet(values, "Table 1")
 
 
 def _complete(values: Mapping) -> dict[str, float | int | bool]:
@@ -161,8 +157,6 @@ def _count(group: str, entry: dict, given: Mapping) -> int:
 
 
 def _suggest(name: str, known: Mapping) -> str:
-    import difflib
-
     matches = difflib.get_close_matches(name, known, n=1)
     return f"did you mean {matches[0]!r}?" if matches else "`variables.toml` lists the known ones"
 

@@ -9,8 +9,8 @@ record Base "Parameters of plant and inverse"
     "Sample time Ts; the model holds for the sample time it was identified at";
   parameter Modelica.Units.SI.Length initialDisplacement(
     displayUnit="um",
-    min=-0.01,
-    max=0.01,
+    min=-0.1,
+    max=0.1,
     nominal=1e-05)=0.0
     "Displacement before the first tick, y_{-1}";
   parameter Modelica.Units.SI.ElectricPotential voltageMin(
@@ -25,14 +25,14 @@ record Base "Parameters of plant and inverse"
     "Upper end of the voltage range that the parameters are valid for; beyond it a warning is logged";
   parameter Modelica.Units.SI.Length displacementMin(
     displayUnit="um",
-    min=-0.01,
-    max=0.01,
+    min=-0.1,
+    max=0.1,
     nominal=1e-05)=0.0
     "Lower end of the displacement range in which the model is invertible and contracting; the inverse keeps to it";
   parameter Modelica.Units.SI.Length displacementMax(
     displayUnit="um",
-    min=-0.01,
-    max=0.01,
+    min=-0.1,
+    max=0.1,
     nominal=1e-05)=1.6e-05
     "Upper end of the displacement range in which the model is invertible and contracting; the inverse keeps to it";
   parameter Integer ruleCount(
@@ -44,21 +44,21 @@ record Base "Parameters of plant and inverse"
   parameter Modelica.Units.SI.Length ruleSigmaLower[ruleCount](
     each displayUnit="um",
     each min=1e-12,
-    each max=0.01,
+    each max=1.0,
     each nominal=1e-05)
     "Standard deviation s_l1 of the lower membership (8), (11)"
     annotation (Dialog(group="Rule"));
   parameter Modelica.Units.SI.Length ruleSigmaUpper[ruleCount](
     each displayUnit="um",
     each min=1e-12,
-    each max=0.01,
+    each max=1.0,
     each nominal=1e-05)
     "Standard deviation s_l2 of the upper membership (9), (12)"
     annotation (Dialog(group="Rule"));
   parameter Modelica.Units.SI.Length ruleCentre[ruleCount](
     each displayUnit="um",
-    each min=-0.01,
-    each max=0.01,
+    each min=-0.1,
+    each max=0.1,
     each nominal=1e-05)
     "Centre c_l of the antecedent"
     annotation (Dialog(group="Rule"));
@@ -74,15 +74,15 @@ record Base "Parameters of plant and inverse"
     each final quantity="Sensitivity",
     each final unit="m/V",
     each displayUnit="um/V",
-    each min=-0.001,
-    each max=0.001,
+    each min=-0.1,
+    each max=0.1,
     each nominal=1e-08)
     "Consequent's coefficient q_l2 of x(k) (7)"
     annotation (Dialog(group="Rule"));
   parameter Modelica.Units.SI.Length ruleQ3[ruleCount](
     each displayUnit="um",
-    each min=-0.01,
-    each max=0.01,
+    each min=-0.1,
+    each max=0.1,
     each nominal=1e-05)
     "Consequent's constant q_l3 (7)"
     annotation (Dialog(group="Rule"));
