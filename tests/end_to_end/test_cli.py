@@ -270,3 +270,74 @@ def test_measured_records_give_two_fmus_and_honest_errors(tmp_path):
     assert entry["noise_rms_um"] == pytest.approx(0.07, abs=0.02)
     assert report["unexplained"] is True
     assert_reported_errors_hold(read_record(MEASURED / "test.csv"), entry, tmp_path / "IT2Plant.fmu")
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """A record of the simulated stand with whole microseconds in its time stamps."""
+    time = excitations.time_grid(0.06, 1e-4)
+    return Stand().record(excitations.identification(time), "clean", seed=3)
+
+
+def write_rows(path, time, record, displacement=None):
+    displacement = record.displacement if displacement is None else displacement
+    table = np.column_stack([time, record.voltage, displacement / UM])
+    body = "\n".join(f"{t:.7f},{x!r},{y!r}" for t, x, y in table.tolist())
+    path.write_text(TIME + body + "\n")
+    return path
+
+
+def identify_quickly(path, out, *options):
+    return run("identify", path, "--rules", 1, "-o", out, "--quiet", *options)
+
+
+def test_one_per_cent_of_missing_samples_is_refused_or_mended(clean, tmp_path, capsys):
+    path = write_rows(tmp_path / "r.csv", clean.time, clean)
+    lines = path.read_text().splitlines(keepends=True)
+    missing = set(range(100, 600, 100))
+    path.write_text("".join(line for i, line in enumerate(lines) if i not in missing))
+    assert_refused(capsys, ["identify", path, "-o", tmp_path / "a"], "line 101", "--resample")
+    assert identify_quickly(path, tmp_path / "b", "--resample") == 0
+    assert "resampl" in (tmp_path / "b" / "report.html").read_text().lower()
+
+
+def test_a_jittering_time_base_is_refused_or_mended(clean, tmp_path, capsys):
+    jitter = np.random.default_rng(0).uniform(-1e-5, 1e-5, len(clean))
+    path = write_rows(tmp_path / "r.csv", clean.time + jitter, clean)
+    assert_refused(capsys, ["identify", path, "-o", tmp_path / "a"], "--resample")
+    assert identify_quickly(path, tmp_path / "b", "--resample") == 0
+
+
+def test_an_outlier_is_named_and_does_not_move_the_model(clean, tmp_path):
+    spiked = clean.displacement.copy()
+    spiked[300] += 5e-6
+    errors = []
+    for name, displacement in (("clean", clean.displacement), ("spiked", spiked)):
+        path = write_rows(tmp_path / f"{name}.csv", clean.time, clean, displacement)
+        assert identify_quickly(path, tmp_path / name) == 0
+        report = json.loads((tmp_path / name / "report.json").read_text())
+        errors.append(report["error"]["after"][name]["e_rms_um"])
+    assert errors[1] == pytest.approx(errors[0], rel=0.05)
+    assert "302" in (tmp_path / "spiked" / "report.html").read_text()  # the spike's line
+
+
+def test_a_clipped_sensor_is_noted_and_its_stretch_gets_no_weight(clean, tmp_path):
+    clipped = np.minimum(clean.displacement, 14e-6)
+    path = write_rows(tmp_path / "clipped.csv", clean.time, clean, clipped)
+    assert identify_quickly(path, tmp_path / "out") == 0
+    assert "clip" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_simulating_at_another_rate_is_refused(tmp_path, capsys):
+    run("build", "-o", tmp_path, "--quiet")
+    (tmp_path / "u.csv").write_text("time_s,voltage_V\n0,1\n0.001,2\n0.002,3\n")
+    arguments = ["simulate", tmp_path / "IT2Plant.fmu", "--input", tmp_path / "u.csv", "-o", tmp_path / "y.csv"]  # fmt: skip
+    assert_refused(capsys, arguments, "u.csv", "sampleTime")
+    assert not (tmp_path / "y.csv").exists()
+
+
+def test_table_1_as_published_is_a_scenario(tmp_path, capsys):
+    assert run("run", "table_1", "-o", tmp_path / "t", "--quiet") == 0
+    page = Page((tmp_path / "t" / "report.html").read_text())
+    assert page.open == [] and len(page.images) >= 11
+    assert {p.name for p in (tmp_path / "t").glob("*.fmu")} == {"IT2Plant.fmu", "IT2Inverse.fmu"}
