@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from itertools import islice
 
 import numpy as np
 from tqdm import tqdm
@@ -9,7 +10,7 @@ from tqdm import tqdm
 from it2hys.identification import Options
 from it2hys.identification.criteria import FreeRun, OneStep
 from it2hys.identification.estimators import METHODS, cost, minimise
-from it2hys.identification.fitting import one_step_candidates, rms_of, start_of
+from it2hys.identification.fitting import draw_starts, rms_of
 from it2hys.identification.preparation import data_scaling, prepare, to_series
 from it2hys.records import Record
 from it2hys.report import Section, Table
@@ -51,16 +52,18 @@ def compare_estimators(
     prepared = [prepare(record, options) for record in records]
     scaling = data_scaling(prepared)
     series = [to_series(p, scaling) for p in prepared]
-    best = one_step_candidates(series, rules, options)[0]
+    # of the starts drawn, every second goes some way towards an optimum of the one-step criterion
+    drawn = islice(draw_starts(FreeRun(series, rules), np.random.default_rng(seed)), 1, 2)
+    starts = {
+        "guess": FreeRun(series, rules).pack(plausible_rules(rules)),
+        "projected": next(drawn)[0],
+    }
     rows = []
-    cases = [(c, s, m) for c in CRITERIA for s in ("guess", "one-step optimum") for m in METHODS]
+    cases = [(c, s, m) for c in CRITERIA for s in starts for m in METHODS]
     for name, start, method in tqdm(cases, desc="estimators", disable=quiet):
         criterion = CRITERIA[name](series, rules)
-        point = (
-            criterion.pack(plausible_rules(rules)) if start == "guess" else start_of(criterion, best)
-        )
         began = time.perf_counter()
-        minimum = minimise(criterion, point, method, max_iterations=500, seed=seed)
+        minimum = minimise(criterion, starts[start], method, max_iterations=100, seed=seed)
         seconds = time.perf_counter() - began
         reached = rms_of(cost(criterion, minimum.coordinates), criterion.samples)
         rows.append(
@@ -72,13 +75,13 @@ def compare_estimators(
     table = Table(
         ["estimator", "criterion", "start", "rms µm", "iterations", "seconds"],
         rows,
-        "Estimators on the training records, at most 500 iterations each",
+        "Estimators on the training records, at most 100 iterations each",
     )
     text = [
         "Gradient descent is (21), quasi-Newton the method of the paper's fminunc, the evolutionary "
-        "one its future work. The guess spreads the rules over the range. The one-step optimum comes "
-        "from variable projection with several starts: the one-step criterion is separable, and what "
-        "descent from a guess reaches depends on the guess. The default is variable projection, then "
-        "Levenberg-Marquardt in free run."
+        "one its future work. The guess spreads the rules over the range. The projected "
+        "start has drawn antecedents, and the consequents that go with them by the one-step "
+        "criterion, which is linear in these. What any method reaches depends on its start: the "
+        "default is Levenberg-Marquardt in free run from many projected starts."
     ]
     return Section("Estimators", text, [table])

@@ -84,18 +84,27 @@ def test_free_run_sensitivities_agree_with_casadi_and_finite_differences():
         )
 
 
+def test_usability_values_are_the_partial_derivatives_at_the_band_and_at_equilibrium():
+    y = np.linspace(0.0, 16.0, 257)
+    band = (y, 5.0 * y - 10.0, 5.0 * y + 20.0)
+    values = it2.usability_function(3, 257)(TABLE_1, *(part[None] for part in band)).full()
+    assert np.max(values[0]) == pytest.approx(core.contraction(TABLE_1, 0.0, 16.0), rel=1e-12)
+    for i in (0, 100, 256):
+        for row, x in ((1, band[1][i]), (2, band[2][i])):
+            by_x, by_y = core.gradient(TABLE_1, y[i], x)[2]
+            np.testing.assert_allclose(values[[row, 3], i], [by_y, by_x], rtol=1e-11)
+
+
 def test_usability_derivatives_agree_with_finite_differences():
-    fine = it2.usability_function(3, 257)(TABLE_1, np.linspace(0.0, 16.0, 257))[0].full()
-    assert np.max(fine[0]) == pytest.approx(core.contraction(TABLE_1, 0.0, 16.0), rel=1e-12)
-    y = np.linspace(0.0, 16.0, 5)
+    y = np.linspace(0.0, 16.0, 5)[None]
+    grid = (y, 5.0 * y - 10.0, 5.0 * y + 20.0)
     function = it2.usability_function(3, 5)
-    by_rules = function(TABLE_1, y)[1].full()
-    by_rules = by_rules.reshape(2, 5, 6, 3)
+    by_rules = it2.usability_jacobian(3, 5)(TABLE_1, *grid).full().reshape(4, 5, 6, 3)
     for rule, column in np.ndindex(3, 6):
         step = np.zeros((3, 6))
         step[rule, column] = 1e-5
-        difference = function(TABLE_1 + step, y)[0].full() - function(TABLE_1 - step, y)[0].full()
-        np.testing.assert_allclose(by_rules[:, :, column, rule], difference / 2e-5, atol=1e-6)
+        above, below = (function(TABLE_1 + s, *grid).full() for s in (step, -step))
+        np.testing.assert_allclose(by_rules[:, :, column, rule], (above - below) / 2e-5, atol=1e-6)
 
 
 @settings(max_examples=50, deadline=None)

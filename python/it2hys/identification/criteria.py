@@ -15,7 +15,7 @@ import numpy as np
 
 from it2hys import core
 from it2hys.identification import coordinates
-from it2hys.identification.levenberg_marquardt import Linearisation, triangular_factor
+from it2hys.identification.levenberg_marquardt import Linearisation
 
 if TYPE_CHECKING:
     from it2hys.identification.usability import Guard
@@ -83,11 +83,11 @@ class FreeRun:
         offsets: np.ndarray | None = None,
     ) -> np.ndarray:
         """Return rules, states and offsets (or their guesses) as coordinates, shape (P,)."""
-        if states is None:
-            states = [s.state - s.offset for s in self.series]
         if offsets is None:
-            offsets = np.array([s.offset for s in self.series])
-        offsets = offsets[self._with_offset]
+            offsets = [s.offset for s in self.series]
+        if states is None:
+            states = [s.state - o for s, o in zip(self.series, offsets, strict=True)]
+        offsets = np.asarray(offsets)[self._with_offset]
         return np.concatenate([coordinates.to_coordinates(rules), states, offsets])
 
     def with_guard(self, guard: Guard) -> FreeRun:
@@ -142,26 +142,24 @@ class FreeRun:
     def linearise(self, point: np.ndarray) -> Linearisation | None:
         """Return the problem linearised at a point, or None where a run is no longer finite.
 
-        The Jacobian is reduced record by record: only their sensitivities are held in memory.
+        J^T J is summed record by record: only their sensitivities are held in memory.
         """
-        blocks, parts = [], []
+        blocks = []
+        hessian, slope = np.zeros((len(point), len(point))), np.zeros(len(point))
         for block in self._blocks(point):
             if block is None:
                 return None
             jacobian, residual, to_point = block
-            # the record's own few columns are reduced before they are spread over the coordinates
-            factor, target = triangular_factor(jacobian, residual)
-            parts.append(np.column_stack([factor @ to_point, target]))
+            hessian += to_point.T @ (jacobian.T @ jacobian) @ to_point
+            slope += to_point.T @ (jacobian.T @ residual)
             blocks.append(block)
-        stacked = np.vstack(parts)
-        factor, target = triangular_factor(stacked[:, :-1], stacked[:, -1])
         ends = np.cumsum([len(residual) for _, residual, _ in blocks])
 
         def transposed(values: np.ndarray) -> np.ndarray:
             pieces = np.split(values, ends[:-1])
             return sum(t.T @ (j.T @ v) for (j, _, t), v in zip(blocks, pieces, strict=True))
 
-        return Linearisation(factor, target, transposed)
+        return Linearisation(hessian, slope, transposed)
 
     def jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the whole Jacobian, shape (M, P), and the residuals, shape (M,), or None."""
@@ -170,9 +168,7 @@ class FreeRun:
             return None
         return np.vstack([b[0] @ b[2] for b in blocks]), np.concatenate([b[1] for b in blocks])
 
-    def _blocks(
-        self, point: np.ndarray
-    ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray] | None]:
+    def _blocks(self, point: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray] | None]:
         """Yield the parts of the criterion: records, guesses of the states, penalties.
 
         Each is the Jacobian by variables of its own, (N, n), the residual, (N,), and the derivative

@@ -1,30 +1,35 @@
-"""The fit for a given number of rules: one step ahead from many starts, then the free run."""
+"""The fit for a given number of rules: free runs from many starts, then from the best found."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, islice
+from math import ceil
 
 import numpy as np
 
 from it2hys import core
 from it2hys.identification import usability, variable_projection
 from it2hys.identification.criteria import FreeRun, Series
+from it2hys.identification.excerpts import excerpt
 from it2hys.identification.levenberg_marquardt import Minimum, levenberg_marquardt
 from it2hys.identification.result import IdentificationError, Options, Start
 
-#: Pairs used while the starts are sifted, and to polish the best of them.
-_FEW_PAIRS = 600
-_MANY_PAIRS = 6000
-#: Iterations of the three rounds of the one-step fit and of the first round in free run.
-_SIFTING, _SETTLING, _POLISHING, _TRYING = 40, 200, 30, 20
-#: Disturbances of the best fit: rounds of replacing each rule, then sizes by which all are moved.
-_REPLACING_ROUNDS = 2
-_MOVES = (0.2, 0.1, 0.2)
-#: Steps of the one-step fit after a disturbance.
-_SHAKEN_STEPS = 20
-#: Two optima are the same if their costs differ by less than this share.
-_SAME_COST = 1e-4
+#: Pairs from which the consequents of a start are found.
+_PAIRS = 600
+#: One-step iterations of every other start; more of them end in the poor optima of that criterion.
+_NEARING = 8
+#: Starts of a batch, and the share of it that is settled.
+_BATCH, _PROMISING = 12, 1 / 3
+#: Iterations of the two rounds of the search.
+_SIFTING, _SETTLING = 30, 80
+#: So many starts that agree on the best cost, to this share, end the search.
+_AGREEING, _SAME_COST = 3, 1e-3
+#: A root mean square error, scaled, below which a model is exact and no better one is sought.
+_PERFECT = 1e-6
+#: Optima of the search that are continued on the whole records: so many, so near to the best.
+_CONTINUED, _NEAR = 3, 0.1
 #: Strengths of the penalties for an unusable model, tried in turn.
 _STRENGTHS = (1.0, 1e1, 1e2, 1e3)
 
@@ -70,7 +75,7 @@ def fit_rules(
     progress: Callable[[float, str], None],
     warm: Sequence[np.ndarray] = (),
 ) -> Fit:
-    """Fit L rules to scaled series, usable over the range of the data with its margin if possible.
+    """Fit L rules to scaled series, usable over the band of the data if possible.
 
     Parameters
     ----------
@@ -82,7 +87,7 @@ def fit_rules(
     progress : callable
         Told the share done and what is being done.
     warm : sequence of ndarray, each of shape (L, 6)
-        Further starts of the free-run fit, such as those of a smaller model.
+        Further starts, such as those of a smaller model.
 
     Returns
     -------
@@ -93,98 +98,101 @@ def fit_rules(
     IdentificationError
         If every start diverges.
     """
-    progress(0.0, f"L = {rule_count}: one-step fits")
-    candidates = one_step_candidates(series, rule_count, options)
-    criterion = guarded(FreeRun(list(series), rule_count))
-    guesses = candidates + [Candidate(np.nan, rules, None) for rules in warm]
-    tried = []
-    for i, guess in enumerate(guesses):
-        progress(0.3 + 0.4 * i / len(guesses), f"L = {rule_count}: free-run fits")
-        minimum = minimise_free_run(criterion, start_of(criterion, guess), _TRYING)
-        tried.append((minimum, guess.cost))
-    tried.sort(key=lambda pair: pair[0].cost)
-    if not np.isfinite(tried[0][0].cost):
+    windows, records = excerpt(series)
+    brief = guarded(FreeRun(windows, rule_count))
+    found = _search(brief, options, lambda share, text: progress(0.7 * share, text), warm)
+    if not np.isfinite(found[0][0].cost):
         raise IdentificationError(
             f"no free run with {rule_count} rules stays finite on the training records: "
             "check that voltage and displacement belong together and are in the right columns"
         )
     progress(0.7, f"L = {rule_count}: final fit")
-    finals = [
-        minimise_free_run(criterion, m.coordinates, options.max_iterations)
-        for m, _ in _distinct(tried)[:2]
+    criterion = guarded(FreeRun(list(series), rule_count))
+    continued = [
+        minimise_free_run(criterion, _transferred(brief, m, criterion, records), _SETTLING)
+        for m in _distinct([m for m, _ in found])[:_CONTINUED]
+        if m.cost <= found[0][0].cost * (1.0 + _NEAR)
     ]
-    best = min(finals, key=lambda m: m.cost)
-    starts = tuple(
-        Start(rms_of(one_step, criterion.samples), rms_of(m.cost, criterion.samples))
-        for m, one_step in tried
-    )
+    best = min(continued, key=lambda m: m.cost)
+    best = minimise_free_run(criterion, best.coordinates, options.max_iterations)
+    starts = tuple(Start(one_step, rms_of(m.cost, brief.samples)) for m, one_step in found)
     return make_usable(Fit(criterion, best, starts), options)
 
 
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A one-step optimum: where a free-run fit starts.
+def _search(
+    criterion: FreeRun,
+    options: Options,
+    progress: Callable[[float, str], None],
+    warm: Sequence[np.ndarray],
+) -> list[tuple[Minimum, float]]:
+    """Return where the starts led, best first, each with the one-step error that it began with.
 
-    Parameters
-    ----------
-    cost : float
-        (23), scaled from the pairs used to all samples, so that it compares with a free run's.
-    rules : ndarray, shape (L, 6)
-        Scaled rules.
-    offsets : ndarray or None
-        Offsets of the series that have one; None for their guesses.
+    In batches, until several starts agree on the best optimum or all are spent.
     """
-
-    cost: float
-    rules: np.ndarray
-    offsets: np.ndarray | None
-
-
-def start_of(criterion: FreeRun, candidate: Candidate) -> np.ndarray:
-    """Return the coordinates at which a free-run fit starts."""
-    if candidate.offsets is None:
-        return criterion.pack(candidate.rules)
-    offsets = np.zeros(len(criterion.series))
-    offsets[[s.has_offset for s in criterion.series]] = candidate.offsets
-    states = [s.state - o for s, o in zip(criterion.series, offsets, strict=True)]
-    return criterion.pack(candidate.rules, states, offsets)
-
-
-def one_step_candidates(
-    series: Sequence[Series], rule_count: int, options: Options
-) -> list[Candidate]:
-    """Return the best one-step optima, one for each basin, best first."""
     generator = np.random.default_rng(options.seed)
-    pairs = _pairs(series)
-    few = _projected(pairs, _FEW_PAIRS, rule_count, generator)
-    guesses = np.array([s.offset for s in series if s.has_offset])
-    # Offsets start from nothing and from their guesses in turn: a guess from a static curve is poor
-    # where the loops' phase lag differs between records.
-    starts = [
-        np.concatenate([start, (i % 2) * guesses])
-        for i, start in enumerate(
-            variable_projection.antecedent_starts(pairs[2], rule_count, options.starts, generator)
-        )
-    ]
-    minima = [variable_projection.fit_projected(few, start, _SIFTING) for start in starts]
-    minima = sorted(minima, key=lambda m: m.cost)[: max(options.starts // 3, options.refined)]
-    minima = [
-        variable_projection.fit_projected(few, m.coordinates, _SETTLING) if not m.converged else m
-        for m in minima
-    ]
-    minima.sort(key=lambda m: m.cost)
-    distinct = [m for m, _ in _distinct([(m, None) for m in minima])]
-    many = _projected(pairs, _MANY_PAIRS, rule_count, generator)
-    polished = [
-        variable_projection.fit_projected(many, m.coordinates, _POLISHING)
-        for m in distinct[: options.refined]
-    ]
-    polished.sort(key=lambda m: m.cost)
-    share = len(pairs[2]) / len(many.y)
-    return [
-        Candidate(share * m.cost, many.rules(m.coordinates), many.offsets(m.coordinates))
-        for m in polished
-    ]
+    warmed = ((criterion.pack(rules), np.nan) for rules in warm)
+    starts = chain(warmed, draw_starts(criterion, generator))
+    total = options.starts + len(warm)
+    found: list[tuple[Minimum, float]] = []
+    while len(found) < total and not _agreed([m for m, _ in found], criterion.samples):
+        sifted = []
+        for start, one_step in islice(starts, min(_BATCH, total - len(found))):
+            share = (len(found) + len(sifted)) / total
+            progress(share, f"L = {criterion.rule_count}: free-run fits")
+            sifted.append((minimise_free_run(criterion, start, _SIFTING), one_step))
+        sifted.sort(key=lambda pair: pair[0].cost)
+        for i, (minimum, one_step) in enumerate(sifted[: ceil(_PROMISING * len(sifted))]):
+            settled = minimise_free_run(criterion, minimum.coordinates, _SETTLING)
+            sifted[i] = (settled, one_step)
+        found = sorted(found + sifted, key=lambda pair: pair[0].cost)
+    return found
+
+
+def draw_starts(
+    criterion: FreeRun, generator: np.random.Generator
+) -> Iterator[tuple[np.ndarray, float]]:
+    """Yield coordinates of starts and their one-step errors, without end.
+
+    Antecedents are drawn; the consequents that go with them are those of the one-step criterion,
+    which is linear in them. Half of the starts first go some way towards an optimum of it: which
+    half finds the optimum in free run differs from one set of records to the next.
+    """
+    problem = _projected(criterion.series, criterion.rule_count, generator)
+    y = np.concatenate([(s.y - s.offset)[s.weight > 0] for s in criterion.series])
+    guesses = np.array([s.offset for s in criterion.series])
+    has_offset = [s.has_offset for s in criterion.series]
+    for i, antecedents in enumerate(
+        variable_projection.antecedent_starts(y, criterion.rule_count, generator)
+    ):
+        # Offsets start from their guesses and from nothing in turn: a guess from a static curve is
+        # poor where the loops' phase lag differs between records.
+        offsets = guesses if i // 2 % 2 == 0 else 0.0 * guesses
+        point = np.concatenate([antecedents, offsets[has_offset]])
+        if i % 2:
+            point = variable_projection.fit_projected(problem, point, _NEARING).coordinates
+            offsets = offsets.copy()
+            offsets[has_offset] = problem.offsets(point)
+        residual = problem.residual(point)
+        one_step = float(np.sqrt(residual @ residual / len(problem.y)))
+        yield criterion.pack(problem.rules(point), offsets=offsets), one_step
+
+
+def _agreed(minima: Sequence[Minimum], samples: int) -> bool:
+    """Return whether the best minimum, the first, is perfect or enough have practically its cost."""
+    if len(minima) < _AGREEING:
+        return False
+    if rms_of(minima[0].cost, samples) < _PERFECT:
+        return True
+    return minima[_AGREEING - 1].cost <= minima[0].cost * (1.0 + _SAME_COST)
+
+
+def _transferred(
+    brief: FreeRun, minimum: Minimum, criterion: FreeRun, records: np.ndarray
+) -> np.ndarray:
+    """Return a point of the criterion of an excerpt as one of the whole records' criterion."""
+    offsets = brief.offsets(minimum.coordinates)
+    means = [float(np.mean(offsets[records == i])) for i in range(len(criterion.series))]
+    return criterion.pack(brief.rules(minimum.coordinates), offsets=means)
 
 
 def minimise_free_run(
@@ -213,7 +221,7 @@ def guarded(
         offsets = [s.offset for s in criterion.series]
     band = usability.Band.of_data(criterion.series, offsets)
     strength *= np.sqrt(criterion.samples)
-    return criterion.with_guard(usability.Guard(criterion.rule_count, band, strength))
+    return criterion.with_guard(usability.Guard(band, strength))
 
 
 def make_usable(fit: Fit, options: Options) -> Fit:
@@ -228,15 +236,18 @@ def make_usable(fit: Fit, options: Options) -> Fit:
     return fit
 
 
-def shake(fit: Fit, options: Options, progress: Callable[[float, str], None]) -> Fit:
+def shake(fit: Fit, rounds: int, options: Options, progress: Callable[[float, str], None]) -> Fit:
     """Return the fit, or a better one reached from disturbances of it.
 
-    A poor optimum mostly has one rule where none is needed. Each rule in turn gets a new, random
-    antecedent; then all antecedents are moved a little.
+    A poor optimum mostly has one rule where none is needed: each rule in turn gets a new, random
+    antecedent. In between, all rules are drawn anew, for weights and offsets may have changed since
+    the first search.
 
     Parameters
     ----------
     fit : Fit
+    rounds : int
+        How often each rule is replaced, and all are drawn, without a gain before the search ends.
     options : Options
     progress : callable
 
@@ -244,34 +255,56 @@ def shake(fit: Fit, options: Options, progress: Callable[[float, str], None]) ->
     -------
     Fit
     """
-    criterion, best = fit.criterion, fit.minimum
-    generator = np.random.default_rng(options.seed)
-    rule_count = criterion.rule_count
-    disturbances = [(rule, 0.0) for _ in range(_REPLACING_ROUNDS) for rule in range(rule_count)]
-    disturbances += [(None, size) for size in _MOVES]
-    for i, (rule, size) in enumerate(disturbances):
-        progress(i / len(disturbances), "search around the best fit")
-        antecedents = criterion.rule_coordinates(best.coordinates)[:, :3].copy()
-        antecedents += size * generator.standard_normal(antecedents.shape)
-        if rule is not None:
-            fresh = _random_antecedents(criterion, generator)
-            # the rule of the spread that is nearest to a gap between the others
-            antecedents[rule] = fresh[_emptiest(fresh, np.delete(antecedents, rule, axis=0))]
-        start = _from_antecedents(criterion, best.coordinates, antecedents.ravel(), generator)
-        minimum = minimise_free_run(criterion, start, _TRYING)
-        if minimum.cost < best.cost:
-            best = minimum
-    if best is fit.minimum:
+    windows, records = excerpt(fit.criterion.series)
+    offsets = fit.criterion.offsets(fit.minimum.coordinates)[records]
+    brief = guarded(FreeRun(windows, fit.criterion.rule_count), offsets=offsets)
+    original = minimise_free_run(brief, brief.pack(fit.rules, offsets=offsets), _SETTLING)
+    best, idle, limit = original, 0, rounds * brief.rule_count
+    generator = np.random.default_rng(options.seed + 1)
+    fresh_starts = draw_starts(brief, generator)
+    while idle < limit and rms_of(best.cost, brief.samples) > _PERFECT:
+        progress(idle / limit, "search around the best fit")
+        disturbed = _with_new_rule(brief, best.coordinates, idle % brief.rule_count, generator)
+        fresh, _ = next(fresh_starts)
+        before = best.cost
+        for start in (disturbed, fresh):
+            minimum = minimise_free_run(brief, start, _SIFTING)
+            if minimum.cost < best.cost * (1.0 + _NEAR):
+                minimum = minimise_free_run(brief, minimum.coordinates, _SETTLING)
+            best = min(best, minimum, key=lambda m: m.cost)
+        idle = 0 if best.cost < before * (1.0 - _SAME_COST) else idle + 1
+    if best is original:
         return fit
-    minimum = minimise_free_run(criterion, best.coordinates, options.max_iterations)
+    start = _transferred(brief, best, fit.criterion, records)
+    minimum = minimise_free_run(fit.criterion, start, options.max_iterations)
+    if minimum.cost >= fit.minimum.cost:
+        return fit
     return make_usable(replace(fit, minimum=minimum), options)
 
 
-def _random_antecedents(criterion: FreeRun, generator: np.random.Generator) -> np.ndarray:
-    """Return antecedents spread over the data, shape (L, 3)."""
-    y = np.concatenate([(s.y - s.offset)[s.weight > 0] for s in criterion.series])
-    *_, drawn = variable_projection.antecedent_starts(y, criterion.rule_count, 2, generator)
-    return drawn.reshape(-1, 3)
+def _with_new_rule(
+    criterion: FreeRun, point: np.ndarray, rule: int, generator: np.random.Generator
+) -> np.ndarray:
+    """Return the coordinates of a model with one rule replaced and the consequents fitted anew.
+
+    They are fitted to the run of the model in place of the measurement: without noise in y(k-1),
+    which biases that fit.
+    """
+    rules, states = criterion.rules(point), criterion.states(point)
+    modelled = [
+        replace(s, y=core.free_run(rules, s.x, state), has_offset=False)
+        for s, state in zip(criterion.series, states, strict=True)
+    ]
+    y = np.concatenate([s.y[s.weight > 0] for s in modelled])
+    count = criterion.rule_count
+    # the first is not random in its centres
+    _, drawn = islice(variable_projection.antecedent_starts(y, count, generator), 2)
+    antecedents = criterion.rule_coordinates(point)[:, :3].copy()
+    fresh = drawn.reshape(-1, 3)
+    # the rule of the spread that is nearest to a gap between the others
+    antecedents[rule] = fresh[_emptiest(fresh, np.delete(antecedents, rule, axis=0))]
+    problem = _projected(modelled, count, generator)
+    return criterion.pack(problem.rules(antecedents.ravel()), states, criterion.offsets(point))
 
 
 def _emptiest(candidates: np.ndarray, others: np.ndarray) -> int:
@@ -279,24 +312,6 @@ def _emptiest(candidates: np.ndarray, others: np.ndarray) -> int:
     if len(others) == 0:
         return 0
     return int(np.argmax(np.min(np.abs(candidates[:, 2:] - others[:, 2]), axis=1)))
-
-
-def _from_antecedents(
-    criterion: FreeRun, point: np.ndarray, antecedents: np.ndarray, generator: np.random.Generator
-) -> np.ndarray:
-    """Return the coordinates of a start from antecedents, shape (3 L,), with fitted consequents.
-
-    They are fitted, in a few one-step iterations that also move the antecedents, to the run of the
-    model at `point` in place of the measurement: without noise in y(k-1), which biases that fit.
-    """
-    rules, states = criterion.rules(point), criterion.states(point)
-    modelled = [
-        replace(s, y=core.free_run(rules, s.x, state), has_offset=False)
-        for s, state in zip(criterion.series, states, strict=True)
-    ]
-    problem = _projected(_pairs(modelled), _FEW_PAIRS, criterion.rule_count, generator)
-    near = variable_projection.fit_projected(problem, antecedents, _SHAKEN_STEPS)
-    return criterion.pack(problem.rules(near.coordinates), states, criterion.offsets(point))
 
 
 def refit(fit: Fit, series: Sequence[Series], options: Options) -> Fit:
@@ -308,8 +323,10 @@ def refit(fit: Fit, series: Sequence[Series], options: Options) -> Fit:
     return make_usable(Fit(criterion, minimum, fit.starts), options)
 
 
-def _pairs(series: Sequence[Series]) -> tuple[np.ndarray, ...]:
-    """Return y(k-1), x(k), y(k), weight and number of the offset of all pairs, shape (N,) each."""
+def _projected(
+    series: Sequence[Series], rule_count: int, generator: np.random.Generator
+) -> variable_projection.ProjectedOneStep:
+    """Return the projected one-step criterion on some of the pairs of the series."""
     parts, offset_count = [], 0
     for s in series:
         # a pair is as good as the worse of its two readings
@@ -318,21 +335,15 @@ def _pairs(series: Sequence[Series]) -> tuple[np.ndarray, ...]:
         group = np.full(np.count_nonzero(used), offset_count if s.has_offset else -1)
         offset_count += s.has_offset
         parts.append((s.y[:-1][used], s.x[1:][used], s.y[1:][used], weight[used], group))
-    return tuple(np.concatenate(columns) for columns in zip(*parts, strict=True))
+    pairs = [np.concatenate(columns) for columns in zip(*parts, strict=True)]
+    chosen = generator.permutation(len(pairs[0]))[:_PAIRS]
+    return variable_projection.ProjectedOneStep(*(p[chosen] for p in pairs), offset_count, rule_count)
 
 
-def _projected(
-    pairs: tuple[np.ndarray, ...], count: int, rule_count: int, generator: np.random.Generator
-) -> variable_projection.ProjectedOneStep:
-    """Return the projected criterion on some of the pairs."""
-    chosen = generator.permutation(len(pairs[0]))[:count]
-    return variable_projection.ProjectedOneStep(*(p[chosen] for p in pairs), rule_count)
-
-
-def _distinct(minima: list[tuple[Minimum, object]]) -> list[tuple[Minimum, object]]:
+def _distinct(minima: Sequence[Minimum]) -> list[Minimum]:
     """Return sorted minima without those that have practically the cost of a better one."""
-    kept = []
-    for entry in minima:
-        if not kept or entry[0].cost > kept[-1][0].cost * (1.0 + _SAME_COST):
-            kept.append(entry)
+    kept = [minima[0]]
+    for minimum in minima[1:]:
+        if minimum.cost > kept[-1].cost * (1.0 + _SAME_COST):
+            kept.append(minimum)
     return kept

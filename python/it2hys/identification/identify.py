@@ -21,8 +21,10 @@ from it2hys.identification.preparation import (
     check_sample_times,
     data_scaling,
     guess_offsets,
+    largest_rule_count,
     prepare,
     to_series,
+    too_short,
 )
 from it2hys.identification.result import (
     Identification,
@@ -41,6 +43,8 @@ from it2hys.records import Record
 _OFFSET_GAIN = 0.1
 #: Free-run error over noise from which on the report says that the model lacks something.
 _LACKING = 1.5
+#: Rounds of disturbing the best fit: for a model that lacks something, and for one that does not.
+_ROUNDS, _THOROUGH_ROUNDS = 1, 4
 
 Progress = Callable[[float, str], None]
 
@@ -78,7 +82,8 @@ def identify(
     Raises
     ------
     InputError
-        If there are no training records, or their sample times differ.
+        If there are no training records, their sample times differ, or they have too few samples
+        that can be trusted.
     IdentificationError
         If no usable model was found.
     """
@@ -104,6 +109,9 @@ class _Session:
     ):
         self._options, self._progress, self._rule_count = options, progress, rule_count
         self._train = [prepare(r, options) for r in train]
+        self._largest = largest_rule_count(self._train)
+        if rule_count is not None and rule_count > self._largest:
+            raise InputError(too_short(rule_count, self._train))
         self._others = [
             (role, prepare(r, options))
             for role, records in (("validation", validation), ("test", test))
@@ -112,6 +120,7 @@ class _Session:
         self._scaling = data_scaling(self._train)
         self._offsets = len(train) > 1 and options.offsets is not False
         self._orders: tuple[OrderTrial, ...] = ()
+        self._warm: list[np.ndarray] = []
         self._seconds: dict[str, float] = {}
 
     def run(self) -> Identification:
@@ -142,9 +151,13 @@ class _Session:
             decisive = [
                 replace(to_series(p, self._scaling), has_offset=self._offsets) for p in validation
             ]
-        self._rule_count, trials = choose_rule_count(
-            fitted, decisive, self._options, lambda s, text: self._progress(0.5 * s, text)
+        chosen, trials = choose_rule_count(
+            fitted,
+            decisive,
+            replace(self._options, max_rules=min(self._options.max_rules, self._largest)),
+            lambda s, text: self._progress(0.5 * s, text),
         )
+        self._rule_count, self._warm = len(chosen), [chosen]
         unit = self._scaling.y_unit
         self._orders = tuple(OrderTrial(t.rules, t.e_rms * unit) for t in trials)
 
@@ -155,6 +168,7 @@ class _Session:
             self._rule_count,
             self._options,
             lambda s, text: self._progress(done + (0.85 - done) * s, text),
+            self._warm,
         )
 
     def _reconsider(self, fit: Fit) -> Fit:
@@ -164,7 +178,11 @@ class _Session:
         if self._offsets and self._options.offsets is None:
             fit = self._drop_offsets(fit)
         fit = self._reweigh(fit)
-        return shake(fit, self._options, lambda s, text: self._progress(0.85 + 0.1 * s, text))
+        # an error of a few per cent of the noise decides what the model does on other records,
+        # where the noise is all there is; a model that lacks something is not worth the time
+        reaches_noise = fit.rms * self._scaling.y_unit < _LACKING * self._noise()
+        rounds = _THOROUGH_ROUNDS if reaches_noise else _ROUNDS
+        return shake(fit, rounds, self._options, lambda s, t: self._progress(0.85 + 0.1 * s, t))
 
     def _restore_leads(self, fit: Fit) -> Fit:
         """Fit the leading samples of records on which the model explains them."""
@@ -242,7 +260,7 @@ class _Session:
             intervals=uncertainty.intervals,
             condition=uncertainty.condition,
             undetermined=uncertainty.undetermined,
-            warnings=tuple(self._warnings(fit, usable)),
+            warnings=(*self._warnings(fit, usable), *uncertainty.sentences()),
             converged=fit.minimum.converged,
             message=fit.minimum.message,
             contraction=self._contraction(fit)[0],

@@ -29,13 +29,15 @@ class NoiseEstimate:
     method: str
 
 
-def estimate_noise(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:
+def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None) -> NoiseEstimate:
     """Estimate the noise of a displacement record.
 
     Parameters
     ----------
     x, y : ndarray, shape (N,)
         Voltage and displacement, without the leading transient.
+    used : ndarray of bool, shape (N,), optional
+        Samples whose displacement can be trusted; all if not given.
 
     Returns
     -------
@@ -43,12 +45,14 @@ def estimate_noise(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:
         From the differences of repeated periods where the drive is periodic; otherwise from fourth
         differences, in which a smooth motion cancels. The second sees only what is fast.
     """
+    if used is not None:
+        y = np.where(used, y, np.nan)
     period = find_period(x)
     if period is not None:
         method = f"differences of periods of {period} samples"
         return NoiseEstimate(_between_periods(y, period), method)
     difference = np.diff(y, _DIFFERENCE_ORDER)
-    deviation = _MAD_TO_DEVIATION * np.median(np.abs(difference - np.median(difference)))
+    deviation = _MAD_TO_DEVIATION * np.nanmedian(np.abs(difference - np.nanmedian(difference)))
     method = "fourth differences (fast noise only)"
     return NoiseEstimate(float(deviation / _DIFFERENCE_GAIN), method)
 
@@ -82,5 +86,8 @@ def _between_periods(y: np.ndarray, period: int) -> float:
     """Return the noise from successive periods; a shift between them (drift) is not noise."""
     periods = y[: len(y) // period * period].reshape(-1, period)
     difference = np.diff(periods, axis=0)
-    difference -= difference.mean(axis=1, keepdims=True)
-    return float(np.sqrt(np.median(np.mean(difference**2, axis=1)) / 2.0))
+    known = np.isfinite(difference)
+    # pairs of periods that have less than half of their samples in common say little
+    difference = difference[known.mean(axis=1) > 0.5]
+    difference -= np.nanmean(difference, axis=1, keepdims=True)
+    return float(np.sqrt(np.median(np.nanmean(difference**2, axis=1)) / 2.0))

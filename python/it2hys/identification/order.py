@@ -16,6 +16,8 @@ from it2hys.identification.result import IdentificationError, Options, OrderTria
 _SET_ASIDE = 0.3
 #: A smaller model is taken if its error is within this share, and a standard error, of the best.
 _TOLERANCE = 0.02
+#: Starts, besides one from the next smaller model, and last iterations of each trial.
+_STARTS, _ITERATIONS = 6, 60
 
 
 def split(series: Sequence[Series]) -> tuple[list[Series], list[Series]]:
@@ -37,7 +39,7 @@ def choose_rule_count(
     decisive: Sequence[Series],
     options: Options,
     progress: Callable[[float, str], None],
-) -> tuple[int, tuple[OrderTrial, ...]]:
+) -> tuple[np.ndarray, tuple[OrderTrial, ...]]:
     """Choose the number of rules by the free-run error on the decisive series.
 
     Parameters
@@ -49,8 +51,9 @@ def choose_rule_count(
 
     Returns
     -------
-    count : int
-        The smallest number of rules whose error is within 2 % and one standard error of the best.
+    rules : ndarray, shape (L, 6)
+        The fit with the smallest number of rules whose error is within 2 % and one standard error
+        of the best, to start the final fit from.
     trials : tuple of OrderTrial
         Errors in scaled units.
 
@@ -59,14 +62,14 @@ def choose_rule_count(
     IdentificationError
         If no number of rules gives a finite free run.
     """
-    quick = replace(options, starts=max(12, options.starts // 2), refined=3, max_iterations=60)
+    quick = replace(options, starts=min(options.starts, _STARTS), max_iterations=_ITERATIONS)
     trials: list[OrderTrial] = []
-    warm: list[np.ndarray] = []
+    fits: list[np.ndarray] = []
     for count in range(1, options.max_rules + 1):
         progress((count - 1) / options.max_rules, f"choosing the number of rules: L = {count}")
-        fit = fit_rules(fitted, count, quick, lambda *_: None, warm)
-        warm = [split_widest_rule(fit.rules)]
-        trials.append(OrderTrial(count, _error(fit.rules, decisive)))
+        warm = [split_widest_rule(fits[-1])] if fits else []
+        fits.append(fit_rules(fitted, count, quick, lambda *_: None, warm).rules)
+        trials.append(OrderTrial(count, _error(fits[-1], decisive)))
         # two numbers in a row without a gain: more rules do not help
         if count >= 3 and _best(trials[-2:]) > (1.0 - _TOLERANCE) * _best(trials[:-2]):
             break
@@ -78,7 +81,7 @@ def choose_rule_count(
     samples = sum(np.count_nonzero(s.weight) for s in decisive)
     # an rms of n independent errors has the relative standard error 1 / sqrt(2 n)
     limit = best * (1.0 + _TOLERANCE + 1.0 / np.sqrt(2.0 * samples))
-    chosen = next(t.rules for t in trials if t.e_rms <= limit)
+    chosen = next(rules for rules, t in zip(fits, trials, strict=True) if t.e_rms <= limit)
     return chosen, tuple(trials)
 
 

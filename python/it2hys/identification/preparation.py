@@ -8,12 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from it2hys.errors import InputError
+from it2hys.identification.coordinates import RULE_SIZE
 from it2hys.identification.criteria import Series
 from it2hys.identification.noise import NoiseEstimate, estimate_noise
 from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.transient import transient_length
 from it2hys.records import Record
+
+#: Least share of a record's samples that can be trusted.
+_TRUSTED = 0.5
+#: Fewest samples for every parameter of the model.
+SAMPLES_PER_PARAMETER = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +48,51 @@ class Prepared:
 
 
 def prepare(record: Record, options: Options) -> Prepared:
-    """Find the leading transient and the noise of a record."""
-    x, y = record.voltage, record.displacement
-    skip = transient_length(x, y) if options.skip is None else options.skip
+    """Find the leading transient and the noise of a record.
+
+    Raises
+    ------
+    InputError
+        If most of the samples are not to be trusted, or too many are to be skipped.
+    """
+    x, y, trusted = record.voltage, record.displacement, ~record.outliers
+    if np.mean(trusted) < _TRUSTED:
+        raise InputError(
+            f"record '{record.name}': {np.count_nonzero(record.outliers)} of {len(record)} samples "
+            "are clipped, stuck, spikes or filled in; a record needs at least half of its "
+            "displacements measured"
+        )
+    skip = transient_length(x, y, trusted) if options.skip is None else options.skip
     if skip >= len(record) - 10:
         raise InputError(
             f"record '{record.name}': {skip} leading samples are to be skipped of {len(record)}"
         )
-    return Prepared(record, skip, estimate_noise(x[skip:], y[skip:]))
+    return Prepared(record, skip, estimate_noise(x[skip:], y[skip:], trusted[skip:]))
+
+
+def largest_rule_count(prepared: Sequence[Prepared]) -> int:
+    """Return for how many rules the records have enough samples to be fitted.
+
+    Raises
+    ------
+    InputError
+        If they have too few for a single rule.
+    """
+    samples = sum(int(np.count_nonzero(p.used)) for p in prepared)
+    count = (samples // SAMPLES_PER_PARAMETER - 1) // RULE_SIZE
+    if count < 1:
+        raise InputError(too_short(1, prepared))
+    return count
+
+
+def too_short(rule_count: int, prepared: Sequence[Prepared]) -> str:
+    """Return a sentence on how many samples a number of rules needs."""
+    samples = sum(int(np.count_nonzero(p.used)) for p in prepared)
+    parameters = RULE_SIZE * rule_count + 1
+    return (
+        f"a model of L = {rule_count} has {parameters} parameters (6 L + 1), which need "
+        f"{SAMPLES_PER_PARAMETER * parameters} samples; the training records have {samples} usable"
+    )
 
 
 def check_sample_times(records: Sequence[Record]) -> float:

@@ -27,9 +27,7 @@ class Options:
         Leading samples of every record left out of fit and errors. None: those of a start-up
         transient that the model cannot explain.
     starts : int
-        Starts of the one-step fit.
-    refined : int
-        How many of its distinct optima start a free-run fit.
+        Largest number of starts; fewer where several of them soon agree on the best optimum.
     max_rules : int
         Largest number of rules tried when it is to be chosen.
     max_iterations : int
@@ -40,8 +38,7 @@ class Options:
 
     offsets: bool | None = None
     skip: int | None = None
-    starts: int = 40
-    refined: int = 6
+    starts: int = 36
     max_rules: int = 6
     max_iterations: int = 600
     seed: int = 0
@@ -97,8 +94,10 @@ class Start:
 
     Parameters
     ----------
-    one_step_rms, free_run_rms : float
-        Error on the training records after each of the two fits, m; NaN if it did not get there.
+    one_step_rms : float
+        Error one step ahead with which it began, m; NaN for a start taken from a smaller model.
+    free_run_rms : float
+        Error in free run to which it led, on what the search sees of the training records, m.
     """
 
     one_step_rms: float
@@ -136,9 +135,9 @@ class Identification:
     intervals : dict of str to (float, float)
         95 % intervals by FMU parameter name, SI units; NaN for a parameter held at a bound.
     condition : float
-        Condition number of the Jacobian with columns scaled to unit length.
+        Condition number of the Jacobian by coordinates in units of a plausible interval.
     undetermined : tuple of str
-        Parameters that the data do not determine.
+        Parameters that the data do not determine; `warnings` say which of them only together.
     warnings : tuple of str
         What a user of the model should know, as sentences.
     converged : bool
@@ -146,7 +145,10 @@ class Identification:
     message : str
         How the final fit ended.
     contraction : float
-        Largest |dy(k)/dy(k-1)| on the equilibrium curve over the displacement range.
+        Largest |dy(k)/dy(k-1)| over the band of the training records, verified on a fine grid: at
+        every displacement of their range and 10 % beyond, from the least to the greatest voltage
+        that they have near it and 10 % beyond, and on the equilibrium curve. Below 1 two free runs
+        in the band under the same voltage approach each other; 1 or more is also warned of.
     starts : tuple of Start
         All starts, best first.
     orders : tuple of OrderTrial

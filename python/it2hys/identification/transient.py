@@ -16,13 +16,15 @@ _OUTSIDE = 0.03
 _REACHED = 0.05
 
 
-def transient_length(x: np.ndarray, y: np.ndarray) -> int:
+def transient_length(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None) -> int:
     """Return the number of leading samples to leave out of the fit.
 
     Parameters
     ----------
     x, y : ndarray, shape (N,)
         Voltage and displacement, any units.
+    used : ndarray of bool, shape (N,), optional
+        Samples whose displacement can be trusted; all if not given.
 
     Returns
     -------
@@ -36,12 +38,14 @@ def transient_length(x: np.ndarray, y: np.ndarray) -> int:
     edges = np.linspace(x.min(), x.max(), _BINS + 1)
     bins = np.clip(np.digitize(x, edges) - 1, 0, _BINS - 1)
     lowest, highest = np.full(_BINS, np.inf), np.full(_BINS, -np.inf)
-    np.minimum.at(lowest, bins[wiped:], y[wiped:])
-    np.maximum.at(highest, bins[wiped:], y[wiped:])
+    used = np.ones(len(y), dtype=bool) if used is None else used
+    later = wiped + np.flatnonzero(used[wiped:])
+    np.minimum.at(lowest, bins[later], y[later])
+    np.maximum.at(highest, bins[later], y[later])
     lead = bins[:wiped]
-    slack = _OUTSIDE * np.ptp(y[wiped:])
+    slack = _OUTSIDE * np.ptp(y[later])
     outside = (y[:wiped] < lowest[lead] - slack) | (y[:wiped] > highest[lead] + slack)
-    return wiped if np.any(outside) else 0
+    return wiped if np.any(outside & used[:wiped]) else 0
 
 
 def _extremes_passed(x: np.ndarray) -> int:

@@ -16,15 +16,39 @@ _RANK_TOLERANCE = 1e-9
 #: Half widths of the 95 % interval beyond which a rule's coordinate counts as undetermined: a
 #: factor of e in a deviation, half the range for a centre or q3, half the usual size of q1 and q2.
 _PLAUSIBLE = {"sigmaLower": 1.0, "sigmaUpper": 1.0, "centre": 1.0, "q1": 0.5, "q2": 0.5, "q3": 1.0}
+#: A parameter belongs to a direction if it moves by this share of the one that moves most.
+_MEMBER = 0.3
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Result of `assess`; see `Identification` for the fields."""
+    """Result of `assess`; see `Identification` for the first three fields.
+
+    Parameters
+    ----------
+    intervals : dict of str to (float, float)
+    condition : float
+    undetermined : tuple of str
+    groups : tuple of tuple of str
+        The undetermined parameters, those together that can change together without changing the
+        fit.
+    """
 
     intervals: dict[str, tuple[float, float]]
     condition: float
     undetermined: tuple[str, ...]
+    groups: tuple[tuple[str, ...], ...]
+
+    def sentences(self) -> list[str]:
+        """Return what is not determined, in words."""
+        single = [group[0] for group in self.groups if len(group) == 1]
+        texts = [f"The data do not determine {', '.join(single)}."] if single else []
+        return texts + [
+            f"The data determine {', '.join(group[:-1])} and {group[-1]} only together: some of "
+            "their combinations may change without changing the fit."
+            for group in self.groups
+            if len(group) > 1
+        ]
 
 
 def assess(criterion: FreeRun, point: np.ndarray, scaling: Scaling) -> Uncertainty:
@@ -48,27 +72,73 @@ def assess(criterion: FreeRun, point: np.ndarray, scaling: Scaling) -> Uncertain
     far too small. The sandwich H^-1 M H^-1 is used, H = J^T J, with M estimated from sums of
     J^T r over blocks longer than the residuals' correlation (batch means). It also covers a model
     that does not contain the truth: the spread is that of the best model over such records.
+
+    All is computed in the basis of H's eigenvectors in plausible units. Those whose eigenvalue is
+    so small that the interval along them is wider than a plausible one are undetermined
+    directions; the parameters that such a direction moves form a group.
     """
     jacobian, residual = criterion.jacobian(point)
     free = np.flatnonzero((point > criterion.lower) & (point < criterion.upper))
-    norms = np.linalg.norm(jacobian[:, free], axis=0)
-    norms[norms == 0.0] = 1.0
-    _, singular, directions = np.linalg.svd(
-        np.linalg.qr(jacobian[:, free] / norms, mode="r"), full_matrices=False
-    )
+    units = _plausible_units(criterion, point)[free]
+    scaled = jacobian[:, free] * units
+    _, singular, directions = np.linalg.svd(np.linalg.qr(scaled, mode="r"), full_matrices=False)
     kept = singular > _RANK_TOLERANCE * singular[0]
     # scores in the singular basis: well scaled, whatever the condition
-    transform = (directions[kept].T / singular[kept] ** 2) / norms[:, None]
-    scores = (jacobian[:, free] / norms * residual[:, None]) @ directions[kept].T
+    meat = _batch_covariance((scaled * residual[:, None]) @ directions[kept].T, residual)
+    transform = units[:, None] * directions[kept].T / singular[kept] ** 2
     covariance = np.zeros((len(point), len(point)))
-    meat = _batch_covariance(scores, residual)
     covariance[np.ix_(free, free)] = transform @ meat @ transform.T
     deviations = np.full(len(point), np.nan)
     deviations[free] = np.sqrt(np.diag(covariance)[free])
     lost = np.any(np.abs(directions[~kept]) > 0.1, axis=0)
     deviations[free[lost]] = np.inf
     intervals, undetermined = _by_name(criterion, point, scaling, covariance, deviations)
-    return Uncertainty(intervals, float(singular[0] / singular[-1]), undetermined)
+    spread = np.full(len(singular), np.inf)
+    spread[kept] = _NORMAL_95 * np.sqrt(np.diag(meat)) / singular[kept] ** 2
+    weak = np.zeros((np.count_nonzero(spread > 1.0), len(point)))
+    weak[:, free] = directions[spread > 1.0]
+    groups = _groups(weak[:, : criterion.rule_size], undetermined)
+    return Uncertainty(intervals, float(singular[0] / singular[-1]), undetermined, groups)
+
+
+def _plausible_units(criterion: FreeRun, point: np.ndarray) -> np.ndarray:
+    """Return the change of every coordinate that is as large as a plausible interval, (P,)."""
+    gain = max(float(np.mean(np.abs(criterion.rule_coordinates(point)[:, 4]))), 1e-12)
+    units = np.ones(len(point))
+    rule = np.array([_PLAUSIBLE[name] * (gain if name == "q2" else 1.0) for name in RULE_FIELDS])
+    units[: criterion.rule_size] = np.tile(rule, criterion.rule_count)
+    return units
+
+
+def _groups(directions: np.ndarray, undetermined: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
+    """Return the undetermined parameters, joined where a direction moves several of them.
+
+    Parameters
+    ----------
+    directions : ndarray, shape (K, 6 L)
+        Undetermined directions of the rules' coordinates, in plausible units.
+    undetermined : tuple of str
+    """
+    count = directions.shape[1] // coordinates.RULE_SIZE
+    table = directions.reshape(len(directions), count, coordinates.RULE_SIZE).copy()
+    # from log(s2 / s1) to log s2
+    table[:, :, 1] += table[:, :, 0]
+    groups = [{name} for name in undetermined]
+    for direction in np.abs(table.reshape(directions.shape)):
+        moved = np.flatnonzero(direction > _MEMBER * direction.max())
+        names = {parameter_name(i) for i in moved}
+        joined = [group for group in groups if group & names]
+        groups = [group for group in groups if not group & names]
+        if joined:
+            groups.append(set().union(*joined))
+    groups.sort(key=lambda group: min(map(undetermined.index, group)))
+    return tuple(tuple(n for n in undetermined if n in group) for group in groups)
+
+
+def parameter_name(index: int) -> str:
+    """Return the FMU's name of the i-th number of the rules, counted row by row."""
+    rule, column = divmod(index, coordinates.RULE_SIZE)
+    return f"rule[{rule + 1}].{RULE_FIELDS[column]}"
 
 
 def correlation_time(residual: np.ndarray) -> float:
@@ -111,16 +181,14 @@ def _by_name(
     to_physical = scaling.rule_jacobian(rules) @ to_scaled
     spread = np.sqrt(np.diag(to_physical @ covariance[:size, :size] @ to_physical.T))
     values = scaling.physical_rules(rules).ravel()
-    gain = max(float(np.mean(np.abs(rules[:, 4]))), 1e-12)
+    units = _plausible_units(criterion, point)
     intervals, undetermined = {}, []
     for i, value in enumerate(values):
-        rule, column = divmod(i, coordinates.RULE_SIZE)
-        name = f"rule[{rule + 1}].{RULE_FIELDS[column]}"
+        name = parameter_name(i)
         held = not np.isfinite(deviations[i])
         half = np.nan if held else _NORMAL_95 * spread[i]
         intervals[name] = (float(value - half), float(value + half))
-        plausible = _PLAUSIBLE[RULE_FIELDS[column]] * (gain if column == 4 else 1.0)
-        if held or _NORMAL_95 * deviations[i] > plausible:
+        if held or _NORMAL_95 * deviations[i] > units[i]:
             undetermined.append(name)
     state = float(scaling.displacement(point[size]))
     half = _NORMAL_95 * deviations[size] * scaling.y_unit

@@ -76,9 +76,7 @@ class Band:
         seen = np.flatnonzero(np.isfinite(x_low))
         # beyond and between the data as at the nearest of them, then also as at the neighbours
         x_low, x_high = (np.interp(grid, grid[seen], v[seen]) for v in (x_low, x_high))
-        return cls(
-            grid, minimum_filter1d(x_low, 3) - reserve, maximum_filter1d(x_high, 3) + reserve
-        )
+        return cls(grid, minimum_filter1d(x_low, 3) - reserve, maximum_filter1d(x_high, 3) + reserve)
 
 
 class Guard:
@@ -86,16 +84,14 @@ class Guard:
 
     Parameters
     ----------
-    rule_count : int
-        Number of rules L.
     band : Band
+        On an even grid.
     strength : float
         Factor of the penalties.
     """
 
-    def __init__(self, rule_count: int, band: Band, strength: float):
+    def __init__(self, band: Band, strength: float):
         self._band = band
-        self._jacobian = usability_jacobian(rule_count, _GRID)
         self._strength = strength
 
     def residual(self, rules: np.ndarray) -> np.ndarray:
@@ -105,13 +101,23 @@ class Guard:
     def linearise(self, rules: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the penalties' derivatives by the coordinates, (4 G, 6 L), and themselves."""
         residual, slopes = self._penalties(rules)
-        if not np.any(slopes):
-            return np.zeros((len(residual), rules.size)), residual
-        by_rules = self._jacobian(rules, *self._band.rows).full()
-        # CasADi lays out a point's rules column by column, the coordinates are row by row
-        by_rules = by_rules.reshape(4, _GRID, coordinates.RULE_SIZE, len(rules))
-        by_rules = by_rules.transpose(0, 1, 3, 2).reshape(4 * _GRID, -1) * slopes[:, None]
+        derivatives = np.zeros((4, len(self._band.y), rules.size))
+        active = np.flatnonzero(np.any(slopes.reshape(4, -1), axis=0))
+        if len(active):
+            derivatives[:, active] = self._derivatives(rules, active)
+        by_rules = derivatives.reshape(4 * len(self._band.y), -1) * slopes[:, None]
         return coordinates.chain_rule(by_rules, rules), residual
+
+    def _derivatives(self, rules: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the values at K points by the rules, (4, K, 6 L)."""
+        # repeated up to a power of two: few sizes for CasADi to make a function of
+        size = 1 << (len(points) - 1).bit_length()
+        repeated = np.resize(points, size)
+        function = usability_jacobian(len(rules), size)
+        by_rules = function(rules, *(row[:, repeated] for row in self._band.rows)).full()
+        # CasADi lays out a point's rules column by column, the coordinates are row by row
+        by_rules = by_rules.reshape(4, size, coordinates.RULE_SIZE, len(rules))
+        return by_rules.transpose(0, 1, 3, 2).reshape(4, size, -1)[:, : len(points)]
 
     def _penalties(self, rules: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return penalties and their derivatives by the values of the grid, row by row."""

@@ -7,6 +7,8 @@ fewer poor optima, and no guess of the consequents needed.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 from scipy.optimize import lsq_linear
@@ -17,7 +19,6 @@ from it2hys.identification.levenberg_marquardt import (
     Linearisation,
     Minimum,
     levenberg_marquardt,
-    triangular_factor,
 )
 
 _ANTECEDENT = slice(0, 3)
@@ -38,6 +39,8 @@ class ProjectedOneStep:
         Weight of each pair.
     group : ndarray of int, shape (N,)
         Which offset a pair has; -1 for none.
+    offset_count : int
+        Number of offsets O.
     rule_count : int
         Number of rules L.
 
@@ -55,11 +58,12 @@ class ProjectedOneStep:
         y: np.ndarray,
         weight: np.ndarray,
         group: np.ndarray,
+        offset_count: int,
         rule_count: int,
     ):
         self.y_previous, self.x, self.y, self.weight = y_previous, x, y, weight
         self.rule_count = rule_count
-        self._members = group[:, None] == np.arange(group.max() + 1)
+        self._members = group[:, None] == np.arange(offset_count)
         lower, upper = coordinates.rule_bounds(rule_count)
         offsets = np.full(self._members.shape[1], 3.0)
         self.lower = np.concatenate([lower.reshape(-1, 6)[:, _ANTECEDENT].ravel(), -offsets])
@@ -91,7 +95,9 @@ class ProjectedOneStep:
         the complement of the regressors. The term left out is of the order of the residual.
         """
         jacobian, residual = self.jacobian(point)
-        return Linearisation(*triangular_factor(jacobian, residual), lambda v: jacobian.T @ v)
+        return Linearisation(
+            jacobian.T @ jacobian, jacobian.T @ residual, lambda values: jacobian.T @ values
+        )
 
     def jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return Kaufman's Jacobian, shape (N + 3 L, 3 L + O), and the residual."""
@@ -141,9 +147,9 @@ class ProjectedOneStep:
 
 
 def antecedent_starts(
-    y: np.ndarray, rule_count: int, count: int, generator: np.random.Generator
-) -> list[np.ndarray]:
-    """Return starts for the antecedents: rules spread over the data, then variations of that.
+    y: np.ndarray, rule_count: int, generator: np.random.Generator
+) -> Iterator[np.ndarray]:
+    """Yield starts for the antecedents without end: rules spread over the data, then variations.
 
     Upper memberships much wider than the lower ones are drawn on purpose: they blend every rule
     into every other, and from narrow ones the search ends in poor optima (measured on data made
@@ -155,27 +161,24 @@ def antecedent_starts(
         Measured displacements in scaled units.
     rule_count : int
         Number of rules L.
-    count : int
-        Number of starts.
     generator : numpy.random.Generator
         Source of the random starts.
 
-    Returns
-    -------
-    list of ndarray, each of shape (3 L,)
+    Yields
+    ------
+    ndarray, shape (3 L,)
         Coordinates log s1, log(s2 / s1), c of each rule.
     """
     low, high = np.min(y), np.max(y)
     spacing = (high - low) / rule_count
     even = np.linspace(low, high, rule_count) if rule_count > 1 else np.array([(low + high) / 2])
-    starts = []
-    for i in range(count):
-        spread = 0.0 if i == 0 else 0.3 * spacing
+    spread = 0.0
+    while True:
         centres = even + spread * generator.standard_normal(rule_count)
         widths = np.log(spacing) + generator.uniform(np.log(0.35), np.log(1.2), rule_count)
         ratios = generator.uniform(np.log(2.0), np.log(30.0), rule_count)
-        starts.append(np.column_stack([widths, ratios, centres]).ravel())
-    return starts
+        yield np.column_stack([widths, ratios, centres]).ravel()
+        spread = 0.3 * spacing
 
 
 def fit_projected(problem: ProjectedOneStep, start: np.ndarray, max_iterations: int) -> Minimum:

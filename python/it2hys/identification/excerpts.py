@@ -1,0 +1,55 @@
+"""Excerpts of long records: what a search for a start needs to see of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from it2hys.identification.criteria import Series
+
+#: Length of a window in samples: many times the memory of the model, so that its free initial
+#: state costs little.
+_WINDOW = 1000
+#: Records that are longer in total than this many windows are cut.
+_WINDOWS = 8
+
+
+def excerpt(series: Sequence[Series]) -> tuple[list[Series], np.ndarray]:
+    """Return windows spread over the records, and the number of each window's record.
+
+    Parameters
+    ----------
+    series : sequence of Series
+
+    Returns
+    -------
+    windows : list of Series
+        The series themselves unless they are long; otherwise at least one window of each, with an
+        offset and an initial state of its own.
+    records : ndarray of int, shape (W,)
+    """
+    lengths = np.array([len(s.x) for s in series])
+    if lengths.sum() <= _WINDOWS * _WINDOW:
+        return list(series), np.arange(len(series))
+    counts = np.maximum(1, np.rint(_WINDOWS * lengths / lengths.sum())).astype(int)
+    windows, records = [], []
+    for i, (s, count) in enumerate(zip(series, counts, strict=True)):
+        first = int(np.argmax(s.weight > 0))
+        last = max(len(s.x) - _WINDOW, first)
+        for start in np.unique(np.linspace(first, last, count).astype(int)):
+            windows.append(_window(s, start))
+            records.append(i)
+    return windows, np.array(records)
+
+
+def _window(series: Series, start: int) -> Series:
+    part = slice(start, start + _WINDOW)
+    return replace(
+        series,
+        x=series.x[part],
+        y=series.y[part],
+        weight=series.weight[part],
+        state=series.state if start == 0 else float(series.y[start - 1]),
+    )
