@@ -274,7 +274,7 @@ def test_measured_records_give_two_fmus_and_honest_errors(tmp_path):
 
 @pytest.fixture(scope="module")
 def clean():
-    """A record of the simulated stand with whole microseconds in its time stamps."""
+    """Record the identification signal on the simulated stand."""
     time = excitations.time_grid(0.06, 1e-4)
     return Stand().record(excitations.identification(time), "clean", seed=3)
 
@@ -331,8 +331,8 @@ def test_a_clipped_sensor_is_noted_and_its_stretch_gets_no_weight(clean, tmp_pat
 def test_simulating_at_another_rate_is_refused(tmp_path, capsys):
     run("build", "-o", tmp_path, "--quiet")
     (tmp_path / "u.csv").write_text("time_s,voltage_V\n0,1\n0.001,2\n0.002,3\n")
-    arguments = ["simulate", tmp_path / "IT2Plant.fmu", "--input", tmp_path / "u.csv", "-o", tmp_path / "y.csv"]  # fmt: skip
-    assert_refused(capsys, arguments, "u.csv", "sampleTime")
+    fmu, source, target = (tmp_path / name for name in ("IT2Plant.fmu", "u.csv", "y.csv"))
+    assert_refused(capsys, ["simulate", fmu, "--input", source, "-o", target], "u.csv", "sampleTime")
     assert not (tmp_path / "y.csv").exists()
 
 

@@ -49,8 +49,9 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
         y = np.where(used, y, np.nan)
     period = find_period(x)
     if period is not None:
-        method = f"differences of periods of {period} samples"
-        return NoiseEstimate(_between_periods(y, period), method)
+        rms = _between_periods(y, period)
+        if np.isfinite(rms):
+            return NoiseEstimate(rms, f"differences of periods of {period} samples")
     difference = np.diff(y, _DIFFERENCE_ORDER)
     deviation = _MAD_TO_DEVIATION * np.nanmedian(np.abs(difference - np.nanmedian(difference)))
     method = "fourth differences (fast noise only)"
@@ -83,11 +84,16 @@ def find_period(x: np.ndarray) -> int | None:
 
 
 def _between_periods(y: np.ndarray, period: int) -> float:
-    """Return the noise from successive periods; a shift between them (drift) is not noise."""
+    """Return the noise from successive periods; a shift between them (drift) is not noise.
+
+    NaN where no two of them have enough samples in common.
+    """
     periods = y[: len(y) // period * period].reshape(-1, period)
     difference = np.diff(periods, axis=0)
     known = np.isfinite(difference)
     # pairs of periods that have less than half of their samples in common say little
     difference = difference[known.mean(axis=1) > 0.5]
+    if len(difference) == 0:
+        return np.nan
     difference -= np.nanmean(difference, axis=1, keepdims=True)
     return float(np.sqrt(np.median(np.nanmean(difference**2, axis=1)) / 2.0))
