@@ -60,7 +60,7 @@ static unsigned run(const struct fmu *fmu, const struct fmu_step *step, struct c
     return findings;
 }
 
-static bool outputs_finite(const struct fmu_outputs *output)
+bool fmu_outputs_finite(const struct fmu_outputs *output)
 {
     return isfinite(output->displacement) && isfinite(output->measured) && isfinite(output->voltage);
 }
@@ -135,7 +135,7 @@ fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
     output = now->values.output;
 
     const unsigned findings = run(fmu, &this_step, &state, &output);
-    if (!outputs_finite(&output)) {
+    if (!fmu_outputs_finite(&output)) {
         now->last_status = fmi2Discard;
         return fmu_say(fmu, fmi2Discard, "fmi2DoStep: the %s is no longer finite between %g s and %g s; "
                        "the step is not made and the state is that of %g s.",
