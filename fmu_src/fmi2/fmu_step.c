@@ -215,8 +215,14 @@ fmi2Status fmu_directional_derivative(struct fmu *fmu, const fmi2ValueReference 
     else
         fmu->model->start_tangent(&fmu->chain, &fmu->now.chain, &fmu->now.values.parameter,
                                   &d.parameter, &d.output);
-    for (size_t i = 0; i < unknown_count; i++)
-        values[i] = *(double *)((char *)&d + fmu_find(fmu->model, unknowns[i])->offset);
+    for (size_t i = 0; i < unknown_count; i++) {
+        const struct fmu_variable *v = fmu_find(fmu->model, unknowns[i]);
+        const double value = *(double *)((char *)&d + v->offset);
+        if (!isfinite(value))
+            return fmu_say(fmu, fmi2Discard, "%s: the derivative of %s is no finite number for these "
+                           "seeds.", function, v->name);
+        values[i] = value;
+    }
     return fmi2OK;
 }
 

@@ -437,7 +437,7 @@ static void of_model(const struct fmi2_api *m)
     reset_returns_to_the_start(m);
 }
 
-/* Found by fuzz_parameters: far from the range that is checked, the quotient of (30) may have no finite value. */
+/* Found by fuzz_parameters: outside the range that is checked, (30) may have no finite value. */
 static void start_output_not_finite(void)
 {
     fmi2Component c = make_initializing(&INVERSE, 0.0);
