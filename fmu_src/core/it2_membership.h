@@ -25,7 +25,7 @@ static inline double it2_membership(const struct it2 *stage, int l, double y_pre
     const double distance = y_previous - stage->rule[l].centre;
     const double square = distance * distance;
     const double scaled[2] = { square * stage->exponent[l][0], square * stage->exponent[l][1] };
-    double membership[2];
+    double membership[2] = { 0.0, 0.0 }; /* gcc's analyzer cannot follow the lanes */
 
     exp_scaled_pair(scaled, membership);
     *lower = membership[0];
