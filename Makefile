@@ -1,6 +1,6 @@
 # make demo   identify a simulated stage, package it as FMUs, run them, write out/demo/report.html
-# make test   lint, C tests, Python tests
-# make bench  ratios against peers and physical limits
+# make test   lint, C tests, the same under sanitizers, valgrind and a static analyzer, Python tests
+# make bench  ratios against peers (REFERENCE_FMUS=folder) and physical limits; long fuzzing and soak
 # make clean  remove everything that was built
 #
 # Needs Python 3.11 or newer; everything else comes from the package registries.
@@ -32,7 +32,7 @@ $(VDMCHECK)/.fetched:
 	done
 	touch $@
 
-.PHONY: demo test lint ctest pytest bench clean install
+.PHONY: demo test lint ctest hardened pytest bench clean install
 install: $(INSTALLED)
 
 $(TOOLS): requirements.lock
@@ -49,7 +49,7 @@ $(INSTALLED): $(TOOLS) pyproject.toml LICENSE README.md $(SOURCES)
 demo: $(INSTALLED)
 	$(BIN)/it2hys run demo
 
-test: lint ctest pytest
+test: lint ctest hardened pytest
 
 lint: $(TOOLS)
 	$(BIN)/ruff check .
@@ -60,6 +60,10 @@ ctest: $(TOOLS)
 	  -DPython_EXECUTABLE=$(CURDIR)/$(BIN)/python
 	$(BIN)/cmake --build $(CBUILD)
 	$(BIN)/ctest --test-dir $(CBUILD) --output-on-failure -j 2
+
+hardened: ctest
+	$(WITH_CC) PATH="$(CURDIR)/$(BIN):$$PATH" fmu_src/tests/hardened.sh $(CURDIR)/$(CBUILD) \
+	  $(CURDIR)/$(BIN)/python
 
 pytest: $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched)
 	$(BIN)/python -m pytest -n 2

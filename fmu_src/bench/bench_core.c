@@ -1,56 +1,16 @@
-/* What a step costs: nanoseconds, and ratios to what it cannot be faster than.
- *
- * Two things are compared by running chunks of about 1 ms of each in turn, A B A B ..., and taking
- * the median over the ratios of neighbours: a machine that changes its clock slows both alike. */
-#if !defined _WIN32
-#define _POSIX_C_SOURCE 199309L
-#endif
+/* What a step costs: nanoseconds, and ratios to what it cannot be faster than. */
+#include "bench.h"
+
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-#if defined _WIN32
-#include <windows.h>
-#else
-#include <time.h>
-#endif
 
 #include "fmi2Functions.h"
 #include "fmu.h"
 #include "fmu_start.h"
 #include "fmu_table_hash.h"
 
-#define ROUNDS 151
 #define SAMPLES 256
-#define TICKS_PER_LONG_STEP 100
-#define CHUNK_SECONDS 1e-3
-
-/* --- clock and statistics ---------------------------------------------------------------------- */
-
-static double now(void)
-{
-#if defined _WIN32
-    LARGE_INTEGER count, frequency;
-    QueryPerformanceCounter(&count);
-    QueryPerformanceFrequency(&frequency);
-    return (double)count.QuadPart / (double)frequency.QuadPart;
-#else
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-#endif
-}
-
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *values, int count)
-{
-    qsort(values, (size_t)count, sizeof *values, ascending);
-    return values[count / 2];
-}
+#define TICKS_PER_LONG_STEP CHUNK_MULTIPLE
 
 /* --- what is timed ----------------------------------------------------------------------------- */
 
@@ -178,39 +138,13 @@ static void open_fmu(void)
     }
 }
 
-/* --- comparing --------------------------------------------------------------------------------- */
+/* --- the table --------------------------------------------------------------------------------- */
 
-typedef void work(long repetitions);
-
-static double seconds(work *f, long repetitions)
+static void row(const char *what, work *a, work *b)
 {
-    const double start = now();
-    f(repetitions);
-    return now() - start;
-}
+    const struct comparison c = compare(a, b);
 
-static long repetitions_per_chunk(work *f)
-{
-    long n = TICKS_PER_LONG_STEP;
-
-    while (seconds(f, n) < 0.25 * CHUNK_SECONDS)
-        n *= 2;
-    const long fitting = (long)((double)n * CHUNK_SECONDS / seconds(f, n));
-    return (fitting / TICKS_PER_LONG_STEP + 1) * TICKS_PER_LONG_STEP;
-}
-
-static void compare(const char *what, work *a, work *b)
-{
-    double ns_a[ROUNDS], ns_b[ROUNDS], ratio[ROUNDS];
-    const long n_a = repetitions_per_chunk(a), n_b = repetitions_per_chunk(b);
-
-    for (int i = 0; i < ROUNDS; i++) {
-        ns_a[i] = 1e9 * seconds(a, n_a) / (double)n_a;
-        ns_b[i] = 1e9 * seconds(b, n_b) / (double)n_b;
-        ratio[i] = ns_a[i] / ns_b[i];
-    }
-    printf("%-9s %4d %10.1f %10.1f %8.2f\n", what, count, median(ns_a, ROUNDS), median(ns_b, ROUNDS),
-           median(ratio, ROUNDS));
+    printf("%-9s %4d %10.1f %10.1f %8.2f\n", what, count, c.a, c.b, c.ratio);
     fflush(stdout);
 }
 
@@ -237,11 +171,11 @@ int main(void)
     for (int i = 0; i < 4; i++) {
         choose_rules(rule_counts[i]);
         open_fmu();
-        compare("step", core_steps, exponentials);
-        compare("inverse", core_inverses, core_steps);
-        compare("gradient", core_gradients, core_steps);
-        compare("tick", fmu_steps, core_steps);
-        compare("long", fmu_long_steps, core_steps);
+        row("step", core_steps, exponentials);
+        row("inverse", core_inverses, core_steps);
+        row("gradient", core_gradients, core_steps);
+        row("tick", fmu_steps, core_steps);
+        row("long", fmu_long_steps, core_steps);
         fmi2FreeInstance(fmu);
     }
     return 0;

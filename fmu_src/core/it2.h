@@ -34,8 +34,7 @@ struct it2_rule {
 struct it2 {
     int rules;
     struct it2_rule rule[IT2_MAX_RULES];
-    double exponent_lower[IT2_MAX_RULES];
-    double exponent_upper[IT2_MAX_RULES];
+    double exponent[IT2_MAX_RULES][2];
 };
 
 struct it2_state {

@@ -24,9 +24,12 @@ static inline double it2_membership(const struct it2 *stage, int l, double y_pre
 {
     const double distance = y_previous - stage->rule[l].centre;
     const double square = distance * distance;
+    const double scaled[2] = { square * stage->exponent[l][0], square * stage->exponent[l][1] };
+    double membership[2] = { 0.0, 0.0 }; /* gcc's analyzer cannot follow the lanes */
 
-    *lower = exp_scaled(square * stage->exponent_lower[l]);
-    *upper = exp_scaled(square * stage->exponent_upper[l]);
+    exp_scaled_pair(scaled, membership);
+    *lower = membership[0];
+    *upper = membership[1];
     return *lower + *upper;
 }
 

@@ -2,7 +2,7 @@
 #include "it2.h"
 #include "it2_membership.h"
 
-/* Its square times an exponent of lane_exponent is finite: the widest rule stays the nearest one. */
+/* Its square times an exponent is finite: the widest rule stays the nearest one. */
 #define FARTHEST 1e140
 
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count)
@@ -10,8 +10,8 @@ void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count)
     *stage = (struct it2){ .rules = count };
     for (int l = 0; l < count; l++) {
         stage->rule[l] = rules[l];
-        stage->exponent_lower[l] = -0.5 * EXP_SCALE / (rules[l].sigmaLower * rules[l].sigmaLower);
-        stage->exponent_upper[l] = -0.5 * EXP_SCALE / (rules[l].sigmaUpper * rules[l].sigmaUpper);
+        stage->exponent[l][0] = -0.5 * EXP_SCALE / (rules[l].sigmaLower * rules[l].sigmaLower);
+        stage->exponent[l][1] = -0.5 * EXP_SCALE / (rules[l].sigmaUpper * rules[l].sigmaUpper);
     }
 }
 
@@ -29,12 +29,12 @@ void it2_memberships_far(const struct it2 *stage, double y_previous, struct it2_
     for (int l = 0; l < stage->rules; l++) {
         const double distance = fmin(fmax(y_previous - stage->rule[l].centre, -FARTHEST), FARTHEST);
         square[l] = distance * distance;
-        largest = fmax(largest, square[l] * stage->exponent_upper[l]);
+        largest = fmax(largest, square[l] * stage->exponent[l][1]);
     }
     m->sum = 0.0;
     for (int l = 0; l < stage->rules; l++) {
-        m->lower[l] = relative(square[l] * stage->exponent_lower[l], largest);
-        m->upper[l] = relative(square[l] * stage->exponent_upper[l], largest);
+        m->lower[l] = relative(square[l] * stage->exponent[l][0], largest);
+        m->upper[l] = relative(square[l] * stage->exponent[l][1], largest);
         m->weight[l] = m->lower[l] + m->upper[l];
         m->sum += m->weight[l];
     }
@@ -58,11 +58,11 @@ static double evaluate_far(const struct it2 *stage, double y_previous, double x)
 
 double it2_evaluate(const struct it2 *stage, double y_previous, double x)
 {
-    double numerator = 0.0;
-    double sum = 0.0;
     double lower, upper; /* not of interest here */
+    double sum = it2_membership(stage, 0, y_previous, &lower, &upper);
+    double numerator = consequent(&stage->rule[0], y_previous, x) * sum;
 
-    for (int l = 0; l < stage->rules; l++) {
+    for (int l = 1; l < stage->rules; l++) {
         const double weight = it2_membership(stage, l, y_previous, &lower, &upper);
         numerator += consequent(&stage->rule[l], y_previous, x) * weight;
         sum += weight;

@@ -180,6 +180,9 @@ fmi2Status fmu_reset(struct fmu *fmu);
 /* Computes the outputs before the first tick, if the parameters make a usable model. */
 fmi2Status fmu_start_outputs(struct fmu *fmu, const char *function);
 
+/* What is not finite is never handed out. */
+bool fmu_outputs_finite(const struct fmu_outputs *output);
+
 fmi2Status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
                    const fmi2ValueReference references[], size_t count, void *values);
 fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,

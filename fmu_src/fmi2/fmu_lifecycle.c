@@ -102,6 +102,8 @@ fmi2Status fmu_enter_initialization(struct fmu *fmu)
 fmi2Status fmu_start_outputs(struct fmu *fmu, const char *function)
 {
     const struct chain_parameters *parameters = &fmu->now.values.parameter;
+    struct fmu_outputs output = fmu->now.values.output;
+    struct chain_state state = fmu->now.chain;
     char message[512];
 
     if (!fmu->outputs_stale)
@@ -110,8 +112,13 @@ fmi2Status fmu_start_outputs(struct fmu *fmu, const char *function)
         !chain_check(parameters, message, sizeof message))
         return fmu_say(fmu, fmi2Error, "%s: %s.", function, message);
     chain_prepare(&fmu->chain, parameters);
-    chain_reset(&fmu->now.chain, parameters);
-    fmu->model->start(&fmu->chain, &fmu->now.chain, parameters, &fmu->now.values.output);
+    chain_reset(&state, parameters);
+    fmu->model->start(&fmu->chain, &state, parameters, &output);
+    if (!fmu_outputs_finite(&output)) /* it may lie outside the range that was checked */
+        return fmu_say(fmu, fmi2Error, "%s: at initialDisplacement, %g m, the output is no finite "
+                       "number.", function, parameters->initialDisplacement);
+    fmu->now.chain = state;
+    fmu->now.values.output = output;
     fmu->outputs_stale = false;
     return fmi2OK;
 }

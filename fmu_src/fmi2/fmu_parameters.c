@@ -6,6 +6,7 @@
  * resources and binary therefore agree, or there is no instance. */
 #include <ctype.h>
 #include <locale.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -37,7 +38,7 @@ static bool read_number(const char *text, size_t length, double *value)
     }
     buffer[n] = '\0';
     *value = strtod(buffer, &end);
-    return n > 0 && end == buffer + n;
+    return n > 0 && end == buffer + n && isfinite(*value);
 }
 
 static bool set_parameter(struct chain_parameters *parameters, const char *name, size_t name_length,
@@ -51,6 +52,9 @@ static bool set_parameter(struct chain_parameters *parameters, const char *name,
     if (variable->base == FMU_BOOLEAN && length >= 4)
         value = strncmp(text, "true", 4) == 0;
     else if (!read_number(text, length, &value))
+        return false;
+    /* beyond its bounds, a number may have no int to be converted to */
+    if (variable->base == FMU_INTEGER && !(value >= variable->minimum && value <= variable->maximum))
         return false;
     char *target = (char *)parameters + variable->offset - offsetof(struct fmu_values, parameter);
     if (variable->base == FMU_REAL)
@@ -72,7 +76,8 @@ static bool parse(const char *text, struct chain_parameters *parameters, char *m
         if (end && value && value < end) {
             value += sizeof VALUE - 1;
             if (!set_parameter(parameters, name, name_length, value, strcspn(value, "\""))) {
-                snprintf(message, size, "parameters.ssv: parameter '%.*s' is unknown or has no value",
+                snprintf(message, size, "parameters.ssv: parameter '%.*s' is unknown or its value is "
+                         "not usable",
                          (int)(name_length < 80 ? name_length : 80), name);
                 return false;
             }

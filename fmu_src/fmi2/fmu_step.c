@@ -12,17 +12,22 @@
 /* Beyond this, ticks are no longer exact in a double. */
 #define LARGEST_TICK 9007199254740992.0
 
-/* Tolerance for a time, in units of one sample time. */
-static double tolerance(double time, double sample_time)
+/* How much a time, in units of one sample time, may be off. */
+static double tolerance(double ticks)
 {
-    return TIME_TOLERANCE + 1e-14 * fabs(time) / sample_time;
+    return TIME_TOLERANCE + 1e-14 * fabs(ticks);
 }
 
+/* ceil and its kin are calls where the compiler may not assume a recent processor: written out. */
 int64_t fmu_first_tick(double time, double sample_time)
 {
-    const double tick = ceil(time / sample_time - tolerance(time, sample_time));
+    const double ticks = time / sample_time;
+    const double due = ticks - tolerance(ticks);
 
-    return (int64_t)fmin(fmax(tick, -LARGEST_TICK), LARGEST_TICK);
+    if (!(due > -LARGEST_TICK && due < LARGEST_TICK))
+        return due > 0.0 ? (int64_t)LARGEST_TICK : -(int64_t)LARGEST_TICK;
+    const int64_t whole = (int64_t)due;
+    return whole + (due > (double)whole);
 }
 
 static struct fmu_inputs inputs_at(const struct fmu_step *step, double time)
@@ -60,7 +65,7 @@ static unsigned run(const struct fmu *fmu, const struct fmu_step *step, struct c
     return findings;
 }
 
-static bool outputs_finite(const struct fmu_outputs *output)
+bool fmu_outputs_finite(const struct fmu_outputs *output)
 {
     return isfinite(output->displacement) && isfinite(output->measured) && isfinite(output->voltage);
 }
@@ -95,7 +100,8 @@ static bool step_possible(const struct fmu *fmu, double time, double step)
     const struct fmu_snapshot *now = &fmu->now;
     const double sample_time = now->values.parameter.sampleTime;
     const double end = time + step;
-    const double slack = sample_time * tolerance(end, sample_time);
+    const double end_ticks = end / sample_time;
+    const double slack = sample_time * tolerance(end_ticks);
 
     if (!isfinite(time) || !isfinite(step) || step < 0.0)
         fmu_say(fmu, fmi2Error, "fmi2DoStep: a step of %g s from %g s is not possible; both must be "
@@ -106,7 +112,7 @@ static bool step_possible(const struct fmu *fmu, double time, double step)
     else if (now->stop_time_defined && end > now->stop_time + slack)
         fmu_say(fmu, fmi2Error, "fmi2DoStep: the step ends at %.17g s, after stopTime, %.17g s.", end,
                 now->stop_time);
-    else if (fabs(end) / sample_time >= LARGEST_TICK)
+    else if (fabs(end_ticks) >= LARGEST_TICK)
         fmu_say(fmu, fmi2Error, "fmi2DoStep: at %g s ticks of %g s can no longer be counted.", end,
                 sample_time);
     else
@@ -135,7 +141,7 @@ fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
     output = now->values.output;
 
     const unsigned findings = run(fmu, &this_step, &state, &output);
-    if (!outputs_finite(&output)) {
+    if (!fmu_outputs_finite(&output)) {
         now->last_status = fmi2Discard;
         return fmu_say(fmu, fmi2Discard, "fmi2DoStep: the %s is no longer finite between %g s and %g s; "
                        "the step is not made and the state is that of %g s.",
@@ -215,8 +221,14 @@ fmi2Status fmu_directional_derivative(struct fmu *fmu, const fmi2ValueReference 
     else
         fmu->model->start_tangent(&fmu->chain, &fmu->now.chain, &fmu->now.values.parameter,
                                   &d.parameter, &d.output);
-    for (size_t i = 0; i < unknown_count; i++)
-        values[i] = *(double *)((char *)&d + fmu_find(fmu->model, unknowns[i])->offset);
+    for (size_t i = 0; i < unknown_count; i++) {
+        const struct fmu_variable *v = fmu_find(fmu->model, unknowns[i]);
+        const double value = *(double *)((char *)&d + v->offset);
+        if (!isfinite(value))
+            return fmu_say(fmu, fmi2Discard, "%s: the derivative of %s is no finite number for these "
+                           "seeds.", function, v->name);
+        values[i] = value;
+    }
     return fmi2OK;
 }
 

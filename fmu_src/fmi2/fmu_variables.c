@@ -81,6 +81,12 @@ static const struct fmu_variable *lookup(const struct fmu *fmu, const char *func
     return variable;
 }
 
+/* The variable behind a reference that lookup has accepted. */
+static const struct fmu_variable *accepted(fmi2ValueReference reference)
+{
+    return &FMU_TABLE[reference];
+}
+
 static bool null_arrays(const struct fmu *fmu, const char *function, const void *references,
                         const void *values, size_t count)
 {
@@ -142,7 +148,7 @@ fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
                            v->name, ((const double *)values)[i]);
     }
     for (size_t i = 0; i < count; i++) {
-        void *target = at(&fmu->now.values, fmu_find(fmu->model, references[i]));
+        void *target = at(&fmu->now.values, accepted(references[i]));
         if (base == FMU_REAL)
             *(double *)target = ((const double *)values)[i];
         else
@@ -177,8 +183,7 @@ fmi2Status fmu_set_input_derivatives(struct fmu *fmu, const fmi2ValueReference r
                            "last value.", function, v->name, values[i]);
     }
     for (size_t i = 0; i < count; i++) {
-        const struct fmu_variable *v = fmu_find(fmu->model, references[i]);
-        const size_t place = v->offset - offsetof(struct fmu_values, input);
+        const size_t place = accepted(references[i])->offset - offsetof(struct fmu_values, input);
         *(double *)((char *)&fmu->now.slope + place) = values[i];
     }
     return fmi2OK;

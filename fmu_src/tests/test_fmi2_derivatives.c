@@ -176,10 +176,28 @@ static void of_model(const struct fmi2_api *m)
     of_start(m);
 }
 
+/* Found by fuzz_calls: seeds so large that the derivative overflows. */
+static void seeds_overflow(const struct fmi2_api *m)
+{
+    fmi2Component c = make_running(m, 0.0);
+    const fmi2ValueReference in = reference_of(m, input_of(m)), out = reference_of(m, output_of(m));
+    const fmi2ValueReference twice[] = { in, in };
+    const double seeds[] = { 1.7e308, 1.7e308 };
+    double value = 7.0;
+
+    CHECK(set_real(m, c, input_of(m), signal(m, 0.0)) == fmi2OK);
+    CHECK(m->DoStep(c, 0.0, TS, fmi2True) <= fmi2Warning);
+    CHECK(m->GetDirectionalDerivative(c, &out, 1, twice, 2, seeds, &value) == fmi2Discard);
+    CHECK(log_says("finite") && value == 7.0);
+    m->FreeInstance(c);
+}
+
 int main(void)
 {
     of_model(&PLANT);
     of_model(&INVERSE);
     several_at_once();
+    seeds_overflow(&PLANT);
+    seeds_overflow(&INVERSE);
     return check_report("fmi2 derivatives");
 }

@@ -122,6 +122,27 @@ static void refused(const struct fmi2_api *m, const char *resources, const char 
     m->FreeInstance(c);
 }
 
+/* Found by fuzz_parameters: numbers that are none, or that no int can hold. */
+static void numbers_out_of_range(const struct fmi2_api *m)
+{
+    static const char *const counts[] = { "1e300", "-1e300", "nan", "17", "0" };
+
+    make_set();
+    add("rule[2].q1", "Real", "nan");
+    write_set();
+    refused(m, DIRECTORY, "rule[2].q1");
+    make_set();
+    add("sampleTime", "Real", "1e999");
+    write_set();
+    refused(m, DIRECTORY, "sampleTime");
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        make_set();
+        add("ruleCount", "Integer", counts[i]);
+        write_set();
+        refused(m, DIRECTORY, "ruleCount");
+    }
+}
+
 static void missing_edited_damaged(const struct fmi2_api *m)
 {
     static char longest[4000];
@@ -148,6 +169,7 @@ static void missing_edited_damaged(const struct fmi2_api *m)
     add("rule[2].q1", "Real", "");
     write_set();
     refused(m, DIRECTORY, "rule[2].q1");
+    numbers_out_of_range(m);
 }
 
 int main(void)

@@ -46,6 +46,9 @@ def _parser() -> argparse.ArgumentParser:
     package = _command(commands, "package", _package, "write both FMUs from a parameter set")
     package.add_argument("parameters", metavar="PARAMETERS.ssv", type=Path)
     _add_output(package)
+    package.add_argument(
+        "--c-header", action="store_true", help="write the model as a C header too, into DIR/embedded"
+    )
 
     simulate = _command(commands, "simulate", _simulate, "run an FMU over signals from a CSV")
     simulate.add_argument("fmu", metavar="FMU", type=Path)
@@ -143,11 +146,17 @@ def _build(options: argparse.Namespace) -> int:
 
 
 def _package(options: argparse.Namespace) -> int:
-    from it2hys.packaging import package
+    from it2hys.embedded import HEADER, write_embedded
+    from it2hys.packaging import make_directory, native_directory, package
     from it2hys.parameters import read_ssv
 
-    for path in package(read_ssv(options.parameters), options.output):
+    parameters = read_ssv(options.parameters)
+    for path in package(parameters, options.output):
         _say(options, path)
+    if options.c_header:
+        directory = make_directory(options.output / "embedded")
+        write_embedded(parameters, directory, native_directory())
+        _say(options, directory / HEADER)
     return 0
 
 

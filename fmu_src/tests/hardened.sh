@@ -1,0 +1,67 @@
+#!/bin/sh
+# The C tests once more, under what finds faults that a passing test hides: sanitizers, valgrind and the
+# compiler's static analyzer. What this machine lacks is skipped with a reason.
+#
+#   hardened.sh BUILD PYTHON     BUILD holds the plain build (make ctest); cmake and ninja are on the path
+set -eu
+build=$1
+python=$2
+source=$(dirname "$0")/..
+cc=${CC:-cc}
+probe=$build/probe
+
+skip() {
+    echo "hardened: skipped: $*"
+}
+
+supports() { # flags: does a program built with them run?
+    echo 'int main(void) { return 0; }' > "$probe.c"
+    # shellcheck disable=SC2086
+    $cc "$@" "$probe.c" -o "$probe" 2> /dev/null && "$probe" 2> /dev/null
+}
+
+configure() { # directory, sanitizers
+    cmake -S "$source" -B "$1" -G Ninja -DPython_EXECUTABLE="$python" -DIT2HYS_SANITIZE="$2" > /dev/null
+}
+
+undefined=address,undefined,float-cast-overflow
+if supports -fsanitize=$undefined; then
+    configure "$build/address" $undefined
+    cmake --build "$build/address" > /dev/null
+    ctest --test-dir "$build/address" --output-on-failure --quiet -j 2
+    echo "hardened: C tests pass under $undefined"
+else
+    skip "$cc has no -fsanitize=$undefined here"
+fi
+
+if supports -fsanitize=thread; then
+    configure "$build/thread" thread
+    cmake --build "$build/thread" --target test_threads > /dev/null
+    "$build/thread/tests/test_threads"
+    echo "hardened: 1000 instances in 8 threads pass under ThreadSanitizer"
+else
+    skip "$cc has no -fsanitize=thread here"
+fi
+
+if command -v valgrind > /dev/null; then
+    cd "$build/tests"
+    for test in lifecycle variables parameters state derivatives log; do
+        valgrind --quiet --error-exitcode=1 --leak-check=full ./test_fmi2_$test > /dev/null
+    done
+    valgrind --quiet --error-exitcode=1 --leak-check=full --show-leak-kinds=definite ../fuzz/fuzz_calls -n 500
+    cd - > /dev/null
+    echo "hardened: FMI tests and 500 fuzzed sequences pass under valgrind"
+else
+    skip "valgrind is not installed"
+fi
+
+if supports -fanalyzer; then
+    headers=$("$python" -c "import fmpy, pathlib; print(pathlib.Path(fmpy.__file__).parent / 'c-code')")
+    for file in "$source"/core/*.c "$source"/fmi2/*.c "$source"/plant/*.c "$source"/inverse/*.c; do
+        $cc -std=c99 -O2 -fanalyzer -fdiagnostics-path-format=none -Werror -c "$file" -o "$probe.o" \
+            -I"$source/core" -I"$source/fmi2" -I"$build/generated" -isystem "$headers"
+    done
+    echo "hardened: -fanalyzer finds nothing"
+else
+    skip "$cc has no -fanalyzer"
+fi
