@@ -111,7 +111,5 @@ def format_manifest() -> bytes:
     for key, value in STANDARD.items():
         root.set(f"{{{NAMESPACE}}}fmi-ls-{key}", value)
     for kind, source, role, description in RELATED:
-        etree.SubElement(
-            root, "Related", type=kind, source=source, role=role, description=description
-        )
+        etree.SubElement(root, "Related", type=kind, source=source, role=role, description=description)
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
