@@ -13,7 +13,7 @@ ALIGNMENT = 14  # 2^14 bytes, a page on Apple's processors
 
 
 def universal_binary(slices: list[bytes]) -> bytes:
-    """Return the universal binary: a big-endian table of contents, then the slices on page boundaries."""
+    """Return the universal binary: a big-endian table, then the slices on page boundaries."""
     page = 1 << ALIGNMENT
     table = struct.pack(">II", UNIVERSAL, len(slices))
     body = b""

@@ -66,7 +66,7 @@ def many_instances_in_a_process(unpacked: Unpacked) -> None:
 
 
 def no_memory_functions(unpacked: Unpacked) -> None:
-    """The callbacks' allocateMemory and freeMemory are null pointers in all our tests."""
+    """Run with null pointers as allocateMemory and freeMemory, as all our tests do."""
     with Instance(unpacked) as instance:
         assert not instance._callbacks.allocateMemory
         assert not instance._callbacks.freeMemory
