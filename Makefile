@@ -16,15 +16,18 @@ SOURCES := $(shell find python fmu_src -type f -not -path '*/__pycache__/*' -not
 # where there is no C compiler: zig's from PyPI (the wheel's build backend sees to itself)
 ifeq ($(shell command -v cc || command -v gcc || command -v clang),)
 WITH_CC := CC="$(CURDIR)/$(BIN)/python -m ziglang cc"
-ZIGLANG := ziglang==0.17.0
 endif
 
-# a checker of FMUs from Maven Central, where there is Maven; its tests skip with a reason elsewhere
+# a checker and a master from Maven Central, where there is Maven; their tests skip with a reason elsewhere
 VDMCHECK := build/vdmcheck
-JARS := org.into-cps.vdmcheck.fmi2:vdmcheck2:1.1.3 org.into-cps.vdmcheck.fmi2:static-model:1.1.3 \
+MAESTRO := build/maestro
+VDMCHECK_JARS := org.into-cps.vdmcheck.fmi2:vdmcheck2:1.1.3 org.into-cps.vdmcheck.fmi2:static-model:1.1.3 \
         org.into-cps.vdmcheck.fmi2:rule-model:1.1.3 org.into-cps.vdmcheck:xsd2vdm:1.1.3 \
         org.into-cps.vdmcheck:fmuReader:1.1.3 dk.au.ece.vdmj:vdmj:4.5.0 dk.au.ece.vdmj:annotations:4.5.0
-$(VDMCHECK)/.fetched:
+MAESTRO_JARS := org.into-cps.maestro:maestro:2.3.0:jar:jar-with-dependencies
+$(VDMCHECK)/.fetched: JARS = $(VDMCHECK_JARS)
+$(MAESTRO)/.fetched: JARS = $(MAESTRO_JARS)
+$(VDMCHECK)/.fetched $(MAESTRO)/.fetched:
 	mkdir -p $(@D)
 	for jar in $(JARS); do \
 	  mvn -q -B org.apache.maven.plugins:maven-dependency-plugin:3.6.1:copy -Dartifact=$$jar \
@@ -39,7 +42,7 @@ $(TOOLS): requirements.lock
 	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
 	  echo "python3 -m venv does not work here; installing Debian's python3-venv"; \
 	  apt-get install -y python3-venv && $(PYTHON) -m venv $(VENV); }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock $(ZIGLANG)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
 	touch $@
 
 $(INSTALLED): $(TOOLS) pyproject.toml LICENSE README.md $(SOURCES)

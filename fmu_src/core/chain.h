@@ -37,6 +37,8 @@ struct chain_point {
     double output;
 };
 
+HIDDEN_BEGIN
+
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
 void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
 void chain_reset(struct chain_state *state, const struct chain_parameters *parameters);
@@ -62,5 +64,7 @@ double chain_equilibrium(const struct chain *chain, const struct chain_state *st
 /* Derivative of chain_equilibrium in the direction of `d_parameters`. */
 double chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
                                  const struct chain_parameters *d_parameters);
+
+HIDDEN_END
 
 #endif

@@ -15,6 +15,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "hidden.h"
+
 enum {
     IT2_MAX_RULES = 16,
     IT2_RULE_PARAMETERS = 6
@@ -46,6 +48,8 @@ struct it2_partials {
     double dx; /* dy_k / dx_k */
     double dy; /* dy_k / dy_{k-1}: the contraction of a free run */
 };
+
+HIDDEN_BEGIN
 
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count);
 
@@ -85,5 +89,7 @@ bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, 
 
 /* The largest |dy_k/dy_{k-1}| on the equilibrium curve and the displacement where it occurs. */
 double it2_contraction(const struct it2 *stage, struct it2_range range, double *where);
+
+HIDDEN_END
 
 #endif

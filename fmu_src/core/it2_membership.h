@@ -36,7 +36,9 @@ static inline double it2_membership(const struct it2 *stage, int l, double y_pre
 /* Far from every centre all memberships underflow and (10) would be 0/0. Scaling all of them by the
  * largest leaves (10) as it is and finite; its limit is the nearest rule, the one whose distance in
  * units of its upper deviation is smallest. */
+HIDDEN_BEGIN
 void it2_memberships_far(const struct it2 *stage, double y_previous, struct it2_memberships *m);
+HIDDEN_END
 
 static inline void it2_memberships(const struct it2 *stage, double y_previous,
                                    struct it2_memberships *m)

@@ -18,7 +18,7 @@ void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count)
 /* exp of a difference of scaled exponents, finite however narrow the rule is. */
 static double relative(double exponent, double largest)
 {
-    return exp((fmax(exponent, -DBL_MAX) - largest) / EXP_SCALE);
+    return exp_scaled(fmax(exponent, -DBL_MAX) - largest);
 }
 
 void it2_memberships_far(const struct it2 *stage, double y_previous, struct it2_memberships *m)

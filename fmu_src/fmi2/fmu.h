@@ -128,6 +128,8 @@ struct fmu {
     char *name;
 };
 
+HIDDEN_BEGIN
+
 /* The generated table (fmu_table.h). */
 const struct fmu_variable *fmu_find(const struct fmu_model *model, fmi2ValueReference reference);
 const struct fmu_variable *fmu_find_parameter(const char *name, size_t length);
@@ -210,5 +212,7 @@ fmi2Status fmu_deserialize(struct fmu *fmu, const fmi2Byte bytes[], size_t size,
 
 /* FNV-1a, 64 bit. */
 uint64_t fmu_hash(const void *bytes, size_t size);
+
+HIDDEN_END
 
 #endif

@@ -6,9 +6,11 @@ Units are the caller's: m and V, or a scaled pair of the identification.
 """
 
 import ctypes
+import os
 import sys
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 
@@ -18,10 +20,18 @@ MAX_RULES = 16
 _DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 
 
+def native_directory() -> Path:
+    """Return where the built binaries and the FMUs' C sources are.
+
+    They are installed with the package; the build, which packages FMUs before that, names its own.
+    """
+    return Path(os.environ.get("IT2HYS_NATIVE") or str(files("it2hys") / "native"))
+
+
 @cache
 def _library() -> ctypes.CDLL:
     suffix = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
-    path = files("it2hys") / "native" / f"it2core{suffix}"
+    path = native_directory() / f"it2core{suffix}"
     try:
         library = ctypes.CDLL(str(path))
     except OSError as error:

@@ -8,28 +8,25 @@ import sys
 import zipfile
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
-from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
 
 from it2hys.codegen import start_header
+from it2hys.core import native_directory
 from it2hys.documentation import documentation_files
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
 from it2hys.model_description import IDENTIFIERS, format_model_description
 from it2hys.parameters import ParameterSet, format_ssv, table_1
+from it2hys.reference_run import reference_files
+from it2hys.terminals import picture_files
 
 # zip entries carry a time; a fixed one makes the same input give the same file
 EPOCH = (1980, 1, 1, 0, 0, 0)
 PARAMETER_FILE = "parameters.ssv"
 
 
-def native_directory() -> Path:
-    """Return where the built binaries and the FMUs' C sources are installed."""
-    return Path(str(files("it2hys") / "native"))
-
-
-def package(parameters: ParameterSet, directory: str | Path, native: Path | None = None) -> list[Path]:
+def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
     """Write both FMUs and the parameter set into a directory.
 
     Parameters
@@ -38,8 +35,6 @@ def package(parameters: ParameterSet, directory: str | Path, native: Path | None
         A validated set.
     directory : path
         Created if it does not exist.
-    native : path, optional
-        Binaries and sources; those installed with the package by default.
 
     Returns
     -------
@@ -52,7 +47,7 @@ def package(parameters: ParameterSet, directory: str | Path, native: Path | None
         If the directory cannot be written to.
     """
     directory = make_directory(directory)
-    native = native or native_directory()
+    native = native_directory()
     contents = {
         f"{identifier}.fmu": _fmu(model, identifier, parameters, native)
         for model, identifier in IDENTIFIERS.items()
@@ -92,6 +87,8 @@ def _fmu(model: str, identifier: str, parameters: ParameterSet, native: Path) ->
         **{f"sources/{name}": content for name, content in sources.items()},
         **_binaries(identifier, native),
         **documentation_files(model, parameters, (native / "LICENSE").read_bytes()),
+        **picture_files(model, parameters),
+        **reference_files(model, parameters),
     }
     archive = BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
@@ -118,4 +115,4 @@ def _binaries(identifier: str, native: Path) -> dict[str, bytes]:
 
 if __name__ == "__main__":
     # called by the CMake build, before the package is installed
-    package(table_1(), Path(sys.argv[2]), native=Path(sys.argv[1]))
+    package(table_1(), Path(sys.argv[1]))

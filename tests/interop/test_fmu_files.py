@@ -118,21 +118,6 @@ def test_every_file_of_the_archive_has_its_place(any_fmu):
     assert all("\\" not in n and not n.startswith("/") and ".." not in n for n in names)
 
 
-def test_only_the_functions_of_fmi_are_exported(model):
-    nm = shutil.which("nm")
-    if nm is None or fmpy.platform != "linux64":
-        pytest.skip("needs nm of binutils on Linux")
-    out = subprocess.run(
-        [nm, "-D", "--defined-only", str(model.binary)], capture_output=True, text=True, check=True
-    )
-    exported = {line.split()[-1].split("@")[0] for line in out.stdout.splitlines()}
-    header = Path(fmpy.__file__).parent / "c-code" / "fmi2Functions.h"
-    words = header.read_text(encoding="utf-8").replace("(", " ").split()
-    declared = {word for word in words if word.startswith("fmi2")}
-    assert exported <= declared
-    assert {n for n in dir(fmpy.fmi2.FMU2Slave) if n.startswith("fmi2")} <= exported
-
-
 # --- XML, binary and resources agree -----------------------------------------------------------
 
 

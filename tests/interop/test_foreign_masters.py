@@ -5,6 +5,7 @@ step before. The plant therefore gets the voltage of tick k at tick k + 1, and t
 inverse gives before its first tick at tick 0. Each master runs in a process of its own.
 """
 
+import csv
 import importlib.util
 import json
 import os
@@ -16,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import TS, UM, Master, Unpacked, make_set, run_python
+from conftest import TS, UM, Instance, Master, Unpacked, make_set, run_python
 
 from it2hys import core
 from it2hys.excitations import tracking_reference
@@ -228,6 +229,86 @@ def test_a_parameter_file_in_an_ssp_reaches_the_fmus(tmp_path, models, run_maste
     np.testing.assert_allclose(reached[1:], reference[:-1], rtol=1e-9)
 
 
+# --- Maestro, a master on the JVM --------------------------------------------------------------
+
+MAESTRO = "maestro-2.3.0-jar-with-dependencies.jar"
+
+
+@pytest.fixture(scope="session")
+def maestro():
+    """Return a function that runs Maestro in a directory and returns the rows of its outputs.csv."""
+    jar = Path(__file__).parents[2] / "build" / "maestro" / MAESTRO
+    java = shutil.which("java")
+    if java is None:
+        pytest.skip("Maestro needs java")
+    if not jar.is_file():
+        pytest.skip(f"{MAESTRO} is not in build/maestro; `make build/maestro/.fetched`")
+
+    def run(directory: Path, system: dict, steps: dict) -> list[dict[str, str]]:
+        (directory / "system.json").write_text(json.dumps(system), encoding="utf-8")
+        (directory / "steps.json").write_text(json.dumps(steps), encoding="utf-8")
+        command = [java, "-Dfile.encoding=UTF-8", "-jar", str(jar), "import", "Sg1", "-i"]
+        done = subprocess.run(
+            [*command, "-output", "out", "system.json", "steps.json"],
+            cwd=directory,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout
+        with (directory / "out" / "outputs.csv").open(encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+    return run
+
+
+def closed_loop(unpacked: dict[str, Unpacked], start: dict, steps: int, size: float) -> np.ndarray:
+    """Return voltage and displacement of a Jacobi master that feeds each FMU the other's output."""
+    with Instance(unpacked["inverse"]) as inverse, Instance(unpacked["plant"]) as plant:
+        inverse.initialize(start["inverse"])
+        plant.initialize(start["plant"])
+        rows = [(inverse.get("voltage"), plant.get("displacement"))]
+        for k in range(steps):
+            inverse.assign({"reference": rows[-1][1]})
+            plant.assign({"voltage": rows[-1][0]})
+            assert max(inverse.step(k * size, size), plant.step(k * size, size)) <= 1
+            rows.append((inverse.get("voltage"), plant.get("displacement")))
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("ticks", [1, 7])
+def test_maestro_runs_a_loop_of_both_fmus_as_fmpy_does(packaged, maestro, tmp_path, ticks):
+    """With one and with seven ticks in a communication step, from a path with a space."""
+    _, unpacked = packaged["five_rules"]
+    start = {
+        "inverse": {"initialDisplacement": 5.2 * UM},
+        "plant": {"initialDisplacement": 5.0 * UM},
+    }
+    place = tmp_path / "two FMUs"
+    place.mkdir()
+    copies = {n: shutil.copy(unpacked[n].path, place) for n in start}
+    system = {
+        "fmus": {f"{{{n}}}": Path(path).as_uri() for n, path in copies.items()},
+        "connections": {
+            "{inverse}.i.voltage": ["{plant}.p.voltage"],
+            "{plant}.p.displacement": ["{inverse}.i.reference"],
+        },
+        "parameters": {
+            f"{{{n}}}.{n[0]}.{v}": x for n, values in start.items() for v, x in values.items()
+        },
+    }
+    size = ticks * TS
+    algorithm = {"type": "fixed-step", "size": size}
+    rows = maestro(place, system, {"startTime": 0.0, "endTime": 30 * size, "algorithm": algorithm})
+    read = [(float(r["{inverse}.i.voltage"]), float(r["{plant}.p.displacement"])) for r in rows]
+    expected = closed_loop(unpacked, start, len(read) - 1, size)
+    assert len(read) >= 30
+    assert np.ptp(expected[:, 0]) > 0.1
+    np.testing.assert_allclose(np.array(read), expected, rtol=1e-12)
+
+
 # --- VDMCheck2 ---------------------------------------------------------------------------------
 
 JARS = {
@@ -251,7 +332,9 @@ def vdmcheck(tmp_path_factory):
         pytest.skip("VDMCheck2 needs java")
     missing = [f"{n}-{v}.jar" for n, v in JARS.items() if not (jars / f"{n}-{v}.jar").is_file()]
     if missing:
-        pytest.skip(f"VDMCheck2 is not in {jars}: {', '.join(missing)} missing; `make vdmcheck`")
+        pytest.skip(
+            f"VDMCheck2 is not in {jars}: {', '.join(missing)} missing; `make build/vdmcheck/.fetched`"
+        )
     home = tmp_path_factory.mktemp("vdmcheck")  # it wants its parts beside it, unpacked, so named
     for name, version in JARS.items():
         jar = jars / f"{name}-{version}.jar"

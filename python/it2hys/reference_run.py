@@ -1,0 +1,115 @@
+"""A run that every FMU carries with it, input and result, to be repeated in its host.
+
+The files follow the layered standard fmi-ls-ref, which names them in a manifest:
+`extra/org.fmi-standard.fmi-ls-ref/`.
+"""
+
+import math
+from collections.abc import Mapping
+from importlib.resources import files
+
+import numpy as np
+from lxml import etree
+
+from it2hys import core
+from it2hys.parameters import ParameterSet
+
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
+STANDARD = {
+    "name": "org.fmi-standard.fmi-ls-ref",
+    "version": "1.0.0-alpha.1",
+    "description": "Layered Standard providing information on related files included in an FMU.",
+}
+TICKS = 400
+# type, source relative to the manifest, role, description
+RELATED = (
+    ("text/csv", "input.csv", "testcase", "Input of the reference run, one row for each sample time"),
+    ("text/csv", "result.csv", "result", "Outputs of the reference run at every communication point"),
+    (
+        "application/x-ssp-parameter-set",
+        "../../resources/parameters.ssv",
+        "parameter",
+        "The parameter set that the FMU starts from",
+    ),
+    ("text/html", "../../documentation/index.html", "document", "Equations, timing and parameters"),
+    ("text/html", "../../documentation/fmi-ls-ref.html", "document", "How to repeat the reference run"),
+)
+
+
+def reference_files(model: str, parameters: ParameterSet) -> dict[str, bytes]:
+    """Return the files of the reference run by their path in the FMU.
+
+    Parameters
+    ----------
+    model : {"plant", "inverse"}
+        Which FMU.
+    parameters : ParameterSet
+        The set that the FMU starts from.
+    """
+    inputs, outputs = reference_run(model, parameters)
+    sample_time = parameters["sampleTime"]
+    return {
+        f"{FOLDER}/fmi-ls-manifest.xml": format_manifest(),
+        f"{FOLDER}/input.csv": _format_csv(sample_time, inputs),
+        f"{FOLDER}/result.csv": _format_csv(sample_time, outputs),
+        "documentation/fmi-ls-ref.html": (
+            files("it2hys") / "templates" / "fmi-ls-ref.html"
+        ).read_bytes(),
+    }
+
+
+def reference_run(model: str, parameters: ParameterSet) -> tuple[dict, dict]:
+    """Return the input at every tick and the outputs at every communication point.
+
+    The displacement goes from where it starts to the far end of its range and back. A row of the
+    outputs is what is read at its time: the result of the tick before.
+    """
+    rules, start = parameters.rules, parameters["initialDisplacement"]
+    target = _quantised(_excursion(parameters))
+    before = np.concatenate([[start], target[:-1]])
+    voltage = core.solve(rules, before, target)
+    rest = core.solve(rules, np.array([start]), np.array([start]))
+    if model == "inverse":
+        read = np.concatenate([rest, voltage[:-1]])
+        return {"reference": target}, {"voltage": read, "saturated": np.zeros(TICKS, dtype=int)}
+    voltage = _quantised(voltage)
+    read = np.concatenate([[start], core.free_run(rules, voltage, start)[:-1]])
+    return {"voltage": voltage}, {"displacement": read, "measured": read}
+
+
+def _excursion(parameters: ParameterSet) -> np.ndarray:
+    """Return displacements from the initial one to the farther end of the range and back."""
+    low, high = parameters["displacementMin"], parameters["displacementMax"]
+    start = min(max(parameters["initialDisplacement"], low), high)
+    share = 0.9 if start < (low + high) / 2 else 0.1
+    far = low + share * (high - low)
+    cycle = 2 * math.pi * np.arange(TICKS) / TICKS
+    return start + (far - start) * 0.5 * (1 - np.cos(cycle))
+
+
+def _quantised(values: np.ndarray) -> np.ndarray:
+    """Round to multiples of a power of two.
+
+    A master that interpolates linearly between rows then gets the rows' own values, to the last bit.
+    """
+    quantum = 2.0 ** (math.frexp(float(np.max(np.abs(values))))[1] - 32)
+    return np.round(values / quantum) * quantum
+
+
+def _format_csv(sample_time: float, columns: Mapping[str, np.ndarray]) -> bytes:
+    """Return a table whose decimals read back to the same bits."""
+    lines = [",".join(["time", *columns])]
+    for tick, row in enumerate(zip(*(c.tolist() for c in columns.values()), strict=True)):
+        lines.append(",".join(map(repr, [tick * sample_time, *row])))
+    return ("\n".join(lines) + "\n").encode()
+
+
+def format_manifest() -> bytes:
+    """Return fmi-ls-manifest.xml."""
+    root = etree.Element("fmiReferences", nsmap={"fmi-ls": NAMESPACE})
+    for key, value in STANDARD.items():
+        root.set(f"{{{NAMESPACE}}}fmi-ls-{key}", value)
+    for kind, source, role, description in RELATED:
+        etree.SubElement(root, "Related", type=kind, source=source, role=role, description=description)
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)

@@ -1,0 +1,186 @@
+"""The binaries of all platforms: what they are, what they show, what they need, what they compute.
+
+Only Linux runs here, and 64-bit Windows under wine; of the others the file formats are read.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from conftest import TS, Master, Unpacked
+
+from it2hys.excitations import identification
+
+lief = pytest.importorskip("lief", reason="lief is missing")
+
+BINARIES = {
+    "linux64": "{}.so",
+    "win64": "{}.dll",
+    "win32": "{}.dll",
+    "darwin64": "{}.dylib",
+}
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+
+
+def declared_functions() -> set[str]:
+    """Return the functions of FMI 2.0 for co-simulation, from the standard's own header."""
+    header = (HEADERS / "fmi2Functions.h").read_text(encoding="utf-8")
+    rest, co_simulation = header.rsplit("Functions for FMI2 for Co-Simulation", 1)
+    common, _ = rest.rsplit("Functions for FMI2 for Model Exchange", 1)
+    return set(re.findall(r"FMI2_Export fmi2\w+TYPE\s+(fmi2\w+);", common + co_simulation))
+
+
+def binary(unpacked: Unpacked, platform: str) -> Path:
+    path = unpacked.directory / "binaries" / platform / BINARIES[platform].format(unpacked.identifier)
+    if not path.is_file():
+        pytest.skip(f"no binary for {platform}: this build was for the host alone")
+    return path
+
+
+def names(symbols: object) -> set[str]:
+    return {symbol.name for symbol in symbols}
+
+
+# --- Linux -------------------------------------------------------------------------------------
+
+
+def test_the_linux_binary_runs_on_every_glibc_from_2_17_on(model):
+    elf = lief.ELF.parse(str(binary(model, "linux64")))
+    assert elf.header.machine_type == lief.ELF.ARCH.X86_64
+    assert set(elf.libraries) <= {"libc.so.6", "libm.so.6", "libdl.so.2"}
+    needed = [v.name for r in elf.symbols_version_requirement for v in r.get_auxiliary_symbols()]
+    versions = {tuple(map(int, n.removeprefix("GLIBC_").split("."))) for n in needed}
+    assert needed
+    assert max(versions) <= (2, 17)
+
+
+def test_the_linux_binary_shows_the_functions_of_fmi_and_nothing_else(model):
+    elf = lief.ELF.parse(str(binary(model, "linux64")))
+    assert names(elf.exported_symbols) == declared_functions()
+
+
+# --- Windows -----------------------------------------------------------------------------------
+
+MACHINES = {"win64": lief.PE.Header.MACHINE_TYPES.AMD64, "win32": lief.PE.Header.MACHINE_TYPES.I386}
+
+
+@pytest.mark.parametrize("platform", MACHINES)
+def test_a_windows_binary_needs_nothing_that_windows_lacks(model, platform):
+    pe = lief.PE.parse(str(binary(model, platform)))
+    assert pe.header.machine == MACHINES[platform]
+    libraries = {i.name.lower() for i in pe.imports}
+    assert "kernel32.dll" in libraries
+    assert all(n == "kernel32.dll" or n.startswith("api-ms-win-crt-") for n in libraries)
+    assert names(pe.get_export().entries) == declared_functions()
+    assert pe.header.characteristics & int(lief.PE.Header.CHARACTERISTICS.DLL)
+
+
+# --- macOS -------------------------------------------------------------------------------------
+
+
+def test_the_macos_binary_holds_both_processors(model):
+    universal = lief.MachO.parse(str(binary(model, "darwin64")))
+    cpus = lief.MachO.Header.CPU_TYPE
+    assert [m.header.cpu_type for m in universal] == [cpus.X86_64, cpus.ARM64]
+    for slice_ in universal:
+        assert slice_.header.file_type == lief.MachO.Header.FILE_TYPE.DYLIB
+        own, *libraries = [library.name for library in slice_.libraries]
+        assert own == f"@rpath/{model.identifier}.dylib"
+        assert libraries == ["/usr/lib/libSystem.B.dylib"]
+        shown = {n for n in names(slice_.exported_symbols) if n.startswith("_fmi2")}
+        assert shown == {f"_{n}" for n in declared_functions()}
+        # the linker's own, in every library
+        assert names(slice_.exported_symbols) - shown <= {"__mh_dylib_header", "___dso_handle"}
+    assert universal.at(1).has_code_signature  # Apple's processors run nothing without
+
+
+def test_the_slices_of_the_macos_binary_lie_as_its_table_says(model):
+    """Apple's loader wants them on page boundaries, in order and apart."""
+    path = binary(model, "darwin64")
+    content = path.read_bytes()
+    word = lambda place: int.from_bytes(content[place : place + 4], "big")  # noqa: E731
+    assert word(0) == 0xCAFEBABE
+    slices = [tuple(word(8 + 20 * i + 4 * j) for j in range(5)) for i in range(word(4))]
+    for _, _, offset, size, alignment in slices:
+        assert offset % (1 << alignment) == 0
+        assert content[offset : offset + 4] == b"\xcf\xfa\xed\xfe"
+        assert offset + size <= len(content)
+    assert all(a[2] + a[3] <= b[2] for a, b in pairwise(slices))
+
+
+# --- the same bits everywhere ------------------------------------------------------------------
+
+
+def wine() -> str:
+    """Return the program that runs 64-bit Windows binaries."""
+    for name in ("wine64", "wine", "/usr/lib/wine/wine64"):
+        if found := shutil.which(name):
+            return found
+    pytest.skip("wine is not installed")
+
+
+@pytest.fixture(scope="module")
+def windows_host(tmp_path_factory) -> Path:
+    """Return a host program for Windows, compiled here by zig."""
+    pytest.importorskip("ziglang", reason="ziglang is missing")
+    wine()
+    root, here = Path(__file__).parents[2], tmp_path_factory.mktemp("host")
+    sources = [
+        Path(__file__).parent / "hosts" / "run_plant.c",
+        root / "fmu_src" / "platforms" / "windows_runtime.c",
+    ]
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu", "-O1"]
+    environment = {**os.environ, "ZIG_GLOBAL_CACHE_DIR": str(here / "zig")}
+    objects = [here / f"{source.stem}.o" for source in sources]
+    for source, target in zip(sources, objects, strict=True):
+        command = [*zig, "-I", HEADERS, "-c", source, "-o", target]
+        subprocess.run(command, check=True, env=environment)
+    parts = ("convert", "heap", "runtime", "stdio", "string")
+    libraries = ["-lkernel32", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in parts)]
+    flags = ["-nostdlib", "-rtlib=compiler-rt", "-Wl,--subsystem,console", "-Wl,-e,mainCRTStartup"]
+    host = here / "run_plant.exe"
+    subprocess.run([*zig, *flags, *objects, *libraries, "-o", host], check=True, env=environment)
+    return host
+
+
+def windows_path(path: Path) -> str:
+    """Return a path as wine's drive Z names it."""
+    return "Z:" + str(path).replace("/", "\\")
+
+
+@pytest.mark.parametrize("name", ["table_1", "five_rules"])
+def test_under_wine_the_windows_binary_gives_the_bits_of_the_linux_one(
+    packaged, name, windows_host, tmp_path
+):
+    """Under (22); and with five rules, whose set the binary reads from the resources."""
+    plant = packaged[name][1]["plant"]
+    voltage = identification(np.arange(4000) * TS)
+    arguments = [
+        windows_path(binary(plant, "win64")),
+        plant.description.guid,
+        f"file:///Z:{plant.directory}/resources",
+        plant.variables["voltage"].valueReference,
+        plant.variables["displacement"].valueReference,
+        repr(TS),
+    ]
+    done = subprocess.run(
+        [wine(), windows_host, *map(str, arguments)],
+        input="".join(f"{float(v).hex()}\n" for v in voltage),
+        capture_output=True,
+        text=True,
+        env={**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"},
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    printed = [line for line in done.stdout.splitlines() if line.startswith(("0x", "-0x"))]
+    with Master(plant) as master:
+        expected = master.run(voltage)
+    assert [float.fromhex(line) for line in printed] == expected.tolist()
