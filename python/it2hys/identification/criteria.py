@@ -170,7 +170,9 @@ class FreeRun:
             return None
         return np.vstack([b[0] @ b[2] for b in blocks]), np.concatenate([b[1] for b in blocks])
 
-    def _blocks(self, point: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray] | None]:
+    def _blocks(
+        self, point: np.ndarray
+    ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray] | None]:
         """Yield the parts of the criterion: records, guesses of the states, penalties.
 
         Each is the Jacobian by variables of its own, (N, n), the residual, (N,), and the derivative

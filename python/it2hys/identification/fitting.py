@@ -150,7 +150,9 @@ def start_of(criterion: FreeRun, candidate: Candidate) -> np.ndarray:
     return criterion.pack(candidate.rules, states, offsets)
 
 
-def one_step_candidates(series: Sequence[Series], rule_count: int, options: Options) -> list[Candidate]:
+def one_step_candidates(
+    series: Sequence[Series], rule_count: int, options: Options
+) -> list[Candidate]:
     """Return the best one-step optima, one for each basin, best first."""
     generator = np.random.default_rng(options.seed)
     pairs = _pairs(series)

@@ -79,7 +79,9 @@ def triangular_factor(jacobian: np.ndarray, residual: np.ndarray) -> tuple[np.nd
     return factor, target
 
 
-def _householder_factor(jacobian: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _householder_factor(
+    jacobian: np.ndarray, residual: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     columns = jacobian.shape[1]
     factor = qr(np.column_stack([jacobian, residual]), mode="r", check_finite=False)[0]
     return factor[:columns, :columns], factor[:columns, columns]

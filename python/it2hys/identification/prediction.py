@@ -57,7 +57,9 @@ def fit_state(series: Series, rules: np.ndarray, has_offset: bool) -> tuple[floa
     return float(criterion.states(point)[0]), float(criterion.offsets(point)[0]), float(rms)
 
 
-def explains_lead(prepared: Prepared, rules: np.ndarray, scaling: Scaling, offset: float = 0.0) -> bool:
+def explains_lead(
+    prepared: Prepared, rules: np.ndarray, scaling: Scaling, offset: float = 0.0
+) -> bool:
     """Return whether a model explains the discarded lead of a record as well as the rest.
 
     Parameters

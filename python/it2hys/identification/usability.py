@@ -76,7 +76,9 @@ class Band:
         seen = np.flatnonzero(np.isfinite(x_low))
         # beyond and between the data as at the nearest of them, then also as at the neighbours
         x_low, x_high = (np.interp(grid, grid[seen], v[seen]) for v in (x_low, x_high))
-        return cls(grid, minimum_filter1d(x_low, 3) - reserve, maximum_filter1d(x_high, 3) + reserve)
+        return cls(
+            grid, minimum_filter1d(x_low, 3) - reserve, maximum_filter1d(x_high, 3) + reserve
+        )
 
 
 class Guard:
