@@ -27,9 +27,9 @@ _TEXT = """\
  *         voltage = chain_inverse(&chain, &inverse, displacement, &saturated);
  *
  * Displacements are in m, voltages in V. Compile the .c files beside this one with it (C99, not C++).
- * Nothing is allocated and nothing is global; every loop runs over the {rules} rules. chain_check, which
- * explains in words what is wrong with a parameter set, is the only part that uses snprintf; this set
- * has passed it.
+ * Nothing is allocated and nothing is global; every loop runs over the {rules} rules. chain_check,
+ * which explains in words what is wrong with a parameter set, is the only part that uses snprintf; this
+ * set has passed it.
  *
  * Operations of one tick at most, by formula for L rules and for this set:
  *                          multiplications   additions   comparisons   divisions
