@@ -219,7 +219,8 @@ static void watch(struct subject *s)
 
 static void check(struct subject *s, fmi2Status status, enum allowed allowed)
 {
-    FUZZ_PROMISE(status == fmi2OK || status == fmi2Error || (status == fmi2Discard && allowed != OK_ERROR) ||
+    FUZZ_PROMISE(status == fmi2OK || status == fmi2Error ||
+                 (status == fmi2Discard && allowed != OK_ERROR) ||
                  (status == fmi2Warning && allowed == STEP));
     if (refused(status)) {
         if (allowed == STEP && status == fmi2Discard)

@@ -91,7 +91,9 @@ int main()
 }
 """
 COUNTED = {
-    "chain_step": {"TYPE": "double", "SOURCE": "it2_model.c", "STAGE": "it2", "FUNCTION": "it2_evaluate"},
+    "chain_step": {
+        "TYPE": "double", "SOURCE": "it2_model.c", "STAGE": "it2", "FUNCTION": "it2_evaluate",
+    },
     "it2_single_step": {
         "TYPE": "float", "SOURCE": "it2_single.c", "STAGE": "it2_single", "FUNCTION": "it2_single_step",
     },
