@@ -110,7 +110,7 @@ fmi2Status fmu_start_outputs(struct fmu *fmu, const char *function)
         !chain_check(parameters, message, sizeof message))
         return fmu_say(fmu, fmi2Error, "%s: %s.", function, message);
     chain_prepare(&fmu->chain, parameters);
-    chain_reset(&fmu->now.chain, parameters);
+    chain_reset(&fmu->chain, &fmu->now.chain, parameters);
     fmu->model->start(&fmu->chain, &fmu->now.chain, parameters, &fmu->now.values.output);
     fmu->outputs_stale = false;
     return fmi2OK;

@@ -34,6 +34,7 @@ static struct fmu_inputs inputs_at(const struct fmu_step *step, double time)
     input.reference += step->slope.reference * elapsed;
     input.force += step->slope.force * elapsed;
     input.temperature += step->slope.temperature * elapsed;
+    input.time = time;
     return input;
 }
 
@@ -53,8 +54,10 @@ static unsigned run(const struct fmu *fmu, const struct fmu_step *step, struct c
     unsigned findings = 0;
 
     for (int64_t tick = step->first_tick; tick < step->end_tick; tick++) {
+        const double time = (double)tick * parameters->sampleTime;
         if (!held)
-            input = inputs_at(step, (double)tick * parameters->sampleTime);
+            input = inputs_at(step, time);
+        input.time = time;
         findings |= fmu->model->tick(&fmu->chain, state, parameters, &input, output);
     }
     return findings;
@@ -78,6 +81,9 @@ static fmi2Status warn(struct fmu *fmu, unsigned findings, double time)
                                   "in which the model is contracting" },
         { FMU_OUT_OF_REACH, "the reference left displacementMin..displacementMax; the nearest "
                             "displacement within is aimed at (saturated is true)" },
+        { FMU_AMPLIFIER_LIMIT, "the reference asks for more than slew.rate or saturation.minimum.."
+                               "saturation.maximum let through; the nearest voltage is given "
+                               "(saturated is true)" },
     };
     const unsigned fresh = findings & ~fmu->now.warned;
 
@@ -123,13 +129,14 @@ fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
     if (!fmu_may(fmu, "fmi2DoStep", FMU_STEP_COMPLETE) || !step_possible(fmu, time, step))
         return fmi2Error;
     struct fmu_snapshot *now = &fmu->now;
-    memset(&this_step, 0, sizeof this_step); /* serialized: no stray bytes in the padding */
+    memset(&this_step, 0, offsetof(struct fmu_step, chain)); /* serialized: no stray bytes */
     this_step.start = time;
     this_step.first_tick = now->next_tick;
     this_step.end_tick = fmu_first_tick(time + step, now->values.parameter.sampleTime);
     if (this_step.end_tick < this_step.first_tick)
         this_step.end_tick = this_step.first_tick;
-    this_step.chain = state = now->chain;
+    chain_copy(&fmu->chain, &this_step.chain, &now->chain);
+    chain_copy(&fmu->chain, &state, &now->chain);
     this_step.input = now->values.input;
     this_step.slope = now->slope;
     output = now->values.output;
@@ -142,11 +149,11 @@ fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
                        fmu->model->kind == FMU_PLANT ? "displacement" : "voltage", time, time + step,
                        time);
     }
-    now->chain = state;
+    chain_copy(&fmu->chain, &now->chain, &state);
     now->values.output = output;
     now->next_tick = this_step.end_tick;
     now->time = time + step;
-    memcpy(&now->last_step, &this_step, sizeof this_step);
+    memcpy(&now->last_step, &this_step, offsetof(struct fmu_step, chain) + fmu->chain.state_size);
     const fmi2Status status = warn(fmu, findings, now->time);
     now->last_status = (int)status;
     return status;

@@ -37,7 +37,8 @@ class Variable:
     """One scalar variable of the expanded table.
 
     `group`, `index` and `field` are set for an element of a structured parameter: `rule[2].q1` has
-    the group `rule`, the index 2 and the field `q1`.
+    the group `rule`, the index 2 and the field `q1`. An effect's scalar, such as
+    `resonance.frequency`, is an element of no group.
     """
 
     name: str
