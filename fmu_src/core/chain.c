@@ -1,7 +1,6 @@
 #include "chain.h"
 
 #include <math.h>
-#include <string.h>
 
 /* V: the amplifier's limits are said to cut off what they change by more than rounding. */
 #define NEGLIGIBLE 1e-9
@@ -28,7 +27,6 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
     chain->displacement = (struct it2_range){ p->displacementMin, p->displacementMax };
     chain->effects = effects & ~(unsigned)CHAIN_READING;
     chain->reading = effects & CHAIN_READING;
-    chain->state_size = chain->effects ? sizeof(struct chain_state) : sizeof(struct it2_state);
     delay_prepare(&chain->delay, &p->delay, p->sampleTime);
     slew_prepare(&chain->slew, &p->slew, p->sampleTime);
     chain->saturation = p->saturation;
@@ -62,11 +60,6 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
     lag_reset(&state->lag, x);
     slew_reset(&state->slew, x);
     delay_reset(&state->delay, x);
-}
-
-void chain_copy(const struct chain *chain, struct chain_state *to, const struct chain_state *from)
-{
-    memcpy(to, from, chain->state_size);
 }
 
 /* --- forwards ---------------------------------------------------------------------------------- */

@@ -71,7 +71,6 @@ enum chain_effect {
 struct chain {
     unsigned effects; /* that are on, between voltage and displacement (enum chain_effect, or-ed) */
     unsigned reading; /* that are on, between displacement and measured */
-    size_t state_size; /* the first bytes of a state, those in use */
     struct it2 core;
     struct it2_range displacement; /* where the core is invertible */
     struct delay delay;
@@ -125,8 +124,15 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *parameter
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 
-/* Copies what is in use. */
-void chain_copy(const struct chain *chain, struct chain_state *to, const struct chain_state *from);
+/* Copies what is in use: without effects the core's state only. */
+static inline void chain_copy(const struct chain *chain, struct chain_state *to,
+                              const struct chain_state *from)
+{
+    if (chain->effects)
+        *to = *from;
+    else
+        to->core = from->core;
+}
 
 double chain_step(const struct chain *chain, struct chain_state *state, double voltage,
                   const struct chain_surroundings *around);

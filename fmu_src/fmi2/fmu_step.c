@@ -153,7 +153,8 @@ fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
     now->values.output = output;
     now->next_tick = this_step.end_tick;
     now->time = time + step;
-    memcpy(&now->last_step, &this_step, offsetof(struct fmu_step, chain) + fmu->chain.state_size);
+    memcpy(&now->last_step, &this_step, offsetof(struct fmu_step, chain));
+    chain_copy(&fmu->chain, &now->last_step.chain, &this_step.chain);
     const fmi2Status status = warn(fmu, findings, now->time);
     now->last_status = (int)status;
     return status;
