@@ -249,7 +249,7 @@ def test_initial_outputs_depend_on_what_the_xml_says(models):
     with Instance(unpacked) as instance:
         instance.fmu.setupExperiment()
         limits = {"saturation.minimum", "saturation.maximum"}
-        instance.assign({"initialDisplacement": 3e-6, "resonance.damping": 0.1})
+        instance.assign({"initialDisplacement": 3e-6, "resonance.damping": 0.1, "hum.frequency": 50.0})
         instance.assign({"saturation.minimum": -100.0, "saturation.maximum": 200.0})
         instance.fmu.enterInitializationMode()
         before = instance.get("voltage")
