@@ -58,6 +58,8 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
         return;
     const double x = play_reset(&chain->play, &state->play, it2_solve(&chain->core, y, y));
     lag_reset(&state->lag, x);
+    it2_reset(&state->reached.core, y);
+    lag_reset(&state->reached.lag, x);
     slew_reset(&state->slew, x);
     delay_reset(&state->delay, x);
 }
@@ -92,14 +94,6 @@ static double from_core(const struct chain *chain, struct chain_state *state, do
     return y;
 }
 
-static double step_behind_delay(const struct chain *chain, struct chain_state *state, double voltage,
-                                const struct chain_surroundings *around)
-{
-    const double x = to_core(chain, state, voltage);
-
-    return from_core(chain, state, it2_step(&chain->core, &state->core, x), around);
-}
-
 double chain_step(const struct chain *chain, struct chain_state *state, double voltage,
                   const struct chain_surroundings *around)
 {
@@ -107,7 +101,8 @@ double chain_step(const struct chain *chain, struct chain_state *state, double v
         return it2_step(&chain->core, &state->core, voltage);
     if (chain->effects & CHAIN_DELAY)
         voltage = delay_step(&chain->delay, &state->delay, voltage);
-    return step_behind_delay(chain, state, voltage, around);
+    const double x = to_core(chain, state, voltage);
+    return from_core(chain, state, it2_step(&chain->core, &state->core, x), around);
 }
 
 double chain_measure(const struct chain *chain, double displacement, double time)
@@ -123,39 +118,19 @@ double chain_measure(const struct chain *chain, double displacement, double time
 
 /* --- backwards --------------------------------------------------------------------------------- */
 
-/* The inverse's tick is about the plant at the time when the voltage arrives. */
-static struct chain_surroundings at_arrival(const struct chain *chain,
-                                            const struct chain_surroundings *around)
+/* What the core has to reach. Drift is that of the time when the voltage arrives. */
+static double core_target(const struct chain *chain, struct chain_state *state, double y,
+                          const struct chain_surroundings *around)
 {
-    struct chain_surroundings later = *around;
-
-    later.time += chain->delay.time;
-    return later;
-}
-
-double chain_core_target(const struct chain *chain, struct chain_state *state, double displacement,
-                         const struct chain_surroundings *around)
-{
-    double y = displacement;
-
     if (chain->effects & CHAIN_DRIFT)
-        y = drift_inverse(&chain->drift, y, around->temperature, at_arrival(chain, around).time);
+        y = drift_inverse(&chain->drift, y, around->temperature, around->time + chain->delay.time);
     if (chain->effects & CHAIN_RESONANCE)
         y = resonance_inverse(&chain->resonance, &state->resonance, y);
     if (chain->effects & CHAIN_CREEP)
-        y = creep_inverse(&chain->creep, &state->creep, y);
+        y = creep_solve(&chain->creep, &state->creep, y);
     if (chain->effects & CHAIN_LOAD)
         y = load_inverse(&chain->load, y, around->force);
     return y;
-}
-
-static double back_to_amplifier(const struct chain *chain, struct chain_state *state, double x)
-{
-    if (chain->effects & CHAIN_PLAY)
-        x = play_inverse(&chain->play, &state->play, x);
-    if (chain->effects & CHAIN_LAG)
-        x = lag_inverse(&chain->lag, &state->lag, x);
-    return x;
 }
 
 /* The nearest voltage that the amplifier can give. */
@@ -173,29 +148,53 @@ static double within_reach(const struct chain *chain, double displacement)
     return fmin(fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
 }
 
+/* The plant's way with the voltage given: advances what remembers for long. `x` and `aim` are what is
+ * aimed at before and behind the core. */
+static void follow_plant(const struct chain *chain, struct chain_state *state, double voltage, double x,
+                         double aim, const struct chain_surroundings *around)
+{
+    const bool limited = chain->effects & (CHAIN_SLEW | CHAIN_SATURATION);
+
+    if (chain->effects & CHAIN_SATURATION) /* it may rest beyond its limits */
+        voltage = saturation_step(&chain->saturation, voltage);
+    if (limited)
+        x = chain->effects & CHAIN_LAG ? lag_step(&chain->lag, &state->reached.lag, voltage) : voltage;
+    if (chain->effects & CHAIN_PLAY)
+        x = play_step(&chain->play, &state->play, x);
+    if (limited)
+        aim = it2_step(&chain->core, &state->reached.core, x);
+    if (chain->effects & CHAIN_LOAD)
+        aim = load_step(&chain->load, aim, around->force);
+    if (chain->effects & CHAIN_CREEP)
+        creep_step(&chain->creep, &state->creep, aim);
+}
+
+static double inverse_with_effects(const struct chain *chain, struct chain_state *state,
+                                   double displacement, const struct chain_surroundings *around,
+                                   unsigned *limits)
+{
+    const double target = core_target(chain, state, displacement, around);
+    const double aim = within_reach(chain, target);
+    double x = it2_inverse(&chain->core, &state->core, aim);
+
+    if (chain->effects & CHAIN_PLAY)
+        x = play_solve(&chain->play, &state->play, x);
+    const double wanted = chain->effects & CHAIN_LAG ? lag_inverse(&chain->lag, &state->lag, x) : x;
+    const double voltage = within_limits(chain, state, wanted);
+    *limits = (aim != target ? CHAIN_CORE_RANGE : 0u) |
+              (fabs(voltage - wanted) <= NEGLIGIBLE ? 0u : CHAIN_AMPLIFIER);
+    follow_plant(chain, state, voltage, x, aim, around);
+    return voltage;
+}
+
 double chain_inverse(const struct chain *chain, struct chain_state *state, double displacement,
                      const struct chain_surroundings *around, unsigned *limits)
 {
-    if (!chain->effects) {
-        const double aim = within_reach(chain, displacement);
-        *limits = aim != displacement ? CHAIN_CORE_RANGE : 0u;
-        return it2_inverse(&chain->core, &state->core, aim);
-    }
-    const struct chain_state before = *state;
-    const double target = chain_core_target(chain, state, displacement, around);
-    const double aim = within_reach(chain, target);
-    const double wanted =
-        back_to_amplifier(chain, state, it2_inverse(&chain->core, &state->core, aim));
-    const double voltage = within_limits(chain, state, wanted);
-    *limits = aim != target ? CHAIN_CORE_RANGE : 0u;
-    if (!(fabs(voltage - wanted) <= NEGLIGIBLE))
-        *limits |= CHAIN_AMPLIFIER;
-    if (aim != target || voltage != wanted) {
-        const struct chain_surroundings then = at_arrival(chain, around);
-        *state = before;
-        step_behind_delay(chain, state, voltage, &then);
-    }
-    return voltage;
+    if (chain->effects)
+        return inverse_with_effects(chain, state, displacement, around, limits);
+    const double aim = within_reach(chain, displacement);
+    *limits = aim != displacement ? CHAIN_CORE_RANGE : 0u;
+    return it2_inverse(&chain->core, &state->core, aim);
 }
 
 double chain_equilibrium(const struct chain *chain, const struct chain_state *state)

@@ -9,9 +9,11 @@
  * value that can be copied. Nothing is allocated and nothing is global.
  *
  * Delay, slew limit and saturation lose information, and the core is invertible within its range only.
- * Where one of them cuts off what a reference asks for, the inverse gives the nearest voltage and then
- * walks the plant's stages forwards with it: its state is what the plant really reaches, so that
- * nothing winds up. */
+ * Where they cut off what a reference asks for, the inverse gives the nearest voltage. What remembers
+ * for long is then kept on what the plant really reaches: the amplifier's voltage, the play operators
+ * and creep. The inverses of core, lag and resonance remember one or two ticks, and of those what was
+ * aimed at: the plant comes back to it by its own contraction. (To take the plant back in one tick from
+ * what it reached would make a limit cycle of lag, core and slew limit.) So nothing winds up. */
 #ifndef IT2HYS_CHAIN_H
 #define IT2HYS_CHAIN_H
 
@@ -95,6 +97,10 @@ struct chain_state {
     struct play_state play;
     struct creep_state creep;
     struct delay_state delay;
+    struct { /* by the plant, in the inverse; its other states are what it aimed at */
+        struct it2_state core;
+        struct lag_state lag;
+    } reached;
 };
 
 /* What acts on the chain beside its input. */
@@ -144,10 +150,6 @@ double chain_measure(const struct chain *chain, double displacement, double time
  * chain_limit, or-ed; otherwise 0), and the voltage is the nearest that can be given. */
 double chain_inverse(const struct chain *chain, struct chain_state *state, double displacement,
                      const struct chain_surroundings *around, unsigned *limits);
-
-/* The inverse's first part: what the core has to reach; advances the stages behind it. */
-double chain_core_target(const struct chain *chain, struct chain_state *state, double displacement,
-                         const struct chain_surroundings *around);
 
 /* Directional derivatives of chain_step and chain_inverse at `state`, before either advances it:
  * from derivatives of state, input and surroundings to those of the next state and the output. */

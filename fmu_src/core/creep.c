@@ -62,11 +62,17 @@ double creep_step(const struct creep *stage, struct creep_state *state, double x
     return y;
 }
 
-double creep_inverse(const struct creep *stage, struct creep_state *state, double y)
+double creep_solve(const struct creep *stage, const struct creep_state *state, double y)
 {
     for (int i = 0; i < stage->count; i++)
         y -= stage->gain[i] * (state->s[i] - stage->rate[i] * state->s[i]);
-    const double x = y / stage->slope;
+    return y / stage->slope;
+}
+
+double creep_inverse(const struct creep *stage, struct creep_state *state, double y)
+{
+    const double x = creep_solve(stage, state, y);
+
     creep_step(stage, state, x);
     return x;
 }

@@ -35,6 +35,9 @@ double creep_reset(const struct creep *stage, struct creep_state *state, double 
 double creep_step(const struct creep *stage, struct creep_state *state, double x);
 double creep_inverse(const struct creep *stage, struct creep_state *state, double y);
 
+/* The input that gives y; the state stays. */
+double creep_solve(const struct creep *stage, const struct creep_state *state, double y);
+
 /* Derivative of the input x that creep_reset returns, in the direction of `d` and d_y. */
 double creep_reset_tangent(const struct creep *stage, double x, const struct creep_element *d,
                            double d_y);

@@ -8,7 +8,7 @@
  *     <effect>_inverse    output to input; advances the state to what step would have left
  * A linear stage (delay, lag, load, creep, resonance) is its own directional derivative: step and
  * inverse of the derivatives of state and input give those of next state and output. The others have
- *     <effect>_step_tangent, <effect>_inverse_tangent. */
+ *     <effect>_step_tangent, and a tangent of the inverse where that is another function. */
 #ifndef IT2HYS_EFFECT_H
 #define IT2HYS_EFFECT_H
 

@@ -103,10 +103,9 @@ double play_step_tangent(const struct play *stage, const struct play_state *stat
     return d_h;
 }
 
-double play_inverse_tangent(const struct play *stage, const struct play_state *state, double h,
-                            struct play_state *d_state, double d_h)
+double play_solve_tangent(const struct play *stage, const struct play_state *state, double x,
+                          const struct play_state *d_state, double d_h)
 {
-    const double x = play_solve(stage, state, h);
     double slope = 1.0;
 
     for (int j = 0; j < stage->count; j++) {
@@ -115,9 +114,7 @@ double play_inverse_tangent(const struct play *stage, const struct play_state *s
         else
             d_h -= stage->element[j].weight * d_state->p[j];
     }
-    const double d_x = d_h / slope;
-    play_step_tangent(stage, state, x, d_state, d_x);
-    return d_x;
+    return d_h / slope;
 }
 
 double play_reset_tangent(const struct play *stage, double h, const struct play_element *d, double d_h)

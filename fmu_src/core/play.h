@@ -38,8 +38,10 @@ double play_solve(const struct play *stage, const struct play_state *state, doub
 
 double play_step_tangent(const struct play *stage, const struct play_state *state, double x,
                          struct play_state *d_state, double d_x);
-double play_inverse_tangent(const struct play *stage, const struct play_state *state, double h,
-                            struct play_state *d_state, double d_h);
+
+/* Derivative of play_solve where it returns x. */
+double play_solve_tangent(const struct play *stage, const struct play_state *state, double x,
+                          const struct play_state *d_state, double d_h);
 
 /* Derivative of the input that play_reset returns, in the direction of `d` and d_h. */
 double play_reset_tangent(const struct play *stage, double h, const struct play_element *d, double d_h);

@@ -109,11 +109,11 @@ def test_a_saved_state_goes_on_bit_for_bit(case):
 
             go_on(0)
             state = instance.fmu.getFMUState()
-            saved = instance.fmu.serializeFMUState(state)
+            saved = instance.fmu.serializeFMUstate(state)
             first = go_on(40)
             instance.fmu.setFMUState(state)
             assert go_on(40) == first
-            instance.fmu.setFMUState(instance.fmu.deSerializeFMUState(saved))
+            instance.fmu.setFMUState(instance.fmu.deSerializeFMUstate(saved))
             assert go_on(40) == first
             instance.fmu.freeFMUState(state)
 
