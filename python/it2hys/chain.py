@@ -128,9 +128,7 @@ class Chain:
 
     def _rules(self, values: dict[str, Scalar]) -> ca.SX:
         rows = range(1, int(values["ruleCount"]) + 1)
-        return ca.vertcat(
-            *(ca.horzcat(*(values[f"rule[{i}].{f}"] for f in RULE_FIELDS)) for i in rows)
-        )
+        return ca.vertcat(*(ca.horzcat(*(values[f"rule[{i}].{f}"] for f in RULE_FIELDS)) for i in rows))
 
     def _step(
         self, values: dict[str, Scalar], state: ca.SX, inputs: list[ca.SX]

@@ -63,7 +63,9 @@ def table_header(table: Table) -> str:
         low, high = (v.type.min or 0, v.type.max or 0)
         count = "0, 0"
         if v.group:
-            count = f"offsetof(struct fmu_values, parameter.{table.counts[v.group]['variable']}), {v.index}"
+            count = (
+                f"offsetof(struct fmu_values, parameter.{table.counts[v.group]['variable']}), {v.index}"
+            )
         rows.append(
             f'    {{ "{v.name}", {BASES[v.type.base]}, FMU_{v.causality.upper()}, {models}, '
             f"offsetof(struct fmu_values, {c_path(v)}), {low!r}, {high!r}, {count} }},"

@@ -193,9 +193,7 @@ def _places() -> dict[str, tuple[int, bool]]:
     library, places = _library(), {}
     name, integer = ctypes.c_char_p(), ctypes.c_int()
     while True:
-        offset = library.it2core_chain_parameter(
-            len(places), ctypes.byref(name), ctypes.byref(integer)
-        )
+        offset = library.it2core_chain_parameter(len(places), ctypes.byref(name), ctypes.byref(integer))
         if not name.value:
             return places
         places[name.value.decode()] = (offset, bool(integer.value))

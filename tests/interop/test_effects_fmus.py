@@ -45,7 +45,9 @@ def test_both_fmus_are_the_c_chain_to_the_last_bit(case):
     voltage, (force, temperature) = signals(SAMPLES, -5.0, 115.0), surroundings(SAMPLES)
     around = {"force": force, "temperature": temperature}
     for first in (0, 12345):
-        plant = run(models["plant"], ("displacement", "measured"), {"voltage": voltage, **around}, first)
+        plant = run(
+            models["plant"], ("displacement", "measured"), {"voltage": voltage, **around}, first
+        )
         displacement, measured = core.chain_free_run(parameters, voltage, force, temperature, first)
         assert plant["displacement"].tobytes() == displacement.tobytes()
         assert plant["measured"].tobytes() == measured.tobytes()
