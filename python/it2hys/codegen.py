@@ -1,7 +1,8 @@
 """C headers generated from the variable table and a parameter set.
 
 `fmu_table.h` is the table itself, `fmu_table_hash.h` what the GUIDs begin with, `fmu_start.h` a
-parameter set compiled in, `chain_table.h` the places of the parameters for Python. The CMake build and the packager write them.
+parameter set compiled in, `chain_table.h` the places of the parameters for Python. The CMake build
+and the packager write them.
 """
 
 import sys
