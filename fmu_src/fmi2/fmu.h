@@ -104,14 +104,18 @@ enum fmu_phase {
     FMU_ANY_PHASE = 15
 };
 
-/* The last doStep as it began: directional derivatives repeat it. The chain's state comes last, so that
- * only what is in use of it need be copied. */
-struct fmu_step {
+/* The ticks of a doStep and their inputs; no padding, because it is serialized. */
+struct fmu_span {
     double start;
     int64_t first_tick;
     int64_t end_tick;
     struct fmu_inputs input;
     struct fmu_inputs slope;
+};
+
+/* The last doStep as it began: directional derivatives repeat it. */
+struct fmu_step {
+    struct fmu_span span;
     struct chain_state chain;
 };
 
