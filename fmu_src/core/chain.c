@@ -94,18 +94,16 @@ static double from_core(const struct chain *chain, struct chain_state *state, do
     return y;
 }
 
-double chain_step(const struct chain *chain, struct chain_state *state, double voltage,
-                  const struct chain_surroundings *around)
+double chain_step_effects(const struct chain *chain, struct chain_state *state, double voltage,
+                          const struct chain_surroundings *around)
 {
-    if (!chain->effects)
-        return it2_step(&chain->core, &state->core, voltage);
     if (chain->effects & CHAIN_DELAY)
         voltage = delay_step(&chain->delay, &state->delay, voltage);
     const double x = to_core(chain, state, voltage);
     return from_core(chain, state, it2_step(&chain->core, &state->core, x), around);
 }
 
-double chain_measure(const struct chain *chain, double displacement, double time)
+double chain_measure_effects(const struct chain *chain, double displacement, double time)
 {
     double reading = displacement;
 

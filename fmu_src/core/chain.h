@@ -140,11 +140,22 @@ static inline void chain_copy(const struct chain *chain, struct chain_state *to,
         to->core = from->core;
 }
 
-double chain_step(const struct chain *chain, struct chain_state *state, double voltage,
-                  const struct chain_surroundings *around);
+/* Without effects, one branch is all that the chain adds to the core. */
+double chain_step_effects(const struct chain *chain, struct chain_state *state, double voltage,
+                          const struct chain_surroundings *around);
+static inline double chain_step(const struct chain *chain, struct chain_state *state, double voltage,
+                                const struct chain_surroundings *around)
+{
+    return chain->effects ? chain_step_effects(chain, state, voltage, around)
+                          : it2_step(&chain->core, &state->core, voltage);
+}
 
 /* What the sensor reads of the displacement. */
-double chain_measure(const struct chain *chain, double displacement, double time);
+double chain_measure_effects(const struct chain *chain, double displacement, double time);
+static inline double chain_measure(const struct chain *chain, double displacement, double time)
+{
+    return chain->reading ? chain_measure_effects(chain, displacement, time) : displacement;
+}
 
 /* Voltage that takes the plant to `displacement`. Where that cannot be, `*limits` says why (enum
  * chain_limit, or-ed; otherwise 0), and the voltage is the nearest that can be given. */
