@@ -15,10 +15,14 @@ void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count)
     }
 }
 
-/* exp of a difference of scaled exponents, finite however narrow the rule is. */
-static double relative(double exponent, double largest)
+/* exp of the differences of both scaled exponents to the largest, finite however narrow the rule is. */
+static void relative(const double exponent[2], double square, double largest, double result[2])
 {
-    return exp_scaled(fmax(exponent, -DBL_MAX) - largest);
+    double difference[2];
+
+    for (int i = 0; i < 2; i++)
+        difference[i] = fmax(square * exponent[i], -DBL_MAX) - largest;
+    exp_scaled_pair(difference, result);
 }
 
 void it2_memberships_far(const struct it2 *stage, double y_previous, struct it2_memberships *m)
@@ -33,8 +37,10 @@ void it2_memberships_far(const struct it2 *stage, double y_previous, struct it2_
     }
     m->sum = 0.0;
     for (int l = 0; l < stage->rules; l++) {
-        m->lower[l] = relative(square[l] * stage->exponent[l][0], largest);
-        m->upper[l] = relative(square[l] * stage->exponent[l][1], largest);
+        double membership[2];
+        relative(stage->exponent[l], square[l], largest, membership);
+        m->lower[l] = membership[0];
+        m->upper[l] = membership[1];
         m->weight[l] = m->lower[l] + m->upper[l];
         m->sum += m->weight[l];
     }

@@ -27,6 +27,7 @@ struct fmu_inputs {
     double reference;
     double force;
     double temperature;
+    double time; /* of the tick; not a variable */
 };
 
 struct fmu_outputs {
@@ -55,11 +56,18 @@ struct fmu_variable {
     size_t offset;   /* in struct fmu_values */
     double minimum;
     double maximum;
+    size_t count; /* of an element's group: offset of the parameter that says how many are in use */
+    int index;    /* of an element in its group, from 1; 0 outside any group */
 };
 
 /* --- models ------------------------------------------------------------------------------------ */
 
-enum fmu_finding { FMU_VOLTAGE_RANGE = 1, FMU_DISPLACEMENT_RANGE = 2, FMU_OUT_OF_REACH = 4 };
+enum fmu_finding {
+    FMU_VOLTAGE_RANGE = 1,
+    FMU_DISPLACEMENT_RANGE = 2,
+    FMU_OUT_OF_REACH = 4,
+    FMU_AMPLIFIER_LIMIT = 8
+};
 
 /* What distinguishes one FMU from the other. `tick` returns findings (enum fmu_finding, or-ed) that
  * are worth a warning; tangents are directional derivatives. */
@@ -80,6 +88,11 @@ struct fmu_model {
                                        struct fmu_outputs *d_outputs);
 };
 
+static inline struct chain_surroundings fmu_surroundings(const struct fmu_inputs *inputs)
+{
+    return (struct chain_surroundings){ inputs->force, inputs->temperature, inputs->time };
+}
+
 /* --- instances --------------------------------------------------------------------------------- */
 
 /* Bits, so that a function can name all phases in which it may be called. */
@@ -91,14 +104,19 @@ enum fmu_phase {
     FMU_ANY_PHASE = 15
 };
 
-/* The last doStep as it began: directional derivatives repeat it. */
-struct fmu_step {
+/* The ticks of a doStep and their inputs; no padding, because it is serialized. */
+struct fmu_span {
     double start;
     int64_t first_tick;
     int64_t end_tick;
-    struct chain_state chain;
     struct fmu_inputs input;
     struct fmu_inputs slope;
+};
+
+/* The last doStep as it began: directional derivatives repeat it. */
+struct fmu_step {
+    struct fmu_span span;
+    struct chain_state chain;
 };
 
 /* All that an FMU state holds: a plain value without pointers. */

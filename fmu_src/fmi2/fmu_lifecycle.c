@@ -112,7 +112,7 @@ fmi2Status fmu_start_outputs(struct fmu *fmu, const char *function)
         !chain_check(parameters, message, sizeof message))
         return fmu_say(fmu, fmi2Error, "%s: %s.", function, message);
     chain_prepare(&fmu->chain, parameters);
-    chain_reset(&state, parameters);
+    chain_reset(&fmu->chain, &state, parameters);
     fmu->model->start(&fmu->chain, &state, parameters, &output);
     if (!fmu_outputs_finite(&output)) /* it may lie outside the range that was checked */
         return fmu_say(fmu, fmi2Error, "%s: at initialDisplacement, %g m, the output is no finite "

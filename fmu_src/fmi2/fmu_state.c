@@ -121,7 +121,7 @@ static bool doubles_finite(const void *first, size_t size)
 static bool ticks_plausible(const struct fmu_snapshot *s)
 {
     const double sample_time = s->values.parameter.sampleTime;
-    const struct fmu_step *last = &s->last_step;
+    const struct fmu_span *last = &s->last_step.span;
     const int64_t due = fmu_first_tick(s->time, sample_time);
     const int64_t last_due = fmu_first_tick(last->start, sample_time);
 
@@ -142,7 +142,7 @@ static bool plausible(const struct fmu_snapshot *s)
     char message[512];
 
     if (!one_phase || !isfinite(s->time) || !isfinite(s->stop_time) ||
-        s->last_step.end_tick < s->last_step.first_tick || s->last_status < 0 ||
+        s->last_step.span.end_tick < s->last_step.span.first_tick || s->last_status < 0 ||
         s->last_status > fmi2Discard)
         return false;
     if (!doubles_finite(&s->values.input, sizeof s->values.input) ||

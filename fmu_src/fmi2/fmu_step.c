@@ -30,7 +30,7 @@ int64_t fmu_first_tick(double time, double sample_time)
     return whole + (due > (double)whole);
 }
 
-static struct fmu_inputs inputs_at(const struct fmu_step *step, double time)
+static struct fmu_inputs inputs_at(const struct fmu_span *step, double time)
 {
     struct fmu_inputs input = step->input;
     const double elapsed = time - step->start;
@@ -39,6 +39,7 @@ static struct fmu_inputs inputs_at(const struct fmu_step *step, double time)
     input.reference += step->slope.reference * elapsed;
     input.force += step->slope.force * elapsed;
     input.temperature += step->slope.temperature * elapsed;
+    input.time = time;
     return input;
 }
 
@@ -49,7 +50,7 @@ static bool is_zero(const struct fmu_inputs *slope)
 }
 
 /* Runs a step's ticks from `state`; returns findings. */
-static unsigned run(const struct fmu *fmu, const struct fmu_step *step, struct chain_state *state,
+static unsigned run(const struct fmu *fmu, const struct fmu_span *step, struct chain_state *state,
                     struct fmu_outputs *output)
 {
     const struct chain_parameters *parameters = &fmu->now.values.parameter;
@@ -58,8 +59,10 @@ static unsigned run(const struct fmu *fmu, const struct fmu_step *step, struct c
     unsigned findings = 0;
 
     for (int64_t tick = step->first_tick; tick < step->end_tick; tick++) {
+        const double time = (double)tick * parameters->sampleTime;
         if (!held)
-            input = inputs_at(step, (double)tick * parameters->sampleTime);
+            input = inputs_at(step, time);
+        input.time = time;
         findings |= fmu->model->tick(&fmu->chain, state, parameters, &input, output);
     }
     return findings;
@@ -83,6 +86,9 @@ static fmi2Status warn(struct fmu *fmu, unsigned findings, double time)
                                   "in which the model is contracting" },
         { FMU_OUT_OF_REACH, "the reference left displacementMin..displacementMax; the nearest "
                             "displacement within is aimed at (saturated is true)" },
+        { FMU_AMPLIFIER_LIMIT, "the reference asks for more than slew.rate or saturation.minimum.."
+                               "saturation.maximum let through; the nearest voltage is given "
+                               "(saturated is true)" },
     };
     const unsigned fresh = findings & ~fmu->now.warned;
 
@@ -122,25 +128,25 @@ static bool step_possible(const struct fmu *fmu, double time, double step)
 
 fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
 {
-    struct fmu_step this_step;
     struct chain_state state;
     struct fmu_outputs output;
 
     if (!fmu_may(fmu, "fmi2DoStep", FMU_STEP_COMPLETE) || !step_possible(fmu, time, step))
         return fmi2Error;
     struct fmu_snapshot *now = &fmu->now;
-    memset(&this_step, 0, sizeof this_step); /* serialized: no stray bytes in the padding */
-    this_step.start = time;
-    this_step.first_tick = now->next_tick;
-    this_step.end_tick = fmu_first_tick(time + step, now->values.parameter.sampleTime);
-    if (this_step.end_tick < this_step.first_tick)
-        this_step.end_tick = this_step.first_tick;
-    this_step.chain = state = now->chain;
-    this_step.input = now->values.input;
-    this_step.slope = now->slope;
+    struct fmu_span span = {
+        .start = time,
+        .first_tick = now->next_tick,
+        .end_tick = fmu_first_tick(time + step, now->values.parameter.sampleTime),
+        .input = now->values.input,
+        .slope = now->slope,
+    };
+    if (span.end_tick < span.first_tick)
+        span.end_tick = span.first_tick;
+    chain_copy(&fmu->chain, &state, &now->chain);
     output = now->values.output;
 
-    const unsigned findings = run(fmu, &this_step, &state, &output);
+    const unsigned findings = run(fmu, &span, &state, &output);
     if (!fmu_outputs_finite(&output)) {
         now->last_status = fmi2Discard;
         return fmu_say(fmu, fmi2Discard, "fmi2DoStep: the %s is no longer finite between %g s and %g s; "
@@ -148,11 +154,12 @@ fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
                        fmu->model->kind == FMU_PLANT ? "displacement" : "voltage", time, time + step,
                        time);
     }
-    now->chain = state;
+    chain_copy(&fmu->chain, &now->last_step.chain, &now->chain);
+    now->last_step.span = span;
+    chain_copy(&fmu->chain, &now->chain, &state);
     now->values.output = output;
-    now->next_tick = this_step.end_tick;
+    now->next_tick = span.end_tick;
     now->time = time + step;
-    memcpy(&now->last_step, &this_step, sizeof this_step);
     const fmi2Status status = warn(fmu, findings, now->time);
     now->last_status = (int)status;
     return status;
@@ -181,9 +188,9 @@ static bool collect_seeds(const struct fmu *fmu, const fmi2ValueReference knowns
 static void last_step_tangent(const struct fmu *fmu, const struct fmu_inputs *d_input,
                               struct fmu_outputs *d_output)
 {
-    const struct fmu_step *step = &fmu->now.last_step;
+    const struct fmu_span *step = &fmu->now.last_step.span;
     const struct chain_parameters *parameters = &fmu->now.values.parameter;
-    struct chain_state state = step->chain;
+    struct chain_state state = fmu->now.last_step.chain;
     struct chain_state d_state = { 0 };
     struct fmu_outputs output;
 

@@ -35,13 +35,10 @@ static void *at(struct fmu_values *values, const struct fmu_variable *variable)
     return (char *)values + variable->offset;
 }
 
-/* Rules beyond the count are in the table but not in use. */
-static bool in_use(const struct fmu_variable *variable, const struct chain_parameters *parameters)
+/* Elements of a group beyond its count are in the table but not in use. */
+static bool in_use(const struct fmu_variable *variable, const struct fmu_values *values)
 {
-    const size_t end = offsetof(struct fmu_values, parameter.rule) +
-                       (size_t)parameters->ruleCount * sizeof(struct it2_rule);
-
-    return variable->offset < offsetof(struct fmu_values, parameter.rule) || variable->offset < end;
+    return variable->index == 0 || variable->index <= *(const int *)((const char *)values + variable->count);
 }
 
 bool fmu_within_bounds(const struct chain_parameters *parameters, char *message, size_t size)
@@ -50,7 +47,7 @@ bool fmu_within_bounds(const struct chain_parameters *parameters, char *message,
 
     for (int i = 0; i < VARIABLE_COUNT; i++) {
         const struct fmu_variable *v = &FMU_TABLE[i];
-        if (v->causality != FMU_PARAMETER || !in_use(v, parameters))
+        if (v->causality != FMU_PARAMETER || !in_use(v, &values))
             continue;
         const double value = v->base == FMU_REAL ? *(double *)at(&values, v) : *(int *)at(&values, v);
         if (!(value >= v->minimum && value <= v->maximum)) {

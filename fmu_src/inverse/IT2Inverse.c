@@ -25,13 +25,16 @@ static unsigned inverse_tick(const struct chain *chain, struct chain_state *stat
                              const struct chain_parameters *parameters,
                              const struct fmu_inputs *inputs, struct fmu_outputs *outputs)
 {
-    bool saturated;
+    const struct chain_surroundings around = fmu_surroundings(inputs);
+    unsigned limits;
     unsigned findings = 0;
 
-    outputs->voltage = chain_inverse(chain, state, inputs->reference, &saturated);
-    outputs->saturated = saturated;
-    if (saturated)
+    outputs->voltage = chain_inverse(chain, state, inputs->reference, &around, &limits);
+    outputs->saturated = limits != 0;
+    if (limits & CHAIN_CORE_RANGE)
         findings |= FMU_OUT_OF_REACH;
+    if (limits & CHAIN_AMPLIFIER)
+        findings |= FMU_AMPLIFIER_LIMIT;
     if (!(outputs->voltage >= parameters->voltageMin && outputs->voltage <= parameters->voltageMax))
         findings |= FMU_VOLTAGE_RANGE;
     return findings;
@@ -44,8 +47,10 @@ static struct chain_state inverse_tick_tangent(const struct chain *chain,
                                                const struct fmu_inputs *d_inputs,
                                                struct fmu_outputs *d_outputs)
 {
-    const struct chain_point d =
-        chain_inverse_tangent(chain, state, inputs->reference, d_state, d_inputs->reference);
+    const struct chain_surroundings around = fmu_surroundings(inputs);
+    const struct chain_surroundings d_around = fmu_surroundings(d_inputs);
+    const struct chain_point d = chain_inverse_tangent(chain, state, inputs->reference, &around, d_state,
+                                                       d_inputs->reference, &d_around);
 
     d_outputs->voltage = d.output;
     return d.state;

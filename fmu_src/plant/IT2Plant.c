@@ -2,17 +2,13 @@
 #include "fmu.h"
 #include "fmu_table_hash.h"
 
-static void plant_outputs(double displacement, struct fmu_outputs *outputs)
-{
-    outputs->displacement = displacement;
-    outputs->measured = displacement;
-}
-
+/* Before the first tick the reading is taken as the displacement: hum begins with the ticks. */
 static void plant_start(const struct chain *chain, const struct chain_state *state,
                         const struct chain_parameters *parameters, struct fmu_outputs *outputs)
 {
     (void)chain, (void)state;
-    plant_outputs(parameters->initialDisplacement, outputs);
+    outputs->displacement = parameters->initialDisplacement;
+    outputs->measured = parameters->initialDisplacement;
 }
 
 static void plant_start_tangent(const struct chain *chain, const struct chain_state *state,
@@ -29,13 +25,15 @@ static unsigned plant_tick(const struct chain *chain, struct chain_state *state,
                            struct fmu_outputs *outputs)
 {
     const double voltage = inputs->voltage;
-    const double displacement = chain_step(chain, state, voltage);
+    const struct chain_surroundings around = fmu_surroundings(inputs);
+    const double displacement = chain_step(chain, state, voltage, &around);
     unsigned findings = 0;
 
-    plant_outputs(displacement, outputs);
+    outputs->displacement = displacement;
+    outputs->measured = chain_measure(chain, displacement, inputs->time);
     if (!(voltage >= parameters->voltageMin && voltage <= parameters->voltageMax))
         findings |= FMU_VOLTAGE_RANGE;
-    if (!(displacement >= parameters->displacementMin && displacement <= parameters->displacementMax))
+    if (!(state->core.y >= parameters->displacementMin && state->core.y <= parameters->displacementMax))
         findings |= FMU_DISPLACEMENT_RANGE;
     return findings;
 }
@@ -46,10 +44,16 @@ static struct chain_state plant_tick_tangent(const struct chain *chain, const st
                                              const struct fmu_inputs *d_inputs,
                                              struct fmu_outputs *d_outputs)
 {
-    const struct chain_point d =
-        chain_step_tangent(chain, state, inputs->voltage, d_state, d_inputs->voltage);
+    const struct chain_surroundings around = fmu_surroundings(inputs);
+    const struct chain_surroundings d_around = fmu_surroundings(d_inputs);
+    const struct chain_point d = chain_step_tangent(chain, state, inputs->voltage, &around, d_state,
+                                                    d_inputs->voltage, &d_around);
+    struct chain_state copy;
 
-    plant_outputs(d.output, d_outputs);
+    chain_copy(chain, &copy, state);
+    d_outputs->displacement = d.output;
+    d_outputs->measured = chain_measure_tangent(
+        chain, chain_step(chain, &copy, inputs->voltage, &around), d.output);
     return d.state;
 }
 

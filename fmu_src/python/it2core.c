@@ -1,6 +1,11 @@
 /* The core as a shared library for Python (python/it2hys/core.py): plain arrays in and out.
- * `rules` is an array of 6 numbers per rule, in the order of struct it2_rule. */
-#include "../core/it2.h"
+ * `rules` is an array of 6 numbers per rule, in the order of struct it2_rule. `parameters` is a struct
+ * chain_parameters that Python fills by the places that it2core_chain_parameter names. */
+#include <math.h>
+#include <stdint.h>
+
+#include "../core/chain.h"
+#include "chain_table.h"
 
 #if defined _WIN32
 #define EXPORT __declspec(dllexport)
@@ -20,6 +25,16 @@ EXPORT double it2core_contraction(const struct it2_rule *rules, int count, doubl
                                   double maximum);
 EXPORT bool it2core_check(const struct it2_rule *rules, int count, double minimum, double maximum,
                           char *message, size_t size);
+
+EXPORT size_t it2core_chain_size(void);
+EXPORT size_t it2core_chain_parameter(int index, const char **name, int *integer);
+EXPORT bool it2core_chain_check(const void *parameters, char *message, size_t size);
+EXPORT size_t it2core_chain_run(const void *parameters, const double *voltage, const double *force,
+                                const double *temperature, int64_t first_tick, size_t n,
+                                double *displacement, double *measured);
+EXPORT size_t it2core_chain_inverse(const void *parameters, const double *reference,
+                                    const double *force, const double *temperature,
+                                    int64_t first_tick, size_t n, double *voltage, int *limits);
 
 size_t it2core_free_run(const struct it2_rule *rules, int count, const double *x, size_t n,
                         double y_initial, double *y, double *sensitivity)
@@ -73,4 +88,75 @@ bool it2core_check(const struct it2_rule *rules, int count, double minimum, doub
                    char *message, size_t size)
 {
     return it2_check(rules, count, (struct it2_range){ minimum, maximum }, message, size);
+}
+
+size_t it2core_chain_size(void)
+{
+    return sizeof(struct chain_parameters);
+}
+
+/* Offset, name and kind of a parameter by its number; no name (NULL) beyond the last. */
+size_t it2core_chain_parameter(int index, const char **name, int *integer)
+{
+    const bool exists = index >= 0 && index < (int)(sizeof CHAIN_TABLE / sizeof CHAIN_TABLE[0]);
+
+    *name = exists ? CHAIN_TABLE[index].name : NULL;
+    *integer = exists && CHAIN_TABLE[index].integer;
+    return exists ? CHAIN_TABLE[index].offset : 0;
+}
+
+bool it2core_chain_check(const void *parameters, char *message, size_t size)
+{
+    return chain_check(parameters, message, size);
+}
+
+static struct chain_surroundings surroundings(const struct chain_parameters *parameters,
+                                              const double *force, const double *temperature,
+                                              int64_t first_tick, size_t k)
+{
+    const double time = (double)(first_tick + (int64_t)k) * parameters->sampleTime;
+
+    return (struct chain_surroundings){ force[k], temperature[k], time };
+}
+
+/* Return the number of samples computed: less than n if a value is not finite. */
+size_t it2core_chain_run(const void *parameters, const double *voltage, const double *force,
+                         const double *temperature, int64_t first_tick, size_t n, double *displacement,
+                         double *measured)
+{
+    struct chain chain;
+    struct chain_state state;
+
+    chain_prepare(&chain, parameters);
+    chain_reset(&chain, &state, parameters);
+    for (size_t k = 0; k < n; k++) {
+        const struct chain_surroundings around =
+            surroundings(parameters, force, temperature, first_tick, k);
+        displacement[k] = chain_step(&chain, &state, voltage[k], &around);
+        measured[k] = chain_measure(&chain, displacement[k], around.time);
+        if (!isfinite(measured[k]))
+            return k;
+    }
+    return n;
+}
+
+size_t it2core_chain_inverse(const void *parameters, const double *reference, const double *force,
+                             const double *temperature, int64_t first_tick, size_t n, double *voltage,
+                             int *limits)
+{
+    struct chain chain;
+    struct chain_state state;
+    unsigned limit;
+
+    chain_prepare(&chain, parameters);
+    chain_reset(&chain, &state, parameters);
+    for (size_t k = 0; k < n; k++) {
+        const struct chain_surroundings around =
+            surroundings(parameters, force, temperature, first_tick, k);
+        voltage[k] = chain_inverse(&chain, &state, reference[k], &around, &limit);
+        limits[k] = (int)limit;
+        if (!isfinite(voltage[k]))
+            return k;
+    }
+    return n;
 }

@@ -7,6 +7,9 @@ CHECK_MAIN;
 
 enum { SETS = 300, TICKS = 200 };
 
+static const struct chain_surroundings REST = { 0.0, 293.15, 0.0 };
+static const struct chain_surroundings STILL = { 0.0, 0.0, 0.0 };
+
 static int random_set(uint64_t *seed, struct chain_parameters *p)
 {
     *p = (struct chain_parameters){ .sampleTime = 1e-4, .voltageMax = 150.0, .displacementMax = 16.0 };
@@ -27,16 +30,16 @@ static void inverse_then_step(const struct chain *chain, const struct chain_para
                               uint64_t *seed)
 {
     struct chain_state plant, inverse;
-    bool saturated;
+    unsigned saturated;
 
-    chain_reset(&plant, p);
-    chain_reset(&inverse, p);
+    chain_reset(chain, &plant, p);
+    chain_reset(chain, &inverse, p);
     CHECK(plant.core.y == p->initialDisplacement);
     for (int k = 0; k < TICKS; k++) {
         const double reference = random_between(seed, 0.5, 15.5);
-        const double voltage = chain_inverse(chain, &inverse, reference, &saturated);
+        const double voltage = chain_inverse(chain, &inverse, reference, &REST, &saturated);
         CHECK(!saturated);
-        CHECK_CLOSE(chain_step(chain, &plant, voltage), reference, 1e-9);
+        CHECK_CLOSE(chain_step(chain, &plant, voltage, &REST), reference, 1e-9);
         CHECK_CLOSE(plant.core.y, inverse.core.y, 1e-9);
         plant = inverse; /* random references make voltages of thousands of volts: no drift here */
     }
@@ -47,17 +50,17 @@ static void step_then_inverse(const struct chain *chain, const struct chain_para
                               uint64_t *seed)
 {
     struct chain_state plant, inverse;
-    bool saturated;
+    unsigned saturated;
     long within = 0;
 
-    chain_reset(&plant, p);
-    chain_reset(&inverse, p);
+    chain_reset(chain, &plant, p);
+    chain_reset(chain, &inverse, p);
     for (int k = 0; k < TICKS; k++) {
         const double hold = chain_equilibrium(chain, &plant);
         const double voltage =
             hold + random_between(seed, 0.1, 3.0) * (plant.core.y < 8.0 ? 1.0 : -1.0);
-        const double displacement = chain_step(chain, &plant, voltage);
-        const double back = chain_inverse(chain, &inverse, displacement, &saturated);
+        const double displacement = chain_step(chain, &plant, voltage, &REST);
+        const double back = chain_inverse(chain, &inverse, displacement, &REST, &saturated);
         CHECK(!saturated);
         within += !saturated;
         CHECK_NEAR(back, voltage, fmax(1.0, fabs(voltage)), 1e-9);
@@ -89,7 +92,7 @@ static void no_wind_up(void)
     const double beyond[] = { 16.5, 40.0, 1e6, INFINITY, -0.5, -40.0, -INFINITY };
     struct chain_parameters p;
     struct chain chain;
-    bool saturated;
+    unsigned saturated;
 
     table_1(&p);
     chain_prepare(&chain, &p);
@@ -97,14 +100,14 @@ static void no_wind_up(void)
         const double end = beyond[i] > 0.0 ? 16.0 : 0.0;
         struct chain_state pushed = { .core = { 8.0 } }, at_end = pushed;
         for (int k = 0; k < 100; k++) {
-            const double voltage = chain_inverse(&chain, &pushed, beyond[i], &saturated);
+            const double voltage = chain_inverse(&chain, &pushed, beyond[i], &REST, &saturated);
             CHECK(saturated && isfinite(voltage));
-            CHECK(voltage == chain_inverse(&chain, &at_end, end, &saturated));
+            CHECK(voltage == chain_inverse(&chain, &at_end, end, &REST, &saturated));
             CHECK(!saturated); /* the end itself is within reach */
         }
         CHECK(pushed.core.y == end);
-        CHECK(chain_inverse(&chain, &pushed, 7.0, &saturated) ==
-              chain_inverse(&chain, &at_end, 7.0, &saturated));
+        CHECK(chain_inverse(&chain, &pushed, 7.0, &REST, &saturated) ==
+              chain_inverse(&chain, &at_end, 7.0, &REST, &saturated));
         CHECK(!saturated);
     }
 }
@@ -115,15 +118,15 @@ typedef struct chain_point map(const struct chain *, double y, double input);
 static struct chain_point step_map(const struct chain *chain, double y, double input)
 {
     struct chain_point point = { .state = { .core = { y } } };
-    point.output = chain_step(chain, &point.state, input);
+    point.output = chain_step(chain, &point.state, input, &REST);
     return point;
 }
 
 static struct chain_point inverse_map(const struct chain *chain, double y, double input)
 {
     struct chain_point point = { .state = { .core = { y } } };
-    bool saturated;
-    point.output = chain_inverse(chain, &point.state, input, &saturated);
+    unsigned saturated;
+    point.output = chain_inverse(chain, &point.state, input, &REST, &saturated);
     return point;
 }
 
@@ -152,12 +155,12 @@ static void tangents(void)
         const double aim = random_between(&seed, 1.0, 15.0);
         const double d_y = random_between(&seed, -1.0, 1.0), d_input = random_between(&seed, -1.0, 1.0);
         const struct chain_state state = { .core = { y } }, d_state = { .core = { d_y } };
-        tangent(&chain, step_map, chain_step_tangent(&chain, &state, 50.0, d_state, d_input), y, 50.0,
+        tangent(&chain, step_map, chain_step_tangent(&chain, &state, 50.0, &REST, d_state, d_input, &STILL), y, 50.0,
                 d_y, d_input);
-        tangent(&chain, inverse_map, chain_inverse_tangent(&chain, &state, aim, d_state, d_input), y,
+        tangent(&chain, inverse_map, chain_inverse_tangent(&chain, &state, aim, &REST, d_state, d_input, &STILL), y,
                 aim, d_y, d_input);
         /* out of reach the reference no longer matters */
-        tangent(&chain, inverse_map, chain_inverse_tangent(&chain, &state, 17.0, d_state, d_input), y,
+        tangent(&chain, inverse_map, chain_inverse_tangent(&chain, &state, 17.0, &REST, d_state, d_input, &STILL), y,
                 17.0, d_y, d_input);
     }
 }
@@ -168,7 +171,7 @@ static double hold_voltage(const struct chain_parameters *p)
     struct chain_state state;
 
     chain_prepare(&chain, p);
-    chain_reset(&state, p);
+    chain_reset(&chain, &state, p);
     return chain_equilibrium(&chain, &state);
 }
 
@@ -186,9 +189,9 @@ static void equilibrium_tangent(void)
 
     table_1(&p);
     chain_prepare(&chain, &p);
-    chain_reset(&state, &p);
-    CHECK_CLOSE(chain_step(&chain, &state, hold_voltage(&p)), p.initialDisplacement, 1e-13);
-    chain_reset(&state, &p);
+    chain_reset(&chain, &state, &p);
+    CHECK_CLOSE(chain_step(&chain, &state, hold_voltage(&p), &REST), p.initialDisplacement, 1e-13);
+    chain_reset(&chain, &state, &p);
     for (int i = 0; i <= 3 * IT2_RULE_PARAMETERS; i++) {
         struct chain_parameters d = { .sampleTime = 0.0 }, up = p, down = p;
         const double h = 1e-5 * fmax(0.1, fabs(*parameter(&p, i)));

@@ -3,7 +3,7 @@
 
 CHECK_MAIN;
 
-static const fmi2ValueReference UNKNOWN[] = { 111, 1000, 4294967295u };
+static const fmi2ValueReference UNKNOWN[] = { 900, 1000, 4294967295u };
 
 static void unknown_references(const struct fmi2_api *m)
 {

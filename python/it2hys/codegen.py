@@ -1,7 +1,8 @@
 """C headers generated from the variable table and a parameter set.
 
 `fmu_table.h` is the table itself, `fmu_table_hash.h` what the GUIDs begin with, `fmu_start.h` a
-parameter set compiled in. The CMake build and the packager write them.
+parameter set compiled in, `chain_table.h` the places of the parameters for Python. The CMake build
+and the packager write them.
 """
 
 import sys
@@ -44,12 +45,16 @@ def guid(model: str, parameters: ParameterSet) -> str:
     return "{" + "-".join(parts) + "}"
 
 
-def c_path(variable: Variable) -> str:
-    """Return a variable's place in `struct fmu_values`: C indices start at 0."""
-    name = variable.name
+def parameter_path(name: str) -> str:
+    """Return a parameter's place in `struct chain_parameters`: C indices start at 0."""
     if match := INDEXED.fullmatch(name):
-        name = f"{match['group']}[{int(match['index']) - 1}].{match['field']}"
-    return f"{variable.causality}.{name}"
+        return f"{match['group']}[{int(match['index']) - 1}].{match['field']}"
+    return name
+
+
+def c_path(variable: Variable) -> str:
+    """Return a variable's place in `struct fmu_values`."""
+    return f"{variable.causality}.{parameter_path(variable.name)}"
 
 
 def table_header(table: Table) -> str:
@@ -58,9 +63,14 @@ def table_header(table: Table) -> str:
     for v in table.variables:
         models = " | ".join(f"FMU_{model.upper()}" for model in v.models)
         low, high = (v.type.min or 0, v.type.max or 0)
+        count = "0, 0"
+        if v.group:
+            count = (
+                f"offsetof(struct fmu_values, parameter.{table.counts[v.group]['variable']}), {v.index}"
+            )
         rows.append(
             f'    {{ "{v.name}", {BASES[v.type.base]}, FMU_{v.causality.upper()}, {models}, '
-            f"offsetof(struct fmu_values, {c_path(v)}), {low!r}, {high!r} }},"
+            f"offsetof(struct fmu_values, {c_path(v)}), {low!r}, {high!r}, {count} }},"
         )
     starts = ", ".join(f".{v.name} = {v.start!r}" for v in table.variables if v.causality == "input")
     return "\n".join(
@@ -70,6 +80,24 @@ def table_header(table: Table) -> str:
             *rows,
             "};",
             f"#define FMU_INPUT_START ((struct fmu_inputs){{ {starts} }})",
+            "",
+        ]
+    )
+
+
+def chain_table_header(table: Table) -> str:
+    """Return `chain_table.h`: where in `struct chain_parameters` each parameter lies."""
+    rows = [
+        f'    {{ "{v.name}", offsetof(struct chain_parameters, {parameter_path(v.name)}), '
+        f"{int(v.type.base != 'Real')} }},"
+        for v in table.parameters().values()
+    ]
+    return "\n".join(
+        [
+            "/* Generated from variables.toml by codegen.py. */",
+            "static const struct { const char *name; size_t offset; int integer; } CHAIN_TABLE[] = {",
+            *rows,
+            "};",
             "",
         ]
     )
@@ -98,9 +126,8 @@ def start_header(parameters: ParameterSet) -> str:
 def initialisers(parameters: ParameterSet) -> Iterator[str]:
     """Yield the lines of a C initialiser of `struct chain_parameters`."""
     for name, value in parameters.items():
-        if match := INDEXED.fullmatch(name):
-            name = f"{match['group']}[{int(match['index']) - 1}].{match['field']}"
-        yield f"    .{name} = {int(value) if isinstance(value, bool) else value!r},"
+        number = int(value) if isinstance(value, bool) else value
+        yield f"    .{parameter_path(name)} = {number!r},"
 
 
 def write_headers(directory: Path, parameters: ParameterSet) -> None:
@@ -108,6 +135,7 @@ def write_headers(directory: Path, parameters: ParameterSet) -> None:
     headers = {
         "fmu_table.h": table_header(load_table()),
         "fmu_table_hash.h": hash_header(),
+        "chain_table.h": chain_table_header(load_table()),
         "fmu_start.h": start_header(parameters),
     }
     directory.mkdir(parents=True, exist_ok=True)

@@ -8,6 +8,7 @@ Units are the caller's: m and V, or a scaled pair of the identification.
 import ctypes
 import os
 import sys
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -17,6 +18,8 @@ import numpy as np
 from it2hys.errors import InputError
 
 MAX_RULES = 16
+REST_TEMPERATURE = 293.15
+_INTEGERS = np.ctypeslib.ndpointer(np.int32, flags="C_CONTIGUOUS")
 _DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 
 
@@ -57,6 +60,21 @@ def _library() -> ctypes.CDLL:
     library.it2core_check.restype = ctypes.c_bool
     library.it2core_check.argtypes = [
         _DOUBLES, ctypes.c_int, ctypes.c_double, ctypes.c_double, ctypes.c_char_p, ctypes.c_size_t,
+    ]  # fmt: skip
+    for function in (library.it2core_chain_size, library.it2core_chain_parameter):
+        function.restype = ctypes.c_size_t
+    library.it2core_chain_parameter.argtypes = [
+        ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.POINTER(ctypes.c_int),
+    ]  # fmt: skip
+    library.it2core_chain_check.restype = ctypes.c_bool
+    library.it2core_chain_check.argtypes = [_DOUBLES, ctypes.c_char_p, ctypes.c_size_t]
+    library.it2core_chain_run.restype = ctypes.c_size_t
+    library.it2core_chain_run.argtypes = [
+        _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES, ctypes.c_int64, ctypes.c_size_t, _DOUBLES, _DOUBLES,
+    ]  # fmt: skip
+    library.it2core_chain_inverse.restype = ctypes.c_size_t
+    library.it2core_chain_inverse.argtypes = [
+        _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES, ctypes.c_int64, ctypes.c_size_t, _DOUBLES, _INTEGERS,
     ]  # fmt: skip
     return library
 
@@ -174,3 +192,115 @@ def check(rules: np.ndarray, minimum: float, maximum: float) -> str | None:
     if _library().it2core_check(rules, count, minimum, maximum, message, len(message)):
         return None
     return message.value.decode()
+
+
+# --- the whole chain ---------------------------------------------------------------------------
+
+
+@cache
+def _places() -> dict[str, tuple[int, bool]]:
+    """Return offset in bytes and whether it is an integer, of every parameter of the chain."""
+    library, places = _library(), {}
+    name, integer = ctypes.c_char_p(), ctypes.c_int()
+    while True:
+        offset = library.it2core_chain_parameter(len(places), ctypes.byref(name), ctypes.byref(integer))
+        if not name.value:
+            return places
+        places[name.value.decode()] = (offset, bool(integer.value))
+
+
+def pack_chain(parameters: Mapping[str, float | int | bool]) -> np.ndarray:
+    """Return `struct chain_parameters` as an array; what is not given is 0, which is off.
+
+    Parameters
+    ----------
+    parameters : Mapping
+        Values by FMU variable name, such as a `ParameterSet`; nothing is checked here.
+    """
+    packed = np.zeros(_library().it2core_chain_size() // 8)
+    integers, places = packed.view(np.int32), _places()
+    for name, value in parameters.items():
+        offset, integer = places[name]
+        if integer:
+            integers[offset // 4] = value
+        else:
+            packed[offset // 8] = value
+    return packed
+
+
+def chain_check(parameters: Mapping[str, float | int | bool]) -> str | None:
+    """Return what makes a parameter set unusable, or None if it is usable."""
+    message = ctypes.create_string_buffer(512)
+    if _library().it2core_chain_check(pack_chain(parameters), message, len(message)):
+        return None
+    return message.value.decode()
+
+
+def _channels(*channels: np.ndarray | float) -> list[np.ndarray]:
+    """Return channels as arrays of the first one's length."""
+    first = np.ascontiguousarray(channels[0], dtype=np.float64)
+    others = (np.broadcast_to(np.asarray(c, dtype=np.float64), first.shape) for c in channels[1:])
+    return [first, *map(np.ascontiguousarray, others)]
+
+
+def chain_free_run(
+    parameters: Mapping[str, float | int | bool],
+    voltage: np.ndarray,
+    force: np.ndarray | float = 0.0,
+    temperature: np.ndarray | float = REST_TEMPERATURE,
+    first_tick: int = 0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate the chain from rest at `initialDisplacement`: what the plant FMU computes.
+
+    Parameters
+    ----------
+    parameters : Mapping
+        A `ParameterSet`, or values by FMU variable name; packed (`pack_chain`) ones are taken too.
+    voltage : ndarray, shape (N,)
+        Voltage in V at every tick.
+    force, temperature : ndarray, shape (N,), or float
+        In N, compressive positive, and K.
+    first_tick : int
+        The first sample is at ``first_tick * sampleTime``.
+
+    Returns
+    -------
+    displacement, measured : ndarray, shape (N,)
+        NaN from the sample on at which the run is no longer finite.
+    """
+    packed = parameters if isinstance(parameters, np.ndarray) else pack_chain(parameters)
+    voltage, force, temperature = _channels(voltage, force, temperature)
+    displacement, measured = np.full(len(voltage), np.nan), np.full(len(voltage), np.nan)
+    done = _library().it2core_chain_run(
+        packed, voltage, force, temperature, first_tick, len(voltage), displacement, measured
+    )
+    displacement[done:] = measured[done:] = np.nan
+    return displacement, measured
+
+
+def chain_inverse_run(
+    parameters: Mapping[str, float | int | bool],
+    reference: np.ndarray,
+    force: np.ndarray | float = 0.0,
+    temperature: np.ndarray | float = REST_TEMPERATURE,
+    first_tick: int = 0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Run the chain's inverse over a reference in m: what the inverse FMU computes.
+
+    Parameters as for `chain_free_run`.
+
+    Returns
+    -------
+    voltage : ndarray, shape (N,)
+        In V.
+    saturated : ndarray of bool, shape (N,)
+        Where the reference was out of reach.
+    """
+    packed = parameters if isinstance(parameters, np.ndarray) else pack_chain(parameters)
+    reference, force, temperature = _channels(reference, force, temperature)
+    voltage, limits = np.full(len(reference), np.nan), np.zeros(len(reference), dtype=np.int32)
+    done = _library().it2core_chain_inverse(
+        packed, reference, force, temperature, first_tick, len(reference), voltage, limits
+    )
+    voltage[done:] = np.nan
+    return voltage, limits != 0

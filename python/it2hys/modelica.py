@@ -3,7 +3,8 @@
 `Parameters/Base.mo` declares what the table declares, `Parameters/Table1.mo` holds the paper's
 values, and `format_record` writes any parameter set as a record beside them. Structured names
 become vectors: ``rule[2].centre`` is ``ruleCentre[2]``. After a change of the table,
-``python -m it2hys.modelica modelica/IT2Hysteresis`` brings the library up to date.
+``python -m it2hys.modelica modelica/IT2Hysteresis`` brings the library up to date. The library's
+blocks are the paper's model: they have no effects, and so have the records.
 """
 
 import re
@@ -11,6 +12,7 @@ import sys
 from html import escape
 from pathlib import Path
 
+from it2hys.chain import active_effects
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
 from it2hys.parameters import ParameterSet, table_1
@@ -46,13 +48,16 @@ def format_record(parameters: ParameterSet, name: str, within: str | None = None
     Raises
     ------
     InputError
-        If the name is not a class name.
+        If the name is not a class name, or the set has effects.
     """
     if not re.fullmatch(r"[A-Z][A-Za-z0-9_]*", name):
         raise InputError(
             f"{name!r} is not a name for a Modelica record; "
             "use letters, digits and underscores, a capital letter first"
         )
+    effects = active_effects(parameters)
+    if effects:
+        raise InputError(f"the Modelica library has no effects; this set has {', '.join(effects)}")
     modifiers = [f"    {field}={value}" for field, value in _values(parameters).items()]
     annotations = ['defaultComponentPrefixes="parameter"']
     if within is None:
@@ -72,7 +77,7 @@ def format_record(parameters: ParameterSet, name: str, within: str | None = None
 
 def format_base() -> str:
     """Return the record that every parameter set extends: the table's parameters, declared."""
-    parameters = load_table().parameters().values()
+    parameters = _declared()
     info = (
         "<p>\nWhat identifies an actuator, plant and inverse alike. Names are those of the FMUs'\n"
         "parameters, with a vector for every column of a structured one: "
@@ -98,6 +103,11 @@ def write_library(directory: Path) -> None:
         write_atomically(directory / "Parameters" / f"{name}.mo", text.encode())
 
 
+def _declared() -> list[Variable]:
+    """Return the parameters of the paper's model."""
+    return [v for v in load_table().parameters().values() if v.effect is None]
+
+
 def _field(variable: Variable) -> str:
     """Return a parameter's name in the record."""
     if variable.group is None:
@@ -111,6 +121,8 @@ def _values(parameters: ParameterSet) -> dict[str, str]:
     scalars, vectors = {}, {}
     for name, value in parameters.items():
         variable = known[name]
+        if variable.effect is not None:
+            continue
         text = _literal(value)
         if variable.group is None:
             scalars[name] = text

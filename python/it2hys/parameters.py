@@ -27,7 +27,8 @@ class ParameterSet(Mapping):
     """The values of all parameters of a chain, by FMU variable name, in SI units.
 
     Parameters that are not given take the table's start value, except the rules, which must be
-    complete: a set without `ruleCount` has as many rules as it names.
+    complete: a set without `ruleCount` has as many rules as it names. So it is with play operators
+    and creep terms, of which there may be none. Effects are off at the table's start.
 
     Raises
     ------
@@ -54,7 +55,7 @@ class ParameterSet(Mapping):
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of elements of every structured parameter, such as ``{"rule": 3}``."""
+        """Number of elements of every structured parameter: ``{"rule": 3, "play": 0, "creep": 0}``."""
         return {group: int(self[entry["variable"]]) for group, entry in load_table().counts.items()}
 
     @property
@@ -86,12 +87,10 @@ class ParameterSet(Mapping):
         ------
         InputError
             If a deviation is not positive, a lower one is above the upper one, the model cannot be
-            inverted (30) or does not contract somewhere in the range. Names the parameter.
+            inverted (30) or does not contract somewhere in the range, or an effect is not one that
+            can be. Names the parameter.
         """
-        low, high = self.voltage_range
-        if not low < high:
-            raise InputError(f"voltageMin, {low:g} V, must be below voltageMax, {high:g} V")
-        message = core.check(self.rules, *self.displacement_range)
+        message = core.chain_check(self)
         if message:
             raise InputError(message)
         return self
@@ -150,7 +149,10 @@ def _count(group: str, entry: dict, given: Mapping) -> int:
     """Return the number of elements of a group: as given, or as many as are named."""
     if entry["variable"] in given:
         return given[entry["variable"]]
+    known = load_table().parameters()
     indices = [int(m["index"]) for m in map(INDEXED.fullmatch, given) if m and m["group"] == group]
+    if not indices and known[entry["variable"]].type.min == 0:
+        return 0
     if not indices:
         raise InputError(f"no parameter {group}[1].… is given; a model needs at least one {group}")
     return max(indices)

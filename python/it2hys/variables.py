@@ -37,7 +37,8 @@ class Variable:
     """One scalar variable of the expanded table.
 
     `group`, `index` and `field` are set for an element of a structured parameter: `rule[2].q1` has
-    the group `rule`, the index 2 and the field `q1`.
+    the group `rule`, the index 2 and the field `q1`. An effect's scalar, such as
+    `resonance.frequency`, is in no group. `effect` is set for the parameters of effects.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Variable:
     description: str
     group: str | None = None
     index: int | None = None
+    effect: str | None = None
 
     @property
     def field(self) -> str:
@@ -120,6 +122,7 @@ def load_table() -> Table:
                 description=row["description"],
                 group=row.get("per"),
                 index=index,
+                effect=row.get("effect"),
             )
         )
     return Table(tuple(variables), types, source["units"], source["counts"])

@@ -1,0 +1,580 @@
+/* The effects as stages of the chain: off they are not there, inverse of step is the identity, tangents
+ * are the derivatives, what is cut off does not wind up, and unusable parameters are named. */
+#include "chain.h"
+#include "check.h"
+#include "sets.h"
+
+CHECK_MAIN;
+
+enum { SETS = 40, TICKS = 200 };
+
+static const unsigned EVERY[] = { CHAIN_DELAY, CHAIN_SLEW,  CHAIN_SATURATION, CHAIN_LAG,
+                                  CHAIN_PLAY,  CHAIN_LOAD,  CHAIN_CREEP,      CHAIN_RESONANCE,
+                                  CHAIN_DRIFT, CHAIN_NONLINEARITY, CHAIN_HUM };
+enum { EFFECTS = sizeof EVERY / sizeof EVERY[0] };
+static const unsigned ALL = 2047;
+static const unsigned INVERTIBLE = CHAIN_LAG | CHAIN_PLAY | CHAIN_LOAD | CHAIN_CREEP | CHAIN_RESONANCE |
+                                   CHAIN_DRIFT;
+
+/* Lengths in um. */
+static void plain(struct chain_parameters *p)
+{
+    *p = (struct chain_parameters){ .sampleTime = 1e-4, .voltageMax = 150.0, .displacementMax = 16.0,
+                                    .ruleCount = 3, .initialDisplacement = 5.0 };
+    memcpy(p->rule, TABLE_1, sizeof TABLE_1);
+}
+
+static void add_memory(uint64_t *seed, struct chain_parameters *p)
+{
+    double threshold = 0.0;
+
+    p->playCount = 1 + (int)random_between(seed, 0.0, PLAY_MAX);
+    for (int j = 0; j < p->playCount; j++) {
+        p->play[j].threshold = threshold += random_between(seed, 0.1, 6.0);
+        p->play[j].weight = random_between(seed, -0.5, 0.5) / p->playCount;
+    }
+}
+
+static void add_creep(uint64_t *seed, struct chain_parameters *p)
+{
+    p->creepCount = 1 + (int)random_between(seed, 0.0, CREEP_MAX);
+    for (int i = 0; i < p->creepCount; i++) {
+        p->creep[i].gain = random_between(seed, -0.01, 0.03);
+        p->creep[i].timeConstant = pow(10.0, random_between(seed, -4.5, 2.0));
+    }
+}
+
+static void add_effects(uint64_t *seed, struct chain_parameters *p, unsigned effects)
+{
+    if (effects & CHAIN_DELAY)
+        p->delay.time = 1e-4 * random_between(seed, 0.0, 8.0);
+    if (effects & CHAIN_SLEW)
+        p->slew.rate = random_between(seed, 2e3, 2e4);
+    if (effects & CHAIN_SATURATION)
+        p->saturation = (struct saturation_parameters){ random_between(seed, 0.0, 40.0),
+                                                        random_between(seed, 70.0, 100.0) };
+    if (effects & CHAIN_LAG)
+        p->lag.timeConstant = random_between(seed, 1e-5, 1e-3);
+    if (effects & CHAIN_PLAY)
+        add_memory(seed, p);
+    if (effects & CHAIN_LOAD)
+        p->load.compliance = random_between(seed, 0.0, 0.05);
+    if (effects & CHAIN_CREEP)
+        add_creep(seed, p);
+    if (effects & CHAIN_RESONANCE)
+        p->resonance = (struct resonance_parameters){ random_between(seed, 300.0, 4500.0),
+                                                      random_between(seed, 0.02, 0.9) };
+    if (effects & CHAIN_DRIFT)
+        p->drift = (struct drift_parameters){ random_between(seed, -0.02, 0.02),
+                                              random_between(seed, -2.0, 2.0) };
+    if (effects & CHAIN_NONLINEARITY)
+        p->nonlinearity = (struct nonlinearity_parameters){ random_between(seed, -0.5, 0.5),
+                                                            random_between(seed, -0.5, 0.5),
+                                                            random_between(seed, -0.5, 0.5) };
+    if (effects & CHAIN_HUM)
+        p->hum = (struct hum_parameters){ 0.02, random_between(seed, 10.0, 400.0), 1.0 };
+}
+
+static bool prepare(struct chain *chain, const struct chain_parameters *p)
+{
+    char message[512] = "";
+    const bool ok = chain_check(p, message, sizeof message);
+
+    if (!CHECK(ok))
+        fprintf(stderr, "%s\n", message);
+    chain_prepare(chain, p);
+    return ok;
+}
+
+/* Smooth signals over the actuator's range. */
+static double swing(double low, double high, int tick, double phase)
+{
+    const double t = 1e-4 * tick;
+
+    return 0.5 * (low + high) + 0.5 * (high - low) * (0.8 * sin(250.0 * t + phase) +
+                                                      0.2 * sin(1700.0 * t));
+}
+
+static struct chain_surroundings surroundings(int tick)
+{
+    return (struct chain_surroundings){ swing(-10.0, 10.0, tick, 2.0), swing(288.0, 298.0, tick, 1.0),
+                                        1e-4 * tick };
+}
+
+/* --- off ---------------------------------------------------------------------------------------- */
+
+static void off_is_the_core(void)
+{
+    struct chain_parameters p;
+    struct chain chain;
+    struct chain_state state;
+    struct it2_state core;
+    unsigned limits;
+
+    plain(&p);
+    p.hum.frequency = 50.0, p.resonance.damping = 0.1, p.play[0].weight = 1.0; /* of effects that are off */
+    prepare(&chain, &p);
+    CHECK(chain.effects == 0 && chain.reading == 0);
+    chain_reset(&chain, &state, &p);
+    it2_reset(&core, 5.0);
+    for (int k = 0; k < TICKS; k++) {
+        const struct chain_surroundings around = surroundings(k);
+        const double u = swing(0.0, 120.0, k, 0.0);
+        const double y = chain_step(&chain, &state, u, &around);
+        CHECK(y == it2_step(&chain.core, &core, u) && y == chain_measure(&chain, y, around.time));
+        const double aim = swing(1.0, 15.0, k, 0.0);
+        const double x = chain_inverse(&chain, &state, aim, &around, &limits);
+        CHECK(x == it2_inverse(&chain.core, &core, aim) && limits == 0);
+    }
+}
+
+/* Each effect that is on shows. */
+static void on_is_not(void)
+{
+    for (int e = 0; e < EFFECTS; e++) {
+        struct chain_parameters p, without;
+        struct chain chain, core;
+        struct chain_state state, core_state;
+        uint64_t seed = 5;
+        double difference = 0.0;
+
+        plain(&without);
+        p = without;
+        add_effects(&seed, &p, EVERY[e]);
+        prepare(&chain, &p);
+        prepare(&core, &without);
+        CHECK((chain.effects | chain.reading) == EVERY[e]);
+        chain_reset(&chain, &state, &p);
+        chain_reset(&core, &core_state, &without);
+        for (int k = 0; k < TICKS; k++) {
+            const struct chain_surroundings around = surroundings(k);
+            const double u = swing(0.0, 120.0, k, 0.0);
+            const double y = chain_step(&chain, &state, u, &around);
+            difference = fmax(difference, fabs(chain_measure(&chain, y, around.time) -
+                                               chain_step(&core, &core_state, u, &around)));
+        }
+        CHECK(difference > 1e-3);
+    }
+}
+
+static long met; /* ticks at which a reference was reached */
+
+/* --- inverse ------------------------------------------------------------------------------------ */
+
+static void inverse_then_step(uint64_t *seed, unsigned effects)
+{
+    struct chain_parameters p;
+    struct chain chain;
+    struct chain_state plant, inverse;
+    unsigned limits, cut = 0;
+
+    plain(&p);
+    add_effects(seed, &p, effects);
+    if (!prepare(&chain, &p))
+        return;
+    chain_reset(&chain, &plant, &p);
+    chain_reset(&chain, &inverse, &p);
+    for (int k = 0; k < TICKS; k++) {
+        const struct chain_surroundings around = surroundings(k);
+        const double fade = 1.0 - exp(-0.01 * k * k); /* from rest: a jump would leave the range */
+        const double reference = 5.0 + fade * (swing(5.0, 9.0, k, 0.0) - 5.0);
+        const double voltage = chain_inverse(&chain, &inverse, reference, &around, &limits);
+        const double reached = chain_step(&chain, &plant, voltage, &around);
+        cut |= limits;
+        if (!cut) {
+            CHECK_CLOSE(reached, reference, 1e-9);
+            CHECK_NEAR(plant.core.y, inverse.core.y, 16.0, 1e-9);
+            met++;
+        }
+    }
+}
+
+/* The plant's own displacement asks for nothing that is out of reach. */
+static void step_then_inverse(uint64_t *seed, unsigned effects)
+{
+    struct chain_parameters p;
+    struct chain chain;
+    struct chain_state plant, inverse;
+    unsigned limits;
+
+    plain(&p);
+    p.displacementMax = 17.0;
+    p.displacementMin = -1.0;
+    add_effects(seed, &p, effects);
+    if (!prepare(&chain, &p))
+        return;
+    chain_reset(&chain, &plant, &p);
+    chain_reset(&chain, &inverse, &p);
+    for (int k = 0; k < TICKS; k++) {
+        const struct chain_surroundings around = surroundings(k);
+        const double voltage = swing(50.0, 60.0, k, 0.0);
+        const double y = chain_step(&chain, &plant, voltage, &around);
+        const double back = chain_inverse(&chain, &inverse, y, &around, &limits);
+        CHECK(limits == 0);
+        CHECK_NEAR(back, voltage, 100.0, 1e-9);
+    }
+}
+
+static void identity(void)
+{
+    uint64_t seed = 3;
+
+    for (int i = 0; i < SETS; i++) {
+        for (int e = 0; e < EFFECTS; e++)
+            if (EVERY[e] & INVERTIBLE) {
+                inverse_then_step(&seed, EVERY[e]);
+                step_then_inverse(&seed, EVERY[e]);
+            }
+        inverse_then_step(&seed, INVERTIBLE | CHAIN_READING);
+        step_then_inverse(&seed, INVERTIBLE);
+        inverse_then_step(&seed, INVERTIBLE | CHAIN_SLEW | CHAIN_SATURATION);
+    }
+    CHECK(met > 6L * SETS * TICKS * 8 / 10);
+}
+
+/* --- what is cut off ---------------------------------------------------------------------------- */
+
+/* Whatever the reference, the inverse's state is the plant's: nothing winds up. */
+static void no_wind_up(uint64_t *seed)
+{
+    const double wild[] = { 3.0, 25.0, 1e4, -1e4, 14.0, 14.0, 14.0, 0.0, 16.0, 8.0 };
+    const unsigned effects = INVERTIBLE | CHAIN_SLEW | CHAIN_SATURATION;
+    struct chain_parameters p;
+    struct chain chain;
+    struct chain_state plant, inverse;
+    unsigned limits, seen = 0;
+
+    plain(&p);
+    add_effects(seed, &p, effects);
+    if (!prepare(&chain, &p))
+        return;
+    chain_reset(&chain, &plant, &p);
+    chain_reset(&chain, &inverse, &p);
+    for (int k = 0; k < TICKS; k++) {
+        const struct chain_surroundings around = surroundings(k);
+        const double held = inverse.slew.y;
+        const double voltage = chain_inverse(&chain, &inverse, wild[k / 20], &around, &limits);
+        chain_step(&chain, &plant, voltage, &around);
+        seen |= limits;
+        CHECK(k == 0 || fabs(voltage - held) <= p.slew.rate * p.sampleTime * (1.0 + 1e-12));
+        for (int j = 0; j < p.playCount; j++)
+            CHECK_NEAR(plant.play.p[j], inverse.play.p[j], 100.0, 1e-9);
+        for (int i = 0; i < p.creepCount; i++)
+            CHECK_NEAR(plant.creep.s[i], inverse.creep.s[i], 16.0, 1e-9);
+        CHECK_NEAR(plant.core.y, inverse.reached.core.y, 16.0, 1e-9);
+        CHECK_NEAR(plant.lag.y, inverse.reached.lag.y, 100.0, 1e-9);
+        CHECK_NEAR(plant.slew.y, inverse.slew.y, 100.0, 1e-9);
+    }
+    CHECK(seen == (CHAIN_CORE_RANGE | CHAIN_AMPLIFIER));
+}
+
+/* Back within reach the limits are left at once, and the plant comes back by its own contraction. */
+static void recovers(void)
+{
+    const struct chain_surroundings around = { 0.0, 293.15, 0.0 };
+    struct chain_parameters p;
+    struct chain chain;
+    struct chain_state plant, inverse;
+    unsigned limits;
+
+    plain(&p);
+    p.saturation = (struct saturation_parameters){ 0.0, 55.0 };
+    p.slew.rate = 1e4;
+    p.lag.timeConstant = 5e-4;
+    p.playCount = 1;
+    p.play[0] = (struct play_element){ 5.0, 0.5 };
+    prepare(&chain, &p);
+    chain_reset(&chain, &plant, &p);
+    chain_reset(&chain, &inverse, &p);
+    for (int k = 0; k < 3000; k++) {
+        const double reference = k < 1500 ? 15.9 : 8.0;
+        const double voltage = chain_inverse(&chain, &inverse, reference, &around, &limits);
+        const double reached = chain_step(&chain, &plant, voltage, &around);
+        CHECK(voltage <= 55.0 + 1e-9);
+        if (k > 1000 && k < 1500)
+            CHECK(limits == CHAIN_AMPLIFIER && voltage == 55.0 && reached < 15.0);
+        if (k > 1700)
+            CHECK(limits == 0);
+        if (k > 2500)
+            CHECK_CLOSE(reached, 8.0, 1e-9);
+    }
+}
+
+/* plant(inverse(reference)) is the reference later; with it known ahead, on time. */
+static void delayed(double ticks)
+{
+    struct chain_parameters p;
+    struct chain chain;
+    struct chain_state plant, inverse;
+    const int whole = (int)ticks;
+    unsigned limits;
+
+    plain(&p);
+    p.delay.time = ticks * 1e-4;
+    p.drift.rate = 3.0;
+    prepare(&chain, &p);
+    chain_reset(&chain, &plant, &p);
+    chain_reset(&chain, &inverse, &p);
+    for (int k = 0; k < TICKS; k++) {
+        const struct chain_surroundings around = { 0.0, 293.15, 1e-4 * k };
+        const double fade = 1.0 - exp(-0.01 * (k + whole) * (k + whole));
+        const double ahead = 5.0 + fade * (swing(4.0, 9.0, k + whole, 0.0) - 5.0);
+        const double fade_now = 1.0 - exp(-0.01 * k * k);
+        const double now = 5.0 + fade_now * (swing(4.0, 9.0, k, 0.0) - 5.0);
+        const double voltage = chain_inverse(&chain, &inverse, ahead, &around, &limits);
+        const double reached = chain_step(&chain, &plant, voltage, &around);
+        if (k > 2 * whole + 100)
+            CHECK_NEAR(reached, now, 1.0, whole == ticks ? 1e-6 : 0.5);
+    }
+}
+
+static void delay_taps(void)
+{
+    struct delay stage;
+    struct delay_state state;
+
+    for (int ticks = 0; ticks <= DELAY_MAX_TICKS; ticks++)
+        for (int half = 0; half <= (ticks < DELAY_MAX_TICKS); half++) {
+            delay_prepare(&stage, &(struct delay_parameters){ 1e-4 * (ticks + 0.5 * half) }, 1e-4);
+            delay_reset(&state, -1000.0);
+            for (int k = 0; k < 200; k++) {
+                const double y = delay_step(&stage, &state, 3.0 * k);
+                if (k > ticks)
+                    CHECK_NEAR(y, 3.0 * (k - ticks - 0.5 * half), 1.0, half ? 1e-9 : 0.0);
+            }
+        }
+}
+
+/* --- tangents ----------------------------------------------------------------------------------- */
+
+struct variation {
+    struct chain_state state;
+    double input;
+    struct chain_surroundings around;
+};
+
+static struct variation moved(const struct variation *at, const struct variation *d, double h)
+{
+    struct variation result = *at;
+    double *to = (double *)(void *)&result;
+    const double *by = (const double *)(const void *)d;
+
+    for (size_t i = 0; i < sizeof result / sizeof *to; i++)
+        to[i] += h * by[i];
+    return result;
+}
+
+static struct chain_point value(const struct chain *chain, struct variation at, bool inverse)
+{
+    struct chain_point point = { .state = at.state };
+    unsigned limits;
+
+    point.output = inverse ? chain_inverse(chain, &point.state, at.input, &at.around, &limits)
+                           : chain_step(chain, &point.state, at.input, &at.around);
+    return point;
+}
+
+/* Second differences tell a corner apart, where there is no derivative; returns whether it was smooth. */
+static bool tangent_is_difference(const struct chain *chain, const struct variation *at,
+                                  const struct variation *d, bool inverse)
+{
+    const double h = 1e-5;
+    const struct chain_point up = value(chain, moved(at, d, h), inverse);
+    const struct chain_point down = value(chain, moved(at, d, -h), inverse);
+    const struct chain_point here = value(chain, *at, inverse);
+    const struct chain_point t =
+        inverse ? chain_inverse_tangent(chain, &at->state, at->input, &at->around, d->state, d->input,
+                                        &d->around)
+                : chain_step_tangent(chain, &at->state, at->input, &at->around, d->state, d->input,
+                                     &d->around);
+    const double *a = (const double *)(const void *)&up, *b = (const double *)(const void *)&down;
+    const double *c = (const double *)(const void *)&here, *e = (const double *)(const void *)&t;
+    double bend = 0.0;
+
+    for (size_t i = 0; i < sizeof t / sizeof *e; i++)
+        bend = fmax(bend, fabs(a[i] - 2.0 * c[i] + b[i]) / h);
+    if (bend > 1e-2)
+        return false;
+    for (size_t i = 0; i < sizeof t / sizeof *e; i++) {
+        const double slope = (a[i] - b[i]) / (2.0 * h);
+        CHECK_NEAR(e[i], slope, fmax(1.0, fabs(slope)), 2e-5);
+    }
+    return true;
+}
+
+static void random_direction(uint64_t *seed, const struct chain *chain, struct variation *d)
+{
+    double *by = (double *)(void *)d;
+
+    *d = (struct variation){ .input = 0.0 };
+    for (size_t i = 0; i < sizeof *d / sizeof *by; i++)
+        by[i] = random_between(seed, -1.0, 1.0);
+    d->around.time = 0.0;
+    if (!chain->effects) { /* the core's state only is in use */
+        const double y = d->state.core.y;
+        d->state = (struct chain_state){ .core = { y } };
+    }
+}
+
+static void tangents_of(uint64_t *seed, unsigned effects, long *smooth)
+{
+    struct chain_parameters p;
+    struct chain chain;
+    struct variation at, d;
+
+    plain(&p);
+    add_effects(seed, &p, effects);
+    if (!prepare(&chain, &p))
+        return;
+    chain_reset(&chain, &at.state, &p);
+    for (int k = 0; k < 60; k++) {
+        at.around = surroundings(k);
+        at.input = swing(-20.0, 120.0, 3 * k, 0.0);
+        random_direction(seed, &chain, &d);
+        *smooth += tangent_is_difference(&chain, &at, &d, false);
+        struct variation backward = at;
+        backward.input = k % 4 ? at.state.core.y + random_between(seed, -0.2, 0.2) : 30.0;
+        *smooth += tangent_is_difference(&chain, &backward, &d, true);
+        chain_step(&chain, &at.state, at.input, &at.around);
+    }
+}
+
+static void tangents(void)
+{
+    uint64_t seed = 11;
+    long smooth = 0;
+
+    for (int i = 0; i < 10; i++) {
+        for (int e = 0; e < EFFECTS; e++)
+            tangents_of(&seed, EVERY[e], &smooth);
+        tangents_of(&seed, ALL, &smooth);
+    }
+    CHECK(smooth > 2 * 60 * 10 * 12 / 2);
+}
+
+static void reading_tangent(void)
+{
+    struct chain_parameters p;
+    struct chain chain;
+
+    plain(&p);
+    p.nonlinearity = (struct nonlinearity_parameters){ 0.5, -0.4, 0.3 };
+    prepare(&chain, &p);
+    for (double y = -3.0; y < 19.0; y += 0.37) {
+        const double slope = (chain_measure(&chain, y + 1e-6, 0.0) -
+                              chain_measure(&chain, y - 1e-6, 0.0)) / 2e-6;
+        CHECK_NEAR(chain_measure_tangent(&chain, y, 2.0), 2.0 * slope, 1.0, 1e-6);
+        CHECK(slope > 0.0);
+    }
+    CHECK(chain_measure(&chain, 0.0, 0.0) == 0.0 && chain_measure(&chain, 16.0, 0.0) == 16.0);
+}
+
+static double hold_voltage(const struct chain_parameters *p)
+{
+    struct chain chain;
+    struct chain_state state;
+
+    chain_prepare(&chain, p);
+    chain_reset(&chain, &state, p);
+    return chain_equilibrium(&chain, &state);
+}
+
+static void equilibrium(void)
+{
+    uint64_t seed = 23;
+
+    for (int i = 0; i < SETS; i++) {
+        struct chain_parameters p;
+        struct chain chain;
+        struct chain_state state;
+        plain(&p);
+        add_effects(&seed, &p, i % 2 ? CHAIN_PLAY | CHAIN_CREEP : ALL & ~(unsigned)CHAIN_DRIFT);
+        prepare(&chain, &p);
+        chain_reset(&chain, &state, &p);
+        const double hold = hold_voltage(&p);
+        const struct chain_surroundings still = { 0.0, 293.15, 0.0 };
+        for (int k = 0; i % 2 && k < 20; k++)
+            CHECK_CLOSE(chain_step(&chain, &state, hold, &still), 5.0, 1e-9);
+        chain_reset(&chain, &state, &p);
+        double *const moved_by[] = { &p.initialDisplacement, &p.play[0].weight, &p.play[0].threshold,
+                                     &p.creep[0].gain,       &p.rule[1].q3,     &p.saturation.minimum,
+                                     &p.saturation.maximum };
+        const size_t count = i % 2 ? 5 : 7; /* the limits, where there are any */
+        for (size_t m = 0; m < count; m++) {
+            struct chain_parameters d = { .sampleTime = 0.0 };
+            *(double *)((char *)&d + ((char *)moved_by[m] - (char *)&p)) = 1.0;
+            const double before = *moved_by[m], h = 1e-6;
+            *moved_by[m] = before + h;
+            const double up = hold_voltage(&p);
+            *moved_by[m] = before - h;
+            const double slope = (up - hold_voltage(&p)) / (2.0 * h);
+            *moved_by[m] = before;
+            CHECK_NEAR(chain_equilibrium_tangent(&chain, &state, &d), slope, fmax(1.0, fabs(slope)), 1e-5);
+        }
+    }
+}
+
+/* --- checks ------------------------------------------------------------------------------------- */
+
+static void refused(struct chain_parameters p, const char *name)
+{
+    char message[512] = "";
+
+    CHECK(!chain_check(&p, message, sizeof message));
+    if (!CHECK(strstr(message, name) != NULL))
+        fprintf(stderr, "'%s' is not in: %s\n", name, message);
+}
+
+static void checks(void)
+{
+    struct chain_parameters p;
+
+#define REFUSED(change, name) plain(&p), change, refused(p, name)
+    REFUSED(p.delay.time = -1e-4, "delay.time");
+    REFUSED(p.delay.time = 65e-4, "64 ticks");
+    REFUSED(p.slew.rate = -1.0, "slew.rate");
+    REFUSED(p.saturation.minimum = 1.0, "saturation.minimum");
+    REFUSED(p.saturation = ((struct saturation_parameters){ 5.0, 5.0 }), "saturation.minimum");
+    REFUSED(p.lag.timeConstant = -1.0, "lag.timeConstant");
+    REFUSED(p.lag.timeConstant = 1e6, "lag.timeConstant");
+    REFUSED(p.playCount = 17, "playCount");
+    REFUSED((p.playCount = 1, p.play[0].threshold = -1.0), "play[1].threshold");
+    REFUSED((p.playCount = 2, p.play[0].threshold = 2.0, p.play[1].threshold = 1.0), "play[2].threshold");
+    REFUSED((p.playCount = 1, p.play[0].weight = -1.0), "play[1].weight");
+    REFUSED((p.playCount = 2, p.play[0].weight = -0.5, p.play[1].weight = -0.6), "play[2].weight");
+    REFUSED(p.load.compliance = -1e-3, "load.compliance");
+    REFUSED(p.creepCount = -1, "creepCount");
+    REFUSED(p.creepCount = 1, "creep[1].timeConstant");
+    REFUSED((p.creepCount = 1, p.creep[0] = (struct creep_element){ -1.0, 1.0 }), "creep[1].gain");
+    REFUSED(p.resonance.frequency = -5.0, "resonance.frequency");
+    REFUSED(p.resonance.frequency = 5000.0, "Nyquist");
+    REFUSED(p.resonance.frequency = 500.0, "resonance.damping");
+    REFUSED((p.resonance.frequency = 500.0, p.resonance.damping = 1.0), "resonance.damping");
+    REFUSED(p.nonlinearity.quadratic = 9.0, "nonlinearity.quadratic");
+    REFUSED(p.hum.amplitude = -1.0, "hum.amplitude");
+    REFUSED(p.hum.amplitude = 0.1, "hum.frequency");
+    REFUSED(p.lag.timeConstant = (double)NAN, "lag.timeConstant");
+    REFUSED(p.resonance.frequency = (double)NAN, "resonance.frequency");
+}
+
+int main(void)
+{
+    uint64_t seed = 29;
+
+    off_is_the_core();
+    on_is_not();
+    identity();
+    for (int i = 0; i < SETS; i++)
+        no_wind_up(&seed);
+    recovers();
+    delayed(0.0);
+    delayed(3.0);
+    delayed(17.0);
+    delayed(2.5);
+    delay_taps();
+    tangents();
+    reading_tangent();
+    equilibrium();
+    checks();
+    return check_report("effects");
+}

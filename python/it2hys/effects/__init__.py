@@ -1,0 +1,72 @@
+"""The effects of the chain (`fmu_src/core/chain.h`) as CasADi expressions, one module per effect.
+
+Each module has
+    is_on(parameters)            whether a parameter set has the effect
+    size(parameters)             number of its states
+    rest(values, y)              input and states at rest at the output y
+    step(values, state, x, around)   output and next states; the operations are those of the C core
+    starts(extent)               start values and bounds for a fit, from the extent of the records
+and says in its docstring what in a record speaks for it. `values` maps FMU variable names to numbers
+or CasADi symbols; counts and switches are always numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import casadi as ca
+
+#: A number or an expression.
+Scalar = ca.SX | float
+Values = Mapping[str, Scalar]
+
+
+class Surroundings(NamedTuple):
+    """What acts on the chain beside the voltage, at one tick."""
+
+    force: Scalar
+    temperature: Scalar
+    time: Scalar
+
+
+class Start(NamedTuple):
+    """Where a fit of one parameter begins, and its bounds, in SI units."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Extent:
+    """What the records of an identification span, in SI units.
+
+    Attributes
+    ----------
+    sample_time : float
+    duration : float
+        Of the longest record.
+    voltage, displacement : tuple of float
+        Lowest and highest value.
+    force, temperature : tuple of float or None
+        Lowest and highest value; None where no record has the channel.
+    """
+
+    sample_time: float
+    duration: float
+    voltage: tuple[float, float]
+    displacement: tuple[float, float]
+    force: tuple[float, float] | None = None
+    temperature: tuple[float, float] | None = None
+
+    @property
+    def voltage_span(self) -> float:
+        """Highest minus lowest voltage."""
+        return self.voltage[1] - self.voltage[0]
+
+    @property
+    def displacement_span(self) -> float:
+        """Highest minus lowest displacement."""
+        return self.displacement[1] - self.displacement[0]

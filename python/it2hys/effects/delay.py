@@ -1,0 +1,43 @@
+"""Delay of the voltage, straight between ticks.
+
+For it speaks a residual that is the displacement's rate times one constant, at every frequency and
+amplitude: a phase that falls linearly with frequency at a gain that stays. A lag also lowers the gain,
+and the core itself is a lag; so the gain at the highest frequencies of the record has to decide.
+"""
+
+import math
+
+from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+
+MAX_TICKS = 64
+ROUNDING = 1e-9
+
+
+def is_on(parameters: Values) -> bool:
+    """Return whether there is a delay."""
+    return parameters["delay.time"] > 0.0
+
+
+def size(parameters: Values) -> int:
+    """Return the number of voltages kept: the whole ticks and one more."""
+    return math.floor(parameters["delay.time"] / parameters["sampleTime"] + ROUNDING) + 1
+
+
+def rest(values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
+    """Return the voltage at rest and the voltages kept; `size` of them are used."""
+    return y, [y] * (MAX_TICKS + 1)
+
+
+def step(
+    values: Values, state: list[Scalar], x: Scalar, around: Surroundings
+) -> tuple[Scalar, list[Scalar]]:
+    """Return the voltage a delay ago, and the voltages kept. The whole ticks are those of `state`."""
+    ticks = len(state) - 1
+    newer = state[ticks - 1] if ticks else x
+    fraction = values["delay.time"] / values["sampleTime"] - ticks
+    return newer + fraction * (state[ticks] - newer), [x, *state[:-1]]
+
+
+def starts(extent: Extent) -> dict[str, Start]:
+    """Start at one tick; whole ticks are the structure of the chain, so that a fit tries several."""
+    return {"delay.time": Start(extent.sample_time, 0.0, MAX_TICKS * extent.sample_time)}

@@ -1,0 +1,44 @@
+"""Drift with the temperature and with time.
+
+For it speaks a residual that follows the temperature channel, or time, linearly and without memory,
+whatever the voltage does; held voltages drift as moving ones do.
+"""
+
+from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+
+REFERENCE_TEMPERATURE = 293.15
+
+
+def is_on(parameters: Values) -> bool:
+    """Return whether there is a drift."""
+    return parameters["drift.temperatureCoefficient"] != 0.0 or parameters["drift.rate"] != 0.0
+
+
+def size(parameters: Values) -> int:
+    """Return the number of states: none."""
+    return 0
+
+
+def rest(values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
+    """Return the input at rest, at the reference temperature and time 0."""
+    return y, []
+
+
+def step(
+    values: Values, state: list[Scalar], x: Scalar, around: Surroundings
+) -> tuple[Scalar, list[Scalar]]:
+    """Return the displacement with drift; time is the tick's own."""
+    by_temperature = values["drift.temperatureCoefficient"] * (
+        around.temperature - REFERENCE_TEMPERATURE
+    )
+    return x + (by_temperature + values["drift.rate"] * around.time), []
+
+
+def starts(extent: Extent) -> dict[str, Start]:
+    """Start at none; bounds let a drift be as large as the travel."""
+    travel = extent.displacement_span
+    result = {"drift.rate": Start(0.0, -travel / extent.duration, travel / extent.duration)}
+    if extent.temperature is not None and extent.temperature[0] < extent.temperature[1]:
+        most = travel / (extent.temperature[1] - extent.temperature[0])
+        result["drift.temperatureCoefficient"] = Start(0.0, -most, most)
+    return result

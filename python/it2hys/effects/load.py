@@ -1,0 +1,36 @@
+"""Elastic load: compressive force shortens the actuator.
+
+For it speaks a residual that follows the force channel linearly and without memory.
+"""
+
+from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+
+
+def is_on(parameters: Values) -> bool:
+    """Return whether the actuator gives way."""
+    return parameters["load.compliance"] != 0.0
+
+
+def size(parameters: Values) -> int:
+    """Return the number of states: none."""
+    return 0
+
+
+def rest(values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
+    """Return the input at rest without force."""
+    return y, []
+
+
+def step(
+    values: Values, state: list[Scalar], x: Scalar, around: Surroundings
+) -> tuple[Scalar, list[Scalar]]:
+    """Return the displacement under the force."""
+    return x - values["load.compliance"] * around.force, []
+
+
+def starts(extent: Extent) -> dict[str, Start]:
+    """Start where the force's span moves a twentieth of the travel; nothing without a force channel."""
+    if extent.force is None or extent.force[0] == extent.force[1]:
+        return {}
+    most = extent.displacement_span / (extent.force[1] - extent.force[0])
+    return {"load.compliance": Start(0.05 * most, 0.0, 10.0 * most)}

@@ -1,0 +1,95 @@
+"""Random parameter sets with effects, for the tests of the chain."""
+
+import numpy as np
+from conftest import TS, UM
+from hypothesis import strategies as st
+
+from it2hys.chain import EFFECTS
+from it2hys.parameters import ParameterSet, table_1
+
+#: Effects that lose nothing: the inverse undoes them. Those of the reading leave the displacement.
+INVERTIBLE = ("lag", "play", "load", "creep", "resonance", "drift", "nonlinearity", "hum")
+
+
+def _play(rng: np.random.Generator) -> dict[str, float]:
+    count = int(rng.integers(1, 17))
+    thresholds = np.cumsum(rng.uniform(0.1, 6.0, count))
+    weights = rng.uniform(-0.5, 0.5, count) / count
+    values = {f"play[{j}].threshold": float(r) for j, r in enumerate(thresholds, start=1)}
+    return values | {f"play[{j}].weight": float(w) for j, w in enumerate(weights, start=1)}
+
+
+def _creep(rng: np.random.Generator) -> dict[str, float]:
+    values = {}
+    for i in range(1, int(rng.integers(1, 17)) + 1):
+        values[f"creep[{i}].gain"] = rng.uniform(-0.01, 0.03)
+        values[f"creep[{i}].timeConstant"] = 10 ** rng.uniform(-4.5, 2.0)
+    return values
+
+
+def _values(effect: str, rng: np.random.Generator) -> dict[str, float]:
+    """Return random parameters of one effect that is on."""
+    uniform = rng.uniform
+    return {
+        "delay": lambda: {"delay.time": rng.choice([uniform(0.0, 64.0), rng.integers(1, 65)]) * TS},
+        "slew": lambda: {"slew.rate": uniform(2e3, 2e4)},
+        "saturation": lambda: {
+            "saturation.minimum": uniform(0.0, 40.0), "saturation.maximum": uniform(70.0, 100.0),
+        },
+        "lag": lambda: {"lag.timeConstant": uniform(1e-5, 1e-3)},
+        "play": lambda: _play(rng),
+        "load": lambda: {"load.compliance": uniform(1e-9, 5e-8)},
+        "creep": lambda: _creep(rng),
+        "resonance": lambda: {
+            "resonance.frequency": uniform(300.0, 4500.0), "resonance.damping": uniform(0.02, 0.9),
+        },
+        "drift": lambda: {
+            "drift.temperatureCoefficient": uniform(-2e-8, 2e-8), "drift.rate": uniform(-2e-6, 2e-6),
+        },
+        "nonlinearity": lambda: {
+            f"nonlinearity.{name}": uniform(-0.5, 0.5) * UM
+            for name in ("quadratic", "cubic", "quartic")
+        },
+        "hum": lambda: {
+            "hum.amplitude": 0.02 * UM, "hum.frequency": uniform(10.0, 400.0), "hum.phase": uniform(),
+        },
+    }[effect]()  # fmt: skip
+
+
+def with_effects(effects: tuple[str, ...], seed: int, **changes: float) -> ParameterSet:
+    """Return Table 1 with effects of random parameters; the same for the same seed."""
+    rng = np.random.default_rng(seed)
+    values = {**table_1(), "initialDisplacement": 5 * UM}
+    for effect in effects:
+        values.update({name: float(v) for name, v in _values(effect, rng).items()})
+    for group in ("play", "creep"):
+        del values[f"{group}Count"]
+    return ParameterSet({**values, **changes}, ", ".join(effects)).validate()
+
+
+def effect_sets(effects: tuple[str, ...] = tuple(EFFECTS)) -> st.SearchStrategy[ParameterSet]:
+    """Return a strategy for sets with one of the effects, some or all of them."""
+    some = st.lists(st.sampled_from(effects), unique=True).map(
+        lambda chosen: tuple(e for e in effects if e in chosen)
+    )
+    one = st.sampled_from([(e,) for e in effects])
+    return st.builds(with_effects, one | some | st.just(effects), st.integers(0, 2**32 - 1))
+
+
+def signals(samples: int, low: float, high: float) -> np.ndarray:
+    """Return a signal with turning points at several levels, between two values."""
+    t = np.arange(samples) * TS
+    wave = 0.8 * np.sin(250.0 * t) + 0.2 * np.sin(1700.0 * t)
+    return 0.5 * (low + high) + 0.5 * (high - low) * wave
+
+
+def surroundings(samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return force in N and temperature in K."""
+    t = np.arange(samples) * TS
+    return 10.0 * np.sin(190.0 * t), 293.0 + 5.0 * np.cos(80.0 * t)
+
+
+def gentle_reference(samples: int) -> np.ndarray:
+    """Return a reference in m that begins at rest at 5 um: a jump would leave the range."""
+    fade = 1.0 - np.exp(-0.01 * np.arange(samples) ** 2)
+    return 5 * UM + fade * (signals(samples, 5 * UM, 9 * UM) - 5 * UM)

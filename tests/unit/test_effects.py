@@ -1,0 +1,197 @@
+"""The effects: the C chain and CasADi's are one model, off is Table 1, the inverse undoes the plant."""
+
+import numpy as np
+import pytest
+from conftest import TS, UM, make_set
+from effects import INVERTIBLE, effect_sets, gentle_reference, signals, surroundings, with_effects
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from it2hys import core
+from it2hys.chain import EFFECTS, Chain, active_effects
+from it2hys.effects import Extent
+from it2hys.errors import InputError
+from it2hys.parameters import ParameterSet, format_ssv, read_ssv, table_1, write_ssv
+from it2hys.variables import load_table
+
+SAMPLES = 300
+EXTENT = Extent(TS, 0.5, (0.0, 120.0), (0.0, 15 * UM), (-10.0, 10.0), (288.0, 298.0))
+
+
+def assert_casadi_is_c(parameters: ParameterSet) -> None:
+    voltage, (force, temperature) = signals(SAMPLES, -5.0, 115.0), surroundings(SAMPLES)
+    in_c = core.chain_free_run(parameters, voltage, force, temperature)
+    in_casadi = Chain(parameters).free_run(voltage, force, temperature)
+    for ours, theirs in zip(in_c, in_casadi, strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.ptp(theirs))
+
+
+# --- one model ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_each_effect_is_the_same_in_casadi_and_c_and_shows(effect):
+    for seed in range(5):
+        parameters = with_effects((effect,), seed)
+        assert active_effects(parameters) == [effect]
+        assert_casadi_is_c(parameters)
+        voltage, around = signals(SAMPLES, -5.0, 115.0), surroundings(SAMPLES)
+        plain = core.chain_free_run(with_effects((), 0), voltage)[1]
+        assert np.max(np.abs(core.chain_free_run(parameters, voltage, *around)[1] - plain)) > 1e-9
+
+
+@settings(max_examples=25)
+@given(effect_sets())
+def test_casadi_and_c_chains_agree(parameters):
+    assert_casadi_is_c(parameters)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 16))
+def test_without_effects_the_chain_is_the_core_bit_for_bit(seed, count):
+    parameters = make_set(seed, count, initialDisplacement=3 * UM)
+    voltage, around = signals(SAMPLES, 0.0, 100.0), surroundings(SAMPLES)
+    displacement, measured = core.chain_free_run(parameters, voltage, *around, first_tick=12345)
+    alone = core.free_run(parameters.rules, voltage, 3 * UM)
+    assert displacement.tobytes() == measured.tobytes() == alone.tobytes()
+    reference = signals(SAMPLES, 1 * UM, 15 * UM)
+    inverse = core.chain_inverse_run(parameters, reference, *around)[0]
+    previous = np.concatenate([[3 * UM], reference[:-1]])
+    assert inverse.tobytes() == core.solve(parameters.rules, previous, reference).tobytes()
+
+
+@settings(max_examples=50)
+@given(effect_sets(INVERTIBLE))
+def test_the_plant_follows_its_inverse(parameters):
+    reference, around = gentle_reference(SAMPLES), surroundings(SAMPLES)
+    voltage, saturated = core.chain_inverse_run(parameters, reference, *around)
+    # a weakly damped resonance or a slow lag may ask for more than the core's range
+    until = int(np.argmax(saturated)) if saturated.any() else SAMPLES
+    displacement, measured = core.chain_free_run(parameters, voltage, *around)
+    np.testing.assert_allclose(displacement[:until], reference[:until], rtol=1e-9, atol=0)
+    if set(active_effects(parameters)) & {"nonlinearity", "hum"}:
+        assert np.any(displacement != measured)
+    else:
+        assert displacement.tobytes() == measured.tobytes()
+
+
+@pytest.mark.parametrize("effect", ["lag", "play", "load", "creep", "drift"])
+def test_nothing_saturates_on_a_gentle_reference(effect):
+    for seed in range(20):
+        parameters = with_effects((effect,), seed)
+        assert not core.chain_inverse_run(parameters, gentle_reference(SAMPLES))[1].any()
+
+
+@given(st.integers(0, 1000))
+def test_limits_are_kept_and_what_is_reached_recovers(seed):
+    parameters = with_effects(("slew", "saturation", "lag", "play", "creep"), seed)
+    # at first beyond the amplifier, then within
+    reference = np.concatenate([np.full(300, 15.9 * UM), np.full(20000, 8 * UM)])
+    voltage, saturated = core.chain_inverse_run(parameters, reference)
+    low, high = parameters["saturation.minimum"], parameters["saturation.maximum"]
+    assert saturated[0] and np.all(voltage[1:] <= high + 1e-9) and np.all(voltage[100:] >= low - 1e-9)
+    assert np.max(np.abs(np.diff(voltage))) <= parameters["slew.rate"] * TS * (1 + 1e-9)
+    displacement, _ = core.chain_free_run(parameters, voltage)
+    within = low + 1 < voltage[-1] < high - 1  # some amplifiers do not hold even this
+    assert not (within and saturated[-1])
+    if within:
+        np.testing.assert_allclose(displacement[-100:], reference[-100:], rtol=1e-6)
+
+
+@pytest.mark.parametrize("ticks", [1, 7, 64])
+def test_a_reference_handed_over_a_delay_early_is_followed_on_time(ticks):
+    parameters = with_effects(("play", "creep"), 3, **{"delay.time": ticks * TS})
+    reference = gentle_reference(SAMPLES)
+    voltage, saturated = core.chain_inverse_run(parameters, reference)
+    assert not saturated.any()
+    displacement, _ = core.chain_free_run(parameters, voltage)
+    np.testing.assert_allclose(displacement[ticks:], reference[:-ticks], rtol=1e-9)
+
+
+def test_time_is_that_of_the_tick():
+    parameters = with_effects(("drift", "hum"), 5)
+    voltage = np.full(100, 50.0)
+    for first in (0, 1000, -50):
+        displacement, measured = core.chain_free_run(parameters, voltage, first_tick=first)
+        plain, _ = core.chain_free_run(with_effects((), 0), voltage)
+        t = (first + np.arange(100)) * TS
+        by_temperature = parameters["drift.temperatureCoefficient"] * (293.15 - 293.15)
+        expected = plain + by_temperature + parameters["drift.rate"] * t
+        np.testing.assert_allclose(displacement, expected, rtol=1e-12)
+        angle = 2 * np.pi * parameters["hum.frequency"] * t + parameters["hum.phase"]
+        line = parameters["hum.amplitude"] * np.sin(angle)
+        np.testing.assert_allclose(measured, expected + line, rtol=1e-12)
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_casadi_derives_by_every_parameter_of_an_effect(effect):
+    parameters = with_effects((effect,), 8)
+    chain = Chain(parameters)
+    voltage, (force, temperature) = signals(SAMPLES, -5.0, 115.0), surroundings(SAMPLES)
+    p, state = chain.vector(), chain.rest(chain.vector())
+    jacobian = chain.step.jacobian()
+    for k in range(5):
+        inputs = voltage[k], force[k], temperature[k], k * TS
+        assert np.all(np.isfinite(jacobian(p, state, *inputs, 0, 0, 0)[0].full()))
+        state = chain.step(p, state, *inputs)[0]
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_starts_lie_within_their_bounds_and_make_a_usable_set(effect):
+    starts = EFFECTS[effect].starts(EXTENT)
+    known = load_table().parameters()
+    assert starts and all(known[name].type.base == "Real" for name in starts)
+    for name, start in starts.items():
+        assert start.low <= start.value <= start.high, name
+        assert start.low < start.high
+        if name in known:
+            assert known[name].type.min <= start.value <= known[name].type.max
+    values = {n: v for n, v in table_1().items() if n not in ("playCount", "creepCount")}
+    ParameterSet({**values, **{name: s.value for name, s in starts.items()}}).validate()
+
+
+# --- parameter sets ----------------------------------------------------------------------------
+
+
+@given(effect_sets())
+def test_a_set_with_effects_survives_the_file(tmp_path_factory, parameters):
+    path = tmp_path_factory.getbasetemp() / "effects.ssv"
+    write_ssv(parameters, path)
+    again = read_ssv(path)
+    assert dict(again) == dict(parameters)
+    assert format_ssv(again) == format_ssv(parameters)
+
+
+def test_counts_follow_from_the_elements_given():
+    parameters = with_effects(("play", "creep"), 1)
+    counts = parameters.counts
+    assert counts["play"] == parameters["playCount"] > 0
+    assert f"play[{counts['play']}].weight" in parameters
+    assert f"play[{counts['play'] + 1}].weight" not in parameters
+    plain = table_1()
+    assert plain.counts == {"rule": 3, "play": 0, "creep": 0}
+    assert not any(name.startswith(("play[", "creep[")) for name in plain)
+    assert active_effects(plain) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "phrase"),
+    [
+        ({"play[1].weight": 0.1}, "parameter 'play[1].threshold' is missing"),
+        ({"playCount": 17}, "playCount is 17; it must be 0 to 16"),
+        ({"lag.timeConstant": -1e-3}, "lag.timeConstant is -0.001 s; it must be 0 to 1e+06 s"),
+        ({"lag.time": 1e-3}, "unknown parameter 'lag.time'; did you mean"),
+        ({"resonance.frequency": 5e3, "resonance.damping": 0.1}, "(Nyquist)"),
+        ({"resonance.frequency": 500.0}, "resonance.damping is 0; it must be above 0"),
+        ({"delay.time": 65 * TS}, "delay.time is 0.0065 s; at a sampleTime of 0.0001 s"),
+        ({"play[1].threshold": 1.0, "play[1].weight": -1.5}, "play[1].weight is -0.5"),
+        ({"creep[1].gain": 0.1, "creep[1].timeConstant": 0.0}, "creep[1].timeConstant is 0 s"),
+        ({"saturation.minimum": 50.0}, "saturation.minimum, 50 V, must be below saturation.maximum"),
+        ({"nonlinearity.cubic": 9 * UM}, "nonlinearity.quadratic, cubic and quartic"),
+        ({"hum.amplitude": 1e-8}, "hum.frequency is 0 Hz"),
+    ],
+)
+def test_effects_that_cannot_be_are_refused_by_name(changes, phrase):
+    values = {n: v for n, v in table_1().items() if n not in ("playCount", "creepCount")}
+    with pytest.raises(InputError) as refusal:
+        ParameterSet({**values, **changes}).validate()
+    assert phrase in str(refusal.value)
