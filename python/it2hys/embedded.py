@@ -22,16 +22,18 @@ _TEXT = """\
  *     static struct chain_state plant;      one state per signal path
  *     it2hys_begin(&chain, &plant);
  *     every {sample_time!r} s:
- *         displacement = chain_step(&chain, &plant, voltage);
+ *         struct chain_surroundings around = {{ force, temperature, time }};
+ *         displacement = chain_step(&chain, &plant, voltage, &around);
  *     and the inverse, with a state of its own:
- *         voltage = chain_inverse(&chain, &inverse, displacement, &saturated);
+ *         voltage = chain_inverse(&chain, &inverse, displacement, &around, &limits);
  *
- * Displacements are in m, voltages in V. Compile the .c files beside this one with it (C99, not C++).
+ * Displacements are in m, voltages in V, force in N, temperature in K, time in s. Compile the .c files beside this one with it (C99, not C++).
  * Nothing is allocated and nothing is global; every loop runs over the {rules} rules. chain_check,
  * which explains in words what is wrong with a parameter set, is the only part that uses snprintf; this
  * set has passed it.
  *
- * Operations of one tick at most, by formula for L rules and for this set:
+ * Operations of one tick of the core at most (effects come on top), by formula for L rules and for
+ * this set:
  *                          multiplications   additions   comparisons   divisions
  *     chain_step           22 L              24 L - 2    2 L + 1       1
  *                          {step}
@@ -41,8 +43,8 @@ _TEXT = """\
  * Where the displacement is so far from every rule that all memberships underflow in double (more than
  * 35 of the widest sigmaUpper), 2 L calls of exp come on top.
  *
- * In single precision: it2hys_begin_single, then it2_single_step and it2_single_inverse, the same
- * equations in float. On the paper's signal (22) they stay within 1e-6 of the displacement's range.
+ * In single precision, the core alone: it2hys_begin_single, then it2_single_step and
+ * it2_single_inverse, the same equations in float. On the paper's signal (22) they stay within 1e-6 of the displacement's range.
  */
 #ifndef IT2HYS_MODEL_H
 #define IT2HYS_MODEL_H
@@ -57,7 +59,7 @@ static const struct chain_parameters IT2HYS_PARAMETERS = {{
 static inline void it2hys_begin(struct chain *chain, struct chain_state *state)
 {{
     chain_prepare(chain, &IT2HYS_PARAMETERS);
-    chain_reset(state, &IT2HYS_PARAMETERS);
+    chain_reset(chain, state, &IT2HYS_PARAMETERS);
 }}
 
 static inline void it2hys_begin_single(struct it2_single *stage)

@@ -37,12 +37,13 @@ int main(void)
     it2hys_begin_single(&single);
     y = (float)IT2HYS_PARAMETERS.initialDisplacement;
     while (scanf("%lf", &voltage) == 1) {
-        bool saturated;
-        const double displacement = chain_step(&chain, &plant, voltage);
+        const struct chain_surroundings around = { 0.0, 293.15, 0.0 };
+        unsigned limits;
+        const double displacement = chain_step(&chain, &plant, voltage, &around);
         const float previous = y;
         y = it2_single_step(&single, previous, (float)voltage);
         printf("%.17g %.17g %.9g %.9g\n", displacement,
-               chain_inverse(&chain, &inverse, displacement, &saturated), (double)y,
+               chain_inverse(&chain, &inverse, displacement, &around, &limits), (double)y,
                (double)it2_single_inverse(&single, previous, y));
     }
     return 0;
