@@ -27,7 +27,8 @@ _TEXT = """\
  *     and the inverse, with a state of its own:
  *         voltage = chain_inverse(&chain, &inverse, displacement, &around, &limits);
  *
- * Displacements are in m, voltages in V, force in N, temperature in K, time in s. Compile the .c files beside this one with it (C99, not C++).
+ * Displacements are in m, voltages in V, force in N, temperature in K, time in s.
+ * Compile the .c files beside this one with it (C99, not C++).
  * Nothing is allocated and nothing is global; every loop runs over the {rules} rules. chain_check,
  * which explains in words what is wrong with a parameter set, is the only part that uses snprintf; this
  * set has passed it.
@@ -44,7 +45,8 @@ _TEXT = """\
  * 35 of the widest sigmaUpper), 2 L calls of exp come on top.
  *
  * In single precision, the core alone: it2hys_begin_single, then it2_single_step and
- * it2_single_inverse, the same equations in float. On the paper's signal (22) they stay within 1e-6 of the displacement's range.
+ * it2_single_inverse, the same equations in float. On the paper's signal (22) they
+ * stay within 1e-6 of the displacement's range.
  */
 #ifndef IT2HYS_MODEL_H
 #define IT2HYS_MODEL_H
