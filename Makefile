@@ -73,6 +73,7 @@ pytest: $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched)
 
 bench: $(INSTALLED) ctest
 	$(BIN)/cmake --build $(CBUILD) --target bench
+	$(BIN)/python benchmarks/identification.py
 
 clean:
 	rm -rf $(VENV) build out
