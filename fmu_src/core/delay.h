@@ -9,7 +9,7 @@
 
 #include "effect.h"
 
-enum { DELAY_MAX_TICKS = 64 };
+#define DELAY_MAX_TICKS 64
 
 struct delay_parameters {
     double time;

@@ -7,7 +7,7 @@
 
 CHECK_MAIN;
 
-enum { BLOCK = 1000 }; /* ticks, made in steps of different sizes */
+#define BLOCK 1000 /* ticks, made in steps of different sizes */
 
 static const int STEP[] = { 1, 7, 100, 892 };
 
