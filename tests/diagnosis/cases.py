@@ -11,16 +11,16 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import signal
-
 from diagnosis import simulator as sim
 from diagnosis import voltages
+from scipy import signal
+
 from it2hys.records import Record
 
 #: Least change of the test records that an effect makes, as a multiple of the noise (both rms).
 LEAST_EFFECT = 5.0
 #: The same of the part of it that no change of the base model's parameters makes.
-LEAST_UNABSORBED = 2.0
+LEAST_UNABSORBED = 3.0
 TRAINING, VALIDATION, TEST = 5, 2, 2
 _RECORDS = TRAINING + VALIDATION + TEST
 _ADC_STEP = 20.0 / 2**16  # of a 16-bit converter over 20 um
@@ -331,7 +331,7 @@ def _draw_scene(case: Case, rng: np.random.Generator) -> _Scene:
     lead = int(rng.integers(300, 1500)) if case.in_motion else 0
     t = np.arange(samples + lead) * sample_time
     greatest = float(rng.choice([sim.PAPER_VOLTAGE, rng.uniform(80.0, 150.0)], p=[0.6, 0.4]))
-    quickness = rng.uniform(0.8, 2.5) * (sample_time / 1e-4) ** 0.7
+    quickness = rng.uniform(0.8, 2.5) * (sample_time / 1e-4) ** 0.5
     rules = sim.draw_rules(rng, greatest, quickness)
     by_heat = "drift" in case.truth and case.drift_by == "temperature"
     force = _draw_force(rng, t) if "load" in case.truth or rng.random() < 0.25 else None

@@ -122,8 +122,10 @@ def advance(rules: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
 def equilibrium(rules: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Return where (10) comes to rest at voltages x, coming from below its range."""
     y = np.zeros(np.broadcast_shapes(rules.shape[:-2], np.shape(x)))
-    for _ in range(1500):
-        y = advance(rules, y, x)
+    for _ in range(3000):
+        last, y = y, advance(rules, y, x)
+        if not np.any(np.abs(y - last) > 1e-13):  # a draw that diverged to NaN ends here too
+            break
     return y
 
 
@@ -178,8 +180,8 @@ def _contracts(rules: np.ndarray, volts: np.ndarray, rest: np.ndarray) -> bool:
 
     at_rest = slope(rest, volts)
     anywhere = slope(*np.meshgrid(rest, volts))
-    calm = 0.0 < at_rest.min() and at_rest.max() < 0.985
-    return calm and -0.2 < anywhere.min() and anywhere.max() < 0.998
+    calm = at_rest.min() > 0.0 and at_rest.max() < 0.985
+    return calm and anywhere.min() > -0.2 and anywhere.max() < 0.998
 
 
 # --- in front of the base, on the fine grid ------------------------------------------------------
