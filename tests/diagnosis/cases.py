@@ -101,6 +101,11 @@ class Case:
         return self._made.plant
 
     @property
+    def grid(self) -> sim.Grid:
+        """How the simulation divided time."""
+        return self._made.grid
+
+    @property
     def samples(self) -> int:
         """Number of samples in all records."""
         return sum(len(record) for record in self._made.records)
@@ -119,6 +124,7 @@ class _Made:
     """What a case is made of; lengths in um."""
 
     plant: sim.Plant
+    grid: sim.Grid
     records: list[Record]
     noise: float
     sizes: dict[str, float]
@@ -379,7 +385,7 @@ def _make(case: Case, rng: np.random.Generator) -> _Made:
     if rng.random() < 0.4:
         reading = _ADC_STEP * np.round(reading / _ADC_STEP)
     records = _records(scene, reading, lead, rng)
-    return _Made(plant, records, scene.noise, sizes, unabsorbed)
+    return _Made(plant, scene.around.grid, records, scene.noise, sizes, unabsorbed)
 
 
 def _rms(x: np.ndarray) -> float:
