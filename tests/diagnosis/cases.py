@@ -168,8 +168,9 @@ class _Scene:
 # --- the effects' random sizes -------------------------------------------------------------------
 
 
-def _draw_delay(rng: np.random.Generator, scene: _Scene) -> sim.Delay:
-    return sim.Delay(rng.uniform(0.5, 8.0) * scene.around.grid.sample_time)
+def _draw_delay(rng: np.random.Generator, scene: _Scene, least: float) -> sim.Delay:
+    """Draw a delay of `least` to 8 ticks."""
+    return sim.Delay(rng.uniform(least, 8.0) * scene.around.grid.sample_time)
 
 
 def _draw_slew(rng: np.random.Generator, scene: _Scene) -> sim.Slew:
@@ -261,13 +262,13 @@ def _draw_anomaly(name: str, rng: np.random.Generator, scene: _Scene) -> sim.Eff
         "bursts": lambda: sim.Bursts(2.0 * size, rng.uniform(0.1, 0.3), seed),
         "hidden heat": lambda: sim.HiddenHeat(rng.uniform(0.01, 0.03), seed),
         "wander": lambda: sim.Wander(2.0 * size, seed),
-        "stiction": lambda: sim.Stiction(rng.uniform(10.0, 40.0) * scene.greatest),
+        "stiction": lambda: sim.Stiction(rng.uniform(2.0, 6.0) * scene.greatest),
     }[name]()
 
 
 _DRAWS: dict[str, Callable[[np.random.Generator, _Scene], sim.Effect]] = {
-    "delay": _draw_delay, "slew": _draw_slew, "saturation": _draw_saturation, "lag": _draw_lag,
-    "play": _draw_play, "load": _draw_load, "creep": _draw_creep, "resonance": _draw_resonance,
+    "slew": _draw_slew, "saturation": _draw_saturation, "lag": _draw_lag, "play": _draw_play,
+    "load": _draw_load, "creep": _draw_creep, "resonance": _draw_resonance,
     "nonlinearity": _draw_nonlinearity, "hum": _draw_hum,
 }  # fmt: skip
 
@@ -362,14 +363,18 @@ def _draw_noise(rng: np.random.Generator, shape: tuple[int, int], rms: float) ->
 # --- the case ------------------------------------------------------------------------------------
 
 
+def _draw_effect(name: str, case: Case, rng: np.random.Generator, scene: _Scene) -> sim.Effect:
+    if name == "drift":
+        return _draw_drift(rng, scene, case.drift_by)
+    if name == "delay":
+        # how a filter is sampled is worth up to a tick: beside one, less delay is not known from it
+        return _draw_delay(rng, scene, 2.5 if {"lag", "resonance"} & {*case.truth} else 0.5)
+    return _DRAWS[name](rng, scene)
+
+
 def _make(case: Case, rng: np.random.Generator) -> _Made:
     scene = _draw_scene(case, rng)
-    effects = {}
-    for name in case.truth:
-        if name == "drift":
-            effects[name] = _draw_drift(rng, scene, case.drift_by)
-        else:
-            effects[name] = _DRAWS[name](rng, scene)
+    effects = {name: _draw_effect(name, case, rng, scene) for name in case.truth}
     if case.anomaly:
         effects[case.anomaly] = _draw_anomaly(case.anomaly, rng, scene)
     plant = sim.Plant(scene.rules, effects)
