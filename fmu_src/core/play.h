@@ -28,8 +28,9 @@ struct play_state {
 bool play_check(const struct play_element *elements, int count, char *message, size_t size);
 void play_prepare(struct play *stage, const struct play_element *elements, int count);
 
-/* At rest at the output h, reached from 0 on the initial loading curve; returns the input. */
-double play_reset(const struct play *stage, struct play_state *state, double h);
+/* At rest at the output h, reached from 0 by way of the input `turn`; returns the input. Where turn is
+ * 0, that is on the initial loading curve. */
+double play_reset(const struct play *stage, struct play_state *state, double h, double turn);
 double play_step(const struct play *stage, struct play_state *state, double x);
 double play_inverse(const struct play *stage, struct play_state *state, double h);
 
@@ -43,7 +44,8 @@ double play_step_tangent(const struct play *stage, const struct play_state *stat
 double play_solve_tangent(const struct play *stage, const struct play_state *state, double x,
                           const struct play_state *d_state, double d_h);
 
-/* Derivative of the input that play_reset returns, in the direction of `d` and d_h. */
-double play_reset_tangent(const struct play *stage, double h, const struct play_element *d, double d_h);
+/* Derivative of the input that play_reset returns, in the direction of `d`, d_h and d_turn. */
+double play_reset_tangent(const struct play *stage, double h, double turn, const struct play_element *d,
+                          double d_h, double d_turn);
 
 #endif

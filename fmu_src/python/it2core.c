@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "../core/chain.h"
+#include "../identification/chain_sensitivity.h"
 #include "chain_table.h"
 
 #if defined _WIN32
@@ -35,6 +36,13 @@ EXPORT size_t it2core_chain_run(const void *parameters, const double *voltage, c
 EXPORT size_t it2core_chain_inverse(const void *parameters, const double *reference,
                                     const double *force, const double *temperature,
                                     int64_t first_tick, size_t n, double *voltage, int *limits);
+EXPORT size_t it2core_chain_predict(const void *parameters, const struct chain_start *start,
+                                    const struct chain_record *record, double *measured,
+                                    double *core_input, double *core_output);
+EXPORT size_t it2core_chain_sensitivity(const void *parameters, const struct chain_start *start,
+                                        const struct chain_record *record,
+                                        const struct chain_knob *knobs, int count, double *measured,
+                                        double *sensitivity);
 
 size_t it2core_free_run(const struct it2_rule *rules, int count, const double *x, size_t n,
                         double y_initial, double *y, double *sensitivity)
@@ -159,4 +167,18 @@ size_t it2core_chain_inverse(const void *parameters, const double *reference, co
             return k;
     }
     return n;
+}
+
+size_t it2core_chain_predict(const void *parameters, const struct chain_start *start,
+                             const struct chain_record *record, double *measured,
+                             double *core_input, double *core_output)
+{
+    return chain_predict(parameters, start, record, measured, core_input, core_output);
+}
+
+size_t it2core_chain_sensitivity(const void *parameters, const struct chain_start *start,
+                                 const struct chain_record *record, const struct chain_knob *knobs,
+                                 int count, double *measured, double *sensitivity)
+{
+    return chain_sensitivity(parameters, start, record, knobs, count, measured, sensitivity);
 }

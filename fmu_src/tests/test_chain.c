@@ -199,7 +199,8 @@ static void equilibrium_tangent(void)
         *parameter(&up, i) += h;
         *parameter(&down, i) -= h;
         const double slope = (hold_voltage(&up) - hold_voltage(&down)) / (2.0 * h);
-        CHECK_NEAR(chain_equilibrium_tangent(&chain, &state, &d), slope, fmax(1.0, fabs(slope)), 1e-6);
+        CHECK_NEAR(chain_equilibrium_tangent(&chain, &state, &p, &d), slope, fmax(1.0, fabs(slope)),
+                   1e-6);
     }
 }
 

@@ -489,17 +489,22 @@ static void equilibrium(void)
         struct chain_state state;
         plain(&p);
         add_effects(&seed, &p, i % 2 ? CHAIN_PLAY | CHAIN_CREEP : ALL & ~(unsigned)CHAIN_DRIFT);
+        if (i % 3 == 2) { /* not from long rest at 0 */
+            p.initialTurningVoltage = random_between(&seed, -50.0, 120.0);
+            p.initialCreep = random_between(&seed, -2.0, 2.0);
+        }
         prepare(&chain, &p);
         chain_reset(&chain, &state, &p);
         const double hold = hold_voltage(&p);
         const struct chain_surroundings still = { 0.0, 293.15, 0.0 };
-        for (int k = 0; i % 2 && k < 20; k++)
+        for (int k = 0; i % 2 && i % 3 < 2 && k < 20; k++)
             CHECK_CLOSE(chain_step(&chain, &state, hold, &still), 5.0, 1e-9);
         chain_reset(&chain, &state, &p);
         double *const moved_by[] = { &p.initialDisplacement, &p.play[0].weight, &p.play[0].threshold,
-                                     &p.creep[0].gain,       &p.rule[1].q3,     &p.saturation.minimum,
+                                     &p.creep[0].gain,       &p.rule[1].q3,     &p.initialTurningVoltage,
+                                     &p.initialCreep,        &p.saturation.minimum,
                                      &p.saturation.maximum };
-        const size_t count = i % 2 ? 5 : 7; /* the limits, where there are any */
+        const size_t count = i % 2 ? 7 : 9; /* the limits, where there are any */
         for (size_t m = 0; m < count; m++) {
             struct chain_parameters d = { .sampleTime = 0.0 };
             *(double *)((char *)&d + ((char *)moved_by[m] - (char *)&p)) = 1.0;
@@ -509,7 +514,8 @@ static void equilibrium(void)
             *moved_by[m] = before - h;
             const double slope = (up - hold_voltage(&p)) / (2.0 * h);
             *moved_by[m] = before;
-            CHECK_NEAR(chain_equilibrium_tangent(&chain, &state, &d), slope, fmax(1.0, fabs(slope)), 1e-5);
+            CHECK_NEAR(chain_equilibrium_tangent(&chain, &state, &p, &d), slope, fmax(1.0, fabs(slope)),
+                       1e-5);
         }
     }
 }

@@ -8,7 +8,8 @@ Units are the caller's: m and V, or a scaled pair of the identification.
 import ctypes
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -76,7 +77,40 @@ def _library() -> ctypes.CDLL:
     library.it2core_chain_inverse.argtypes = [
         _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES, ctypes.c_int64, ctypes.c_size_t, _DOUBLES, _INTEGERS,
     ]  # fmt: skip
+    library.it2core_chain_predict.restype = ctypes.c_size_t
+    library.it2core_chain_predict.argtypes = [
+        _DOUBLES, ctypes.POINTER(_Start), ctypes.POINTER(_Record), _DOUBLES, _DOUBLES, _DOUBLES,
+    ]  # fmt: skip
+    library.it2core_chain_sensitivity.restype = ctypes.c_size_t
+    library.it2core_chain_sensitivity.argtypes = [
+        _DOUBLES, ctypes.POINTER(_Start), ctypes.POINTER(_Record), ctypes.POINTER(_Knob), ctypes.c_int,
+        _DOUBLES, _DOUBLES,
+    ]  # fmt: skip
     return library
+
+
+class _Start(ctypes.Structure):
+    """The `struct chain_start` of fmu_src/identification/chain_sensitivity.h."""
+
+    _fields_ = [("voltage", ctypes.c_double), ("displacement", ctypes.c_double)]
+
+
+class _Record(ctypes.Structure):
+    """The `struct chain_record` of the same file."""
+
+    _fields_ = [
+        ("voltage", ctypes.c_void_p),
+        ("force", ctypes.c_void_p),
+        ("temperature", ctypes.c_void_p),
+        ("first_tick", ctypes.c_int64),
+        ("samples", ctypes.c_size_t),
+    ]
+
+
+class _Knob(ctypes.Structure):
+    """The `struct chain_knob` of the same file."""
+
+    _fields_ = [("offset", ctypes.c_size_t), ("before_core", ctypes.c_int), ("step", ctypes.c_double)]
 
 
 def _rules(rules: np.ndarray) -> tuple[np.ndarray, int]:
@@ -304,3 +338,114 @@ def chain_inverse_run(
     )
     voltage[done:] = np.nan
     return voltage, limits != 0
+
+
+# --- the whole chain, as an identification needs it ----------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """What acts on the chain over a record.
+
+    Parameters
+    ----------
+    voltage, force, temperature : ndarray, shape (N,)
+        In V, N and K.
+    """
+
+    voltage: np.ndarray
+    force: np.ndarray
+    temperature: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        voltage: np.ndarray,
+        force: np.ndarray | float | None = None,
+        temperature: np.ndarray | float | None = None,
+    ) -> "Drive":
+        """Return a drive; without force and at the reference temperature where not given."""
+        force = 0.0 if force is None else force
+        temperature = REST_TEMPERATURE if temperature is None else temperature
+        return cls(*_channels(voltage, force, temperature))
+
+    def _struct(self) -> _Record:
+        channels = (self.voltage, self.force, self.temperature)
+        return _Record(*(c.ctypes.data for c in channels), 0, len(self.voltage))
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A parameter of an effect with respect to which the chain is differentiated.
+
+    Parameters
+    ----------
+    name : str
+        FMU variable name.
+    before_core : bool
+        Whether its effect stands before the core.
+    step : float
+        Change for a difference quotient.
+    """
+
+    name: str
+    before_core: bool
+    step: float
+
+
+def chain_predict(
+    packed: np.ndarray, start: tuple[float, float], drive: Drive
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Simulate the chain from a start of the record's own.
+
+    Parameters
+    ----------
+    packed : ndarray
+        Parameters, from `pack_chain`.
+    start : tuple of float
+        Voltage in V at which what stands before the core has rested, and displacement in m at which
+        the core and what stands behind it have. From rest both belong together.
+    drive : Drive
+
+    Returns
+    -------
+    measured : ndarray, shape (N,)
+        The reading in m; NaN from the sample on at which the run is no longer finite.
+    core_input, core_output : ndarray, shape (N,)
+        In V and m.
+    """
+    outputs = np.full((3, len(drive.voltage)), np.nan)
+    done = _library().it2core_chain_predict(packed, _Start(*start), drive._struct(), *outputs)
+    outputs[:, done:] = np.nan
+    return tuple(outputs)
+
+
+def chain_sensitivity(
+    packed: np.ndarray, start: tuple[float, float], drive: Drive, knobs: Sequence[Knob]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate as `chain_predict` with derivatives.
+
+    Parameters
+    ----------
+    packed, start, drive
+        As in `chain_predict`.
+    knobs : sequence of Knob
+        At most 96.
+
+    Returns
+    -------
+    measured : ndarray, shape (N,)
+    sensitivity : ndarray, shape (N, 6 L + len(knobs) + 1)
+        Derivatives by the rules' parameters, row by row, the knobs and the start's displacement. NaN
+        from the sample on at which the run is no longer finite.
+    """
+    places = _places()
+    rows = int(packed.view(np.int32)[places["ruleCount"][0] // 4])
+    columns = 6 * rows + len(knobs) + 1
+    structs = (_Knob * len(knobs))(*(_Knob(places[k.name][0], k.before_core, k.step) for k in knobs))
+    measured, sensitivity = np.empty(len(drive.voltage)), np.empty((len(drive.voltage), columns))
+    done = _library().it2core_chain_sensitivity(
+        packed, _Start(*start), drive._struct(), structs, len(knobs), measured, sensitivity
+    )
+    measured[done:] = sensitivity[done:] = np.nan
+    return measured, sensitivity

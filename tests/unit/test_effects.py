@@ -99,7 +99,7 @@ def test_limits_are_kept_and_what_is_reached_recovers(seed):
 
 @pytest.mark.parametrize("ticks", [1, 7, 64])
 def test_a_reference_handed_over_a_delay_early_is_followed_on_time(ticks):
-    parameters = with_effects(("play", "creep"), 3, **{"delay.time": ticks * TS})
+    parameters = with_effects(("play", "creep"), 3, initialCreep=0.0, **{"delay.time": ticks * TS})
     reference = gentle_reference(SAMPLES)
     voltage, saturated = core.chain_inverse_run(parameters, reference)
     assert not saturated.any()

@@ -6,6 +6,7 @@ Each module has
     rest(values, y)              input and states at rest at the output y
     step(values, state, x, around)   output and next states; the operations are those of the C core
     starts(extent)               start values and bounds for a fit, from the extent of the records
+    guesses(clues)               values to start a fit from, from what a model without it leaves over
 and says in its docstring what in a record speaks for it. `values` maps FMU variable names to numbers
 or CasADi symbols; counts and switches are always numbers.
 """
@@ -17,6 +18,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import casadi as ca
+import numpy as np
 
 #: A number or an expression.
 Scalar = ca.SX | float
@@ -70,3 +72,50 @@ class Extent:
     def displacement_span(self) -> float:
         """Highest minus lowest displacement."""
         return self.displacement[1] - self.displacement[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Clue:
+    """What a model leaves over of one record, in SI units; arrays have the shape (N,).
+
+    Attributes
+    ----------
+    voltage, force, temperature : ndarray
+    displacement, residual : ndarray
+        Measured, and what the model left of it (measured minus model).
+    used : ndarray of bool
+        Samples to be trusted.
+    """
+
+    voltage: np.ndarray
+    force: np.ndarray
+    temperature: np.ndarray
+    displacement: np.ndarray
+    residual: np.ndarray
+    used: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Clues:
+    """What a model leaves over of all records.
+
+    Attributes
+    ----------
+    extent : Extent
+    records : list of Clue
+    """
+
+    extent: Extent
+    records: list[Clue]
+
+    def spectrum(self, points: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return frequencies in Hz and the residual's mean power there, each of shape (points,)."""
+        frequency = np.linspace(0.0, 0.5 / self.extent.sample_time, points)
+        power = np.zeros(points)
+        for clue in self.records:
+            window = np.hanning(len(clue.residual))
+            residual = np.where(clue.used, clue.residual, 0.0)
+            transform = np.fft.rfft((residual - np.mean(residual)) * window)
+            own = np.fft.rfftfreq(len(residual), self.extent.sample_time)
+            power += np.interp(frequency, own, np.abs(transform) ** 2) / np.sum(window**2)
+        return frequency, power / len(self.records)

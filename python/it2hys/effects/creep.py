@@ -7,7 +7,7 @@ cycles whose loops are wider than fast ones'. A drift with time grows without an
 import casadi as ca
 import numpy as np
 
-from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 MAX_COUNT = 16
 
@@ -23,12 +23,13 @@ def size(parameters: Values) -> int:
 
 
 def rest(values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
-    """Return the input and the states after long rest."""
-    count = int(values["creepCount"])
-    slope = 1.0
+    """Return the input and the states, `initialCreep` above it: at 0 those after long rest."""
+    count, ahead = int(values["creepCount"]), values["initialCreep"]
+    gains = 0.0
     for i in range(1, count + 1):
-        slope = slope + values[f"creep[{i}].gain"]
-    return y / slope, [y / slope] * count
+        gains = gains + values[f"creep[{i}].gain"]
+    x = (y - gains * ahead) / (1.0 + gains)
+    return x, [x + ahead] * count
 
 
 def step(
@@ -49,7 +50,18 @@ def starts(extent: Extent, count: int = 2) -> dict[str, Start]:
     spread = np.geomspace(fastest, slowest, count + 2)[1:-1]
     result = {}
     for i, time_constant in enumerate(spread, start=1):
-        result[f"creep[{i}].gain"] = Start(0.02, -0.2 / count, 2.0)
+        result[f"creep[{i}].gain"] = Start(0.02, 0.0, 2.0)
         bounds = (0.5 * fastest, 10.0 * slowest)
         result[f"creep[{i}].timeConstant"] = Start(float(time_constant), *bounds)
     return result
+
+
+def guesses(clues: Clues, count: int = 3) -> list[dict[str, float]]:
+    """Return small gains at time constants spread over the decades that the records see."""
+    values = starts(clues.extent, count)
+    constants = {name: start.value for name, start in values.items() if "timeConstant" in name}
+    gains = [name for name in values if "gain" in name]
+    return [
+        {"creepCount": count, **constants, **dict.fromkeys(gains, total / count)}
+        for total in (0.02, 0.1)
+    ]

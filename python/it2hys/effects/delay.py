@@ -7,7 +7,7 @@ and the core itself is a lag; so the gain at the highest frequencies of the reco
 
 import math
 
-from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 MAX_TICKS = 64
 ROUNDING = 1e-9
@@ -41,3 +41,9 @@ def step(
 def starts(extent: Extent) -> dict[str, Start]:
     """Start at one tick; whole ticks are the structure of the chain, so that a fit tries several."""
     return {"delay.time": Start(extent.sample_time, 0.0, MAX_TICKS * extent.sample_time)}
+
+
+def guesses(clues: Clues) -> list[dict[str, float]]:
+    """Return delays from a part of a tick to many."""
+    ticks = (0.4, 0.9, 1.6, 2.5, 3.5, 5.5, 8.0, 12.0, 20.0, 40.0)
+    return [{"delay.time": t * clues.extent.sample_time} for t in ticks]

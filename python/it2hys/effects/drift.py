@@ -4,7 +4,9 @@ For it speaks a residual that follows the temperature channel, or time, linearly
 whatever the voltage does; held voltages drift as moving ones do.
 """
 
-from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+import numpy as np
+
+from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 REFERENCE_TEMPERATURE = 293.15
 
@@ -42,3 +44,17 @@ def starts(extent: Extent) -> dict[str, Start]:
         most = travel / (extent.temperature[1] - extent.temperature[0])
         result["drift.temperatureCoefficient"] = Start(0.0, -most, most)
     return result
+
+
+def guesses(clues: Clues) -> list[dict[str, float]]:
+    """Return the slopes by which the residual follows time and temperature."""
+    names, columns, target = list(starts(clues.extent)), [], []
+    for i, c in enumerate(clues.records):
+        time = np.arange(len(c.residual)) * clues.extent.sample_time
+        rows = {"drift.rate": time, "drift.temperatureCoefficient": c.temperature}
+        constants = np.zeros((len(time), len(clues.records)))
+        constants[:, i] = 1.0
+        columns.append(np.column_stack([*(rows[n] for n in names), constants])[c.used])
+        target.append(c.residual[c.used])
+    slopes = np.linalg.lstsq(np.vstack(columns), np.concatenate(target))[0]
+    return [dict(zip(names, (float(v) for v in slopes), strict=False))]

@@ -7,8 +7,11 @@ record, where the voltage has none: incoherent with it, there in rest as in moti
 import math
 
 import casadi as ca
+import numpy as np
+from scipy.ndimage import median_filter
+from scipy.signal import find_peaks
 
-from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 
 def is_on(parameters: Values) -> bool:
@@ -41,4 +44,30 @@ def starts(extent: Extent) -> dict[str, Start]:
         "hum.amplitude": Start(0.001 * extent.displacement_span, 0.0, 0.1 * extent.displacement_span),
         "hum.frequency": Start(min(50.0, 0.5 * nyquist), 0.1 / extent.duration, nyquist),
         "hum.phase": Start(0.0, -math.pi, math.pi),
+    }
+
+
+def guesses(clues: Clues, lines: int = 3) -> list[dict[str, float]]:
+    """Return the strongest lines of the residual; their phases differ from record to record."""
+    longest = max(len(c.residual) for c in clues.records)
+    frequency, power = clues.spectrum(4 * longest)
+    floor = median_filter(power, size=4 * 40 + 1)
+    ratio = power / (floor + np.finfo(float).tiny)
+    peaks, _ = find_peaks(ratio, distance=12)
+    highest = peaks[np.argsort(ratio[peaks])[::-1][:lines]]
+    return [_fitted_line(clues, frequency[i]) for i in highest if frequency[i] > 0.0]
+
+
+def _fitted_line(clues: Clues, frequency: float) -> dict[str, float]:
+    """Return the line of this frequency that is in the residuals; the phase is that of the first."""
+    amplitudes = []
+    for c in clues.records:
+        angle = 2.0 * math.pi * frequency * np.arange(len(c.residual)) * clues.extent.sample_time
+        columns = np.column_stack([np.sin(angle), np.cos(angle), np.ones(len(angle))])[c.used]
+        sine, cosine, _ = np.linalg.lstsq(columns, c.residual[c.used])[0]
+        amplitudes.append(complex(sine, cosine))
+    return {
+        "hum.amplitude": float(np.median(np.abs(amplitudes))),
+        "hum.frequency": float(frequency),
+        "hum.phase": np.angle(amplitudes),
     }

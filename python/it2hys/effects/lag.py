@@ -5,8 +5,9 @@ For it speaks a residual whose transfer from the voltage turns by less than 90 d
 """
 
 import casadi as ca
+import numpy as np
 
-from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 
 def is_on(parameters: Values) -> bool:
@@ -37,3 +38,10 @@ def starts(extent: Extent) -> dict[str, Start]:
     slowest = max(0.1 * extent.duration, 10.0 * extent.sample_time)
     ts = extent.sample_time
     return {"lag.timeConstant": Start(2.0 * ts, 0.05 * ts, slowest)}
+
+
+def guesses(clues: Clues) -> list[dict[str, float]]:
+    """Return time constants from a tick to a tenth of the records."""
+    start = starts(clues.extent)["lag.timeConstant"]
+    shortest = 0.5 * clues.extent.sample_time
+    return [{"lag.timeConstant": t} for t in np.geomspace(shortest, 0.5 * start.high, 10)]

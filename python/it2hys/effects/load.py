@@ -3,7 +3,9 @@
 For it speaks a residual that follows the force channel linearly and without memory.
 """
 
-from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+import numpy as np
+
+from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 
 def is_on(parameters: Values) -> bool:
@@ -34,3 +36,13 @@ def starts(extent: Extent) -> dict[str, Start]:
         return {}
     most = extent.displacement_span / (extent.force[1] - extent.force[0])
     return {"load.compliance": Start(0.05 * most, 0.0, 10.0 * most)}
+
+
+def guesses(clues: Clues) -> list[dict[str, float]]:
+    """Return the compliance by which the residual follows the force; nothing without a channel."""
+    if not starts(clues.extent):
+        return []
+    force = np.concatenate([(c.force - c.force.mean())[c.used] for c in clues.records])
+    residual = np.concatenate([(c.residual - c.residual.mean())[c.used] for c in clues.records])
+    smallest = 1e-4 * starts(clues.extent)["load.compliance"].high
+    return [{"load.compliance": max(-float(force @ residual / (force @ force)), smallest)}]

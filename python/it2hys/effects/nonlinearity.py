@@ -6,7 +6,7 @@ branches, at every frequency and in every record. Data cannot tell a sensor's cu
 
 import casadi as ca
 
-from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 COEFFICIENTS = ("quadratic", "cubic", "quartic")
 
@@ -40,3 +40,9 @@ def starts(extent: Extent) -> dict[str, Start]:
     """Start straight; bounds keep each term by itself monotone."""
     bound = 0.2 * extent.displacement_span
     return {f"nonlinearity.{name}": Start(0.0, -bound, bound) for name in COEFFICIENTS}
+
+
+def guesses(clues: Clues) -> list[dict[str, float]]:
+    """Return a curve that is hardly bent: the model is linear in its coefficients."""
+    small = 1e-4 * clues.extent.displacement_span
+    return [{f"nonlinearity.{name}": small for name in COEFFICIENTS}]

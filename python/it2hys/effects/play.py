@@ -6,7 +6,7 @@ cycles, where every lag closes; and minor loops within a cycle that remember whe
 
 import casadi as ca
 
-from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 MAX_COUNT = 16
 
@@ -26,16 +26,26 @@ def _elements(values: Values, count: int) -> list[tuple[Scalar, Scalar]]:
 
 
 def rest(values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
-    """Return the input and the states on the initial loading curve: from 0 straight to the output."""
+    """Return input and states at the output y, come to from 0 by way of `initialTurningVoltage`."""
     elements = _elements(values, int(values["playCount"]))
-    side = ca.if_else(y < 0, -1.0, 1.0)
-    total, slope, x = ca.fabs(y), 1.0, ca.fabs(y)
-    for threshold, weight in elements:
-        engaged = x > threshold
-        total = ca.if_else(engaged, total + weight * threshold, total)
-        slope = ca.if_else(engaged, slope + weight, slope)
+    turn = values["initialTurningVoltage"]
+    turned = [_moved(0.0, threshold, turn) for threshold, _ in elements]
+    held = y - sum(weight * p for (_, weight), p in zip(elements, turned, strict=True))
+    # upwards or downwards from where the operators turned; they engage in the order of the thresholds
+    side = ca.if_else(held > turned[0], 1.0, -1.0)
+    x, total, slope, walking = held, held, 1.0, True
+    for (threshold, weight), p in zip(elements, turned, strict=True):
+        corner = p + side * threshold
+        walking = ca.logic_and(walking, side * (x - corner) > 0)
+        total = ca.if_else(walking, total + weight * corner, total)
+        slope = ca.if_else(walking, slope + weight, slope)
         x = total / slope
-    return side * x, [side * ca.fmax(x - threshold, 0.0) for threshold, _ in elements]
+    return x, [_moved(p, threshold, x) for (threshold, _), p in zip(elements, turned, strict=True)]
+
+
+def _moved(p: Scalar, threshold: Scalar, x: Scalar) -> Scalar:
+    """Return an operator's output once the input is x."""
+    return ca.fmin(ca.fmax(p, x - threshold), x + threshold)
 
 
 def step(
@@ -44,7 +54,7 @@ def step(
     """Return the core's input and the operators' outputs."""
     y, outputs = x, []
     for (threshold, weight), last in zip(_elements(values, len(state)), state, strict=True):
-        output = ca.fmin(ca.fmax(last, x - threshold), x + threshold)
+        output = _moved(last, threshold, x)
         y = y + weight * output
         outputs.append(output)
     return y, outputs
@@ -58,3 +68,14 @@ def starts(extent: Extent, count: int = 6) -> dict[str, Start]:
         result[f"play[{j}].threshold"] = Start(half * j / (count + 1), 0.0, half)
         result[f"play[{j}].weight"] = Start(0.3 / count, -0.9 / count, 5.0)
     return result
+
+
+def guesses(clues: Clues, count: int = 6) -> list[dict[str, float]]:
+    """Return equal weights at thresholds spread evenly, for a weak and for a strong memory."""
+    values = starts(clues.extent, count)
+    thresholds = {name: start.value for name, start in values.items() if "threshold" in name}
+    weights = [name for name in values if "weight" in name]
+    return [
+        {"playCount": count, **thresholds, **dict.fromkeys(weights, total / count)}
+        for total in (0.1, 0.4)
+    ]

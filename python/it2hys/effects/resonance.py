@@ -8,8 +8,10 @@ frequency and is in phase.
 import math
 
 import casadi as ca
+import numpy as np
+from scipy.signal import find_peaks
 
-from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 
 def is_on(parameters: Values) -> bool:
@@ -47,3 +49,19 @@ def starts(extent: Extent) -> dict[str, Start]:
         "resonance.frequency": Start(0.25 * nyquist, 1e-3 * nyquist, 0.98 * nyquist),
         "resonance.damping": Start(0.05, 1e-3, 0.95),
     }
+
+
+def guesses(clues: Clues) -> list[dict[str, float]]:
+    """Return frequencies over the whole band, and those at which the residual peaks."""
+    nyquist = 0.5 / clues.extent.sample_time
+    frequency, power = clues.spectrum(400)
+    peaks, _ = find_peaks(np.log(power + np.finfo(float).tiny), distance=10)
+    highest = peaks[np.argsort(power[peaks])[::-1][:6]]
+    spread = np.geomspace(0.01, 0.9, 40) * nyquist
+    frequencies = [*spread, *frequency[highest]]
+    return [
+        {"resonance.frequency": f, "resonance.damping": d}
+        for f in frequencies
+        if f > 2e-3 * nyquist
+        for d in (0.02, 0.1, 0.5)
+    ]

@@ -6,7 +6,7 @@ answers to the voltage at all; the tops of large cycles are flat.
 
 import casadi as ca
 
-from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 
 def is_on(parameters: Values) -> bool:
@@ -39,3 +39,15 @@ def starts(extent: Extent) -> dict[str, Start]:
         "saturation.minimum": Start(low + tenth, low - tenth, middle),
         "saturation.maximum": Start(high - tenth, middle, high + tenth),
     }
+
+
+def guesses(clues: Clues) -> list[dict[str, float]]:
+    """Return limits at the upper end, at the lower end and at both."""
+    low, high = clues.extent.voltage
+    span, bounds = high - low, starts(clues.extent)
+    none = bounds["saturation.minimum"].low, bounds["saturation.maximum"].high
+    shares = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
+    limits = [(none[0], high - s * span) for s in shares]
+    limits += [(low + s * span, none[1]) for s in shares]
+    limits += [(low + s * span, high - t * span) for s in shares[1::2] for t in shares[1::2]]
+    return [{"saturation.minimum": a, "saturation.maximum": b} for a, b in limits]

@@ -5,8 +5,9 @@ they last and, in large signals of high frequency only, turns sines into triangl
 """
 
 import casadi as ca
+import numpy as np
 
-from it2hys.effects import Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 
 def is_on(parameters: Values) -> bool:
@@ -38,3 +39,12 @@ def starts(extent: Extent) -> dict[str, Start]:
     fastest = extent.voltage_span / extent.sample_time
     start = min(extent.voltage_span / 1e-2, 0.5 * fastest)
     return {"slew.rate": Start(start, 1e-6 * fastest, fastest)}
+
+
+def guesses(clues: Clues) -> list[dict[str, float]]:
+    """Return rates below those that the voltages ask for."""
+    rates = np.concatenate([np.abs(np.diff(c.voltage)) for c in clues.records])
+    rates = rates[rates > 1e-9 * clues.extent.voltage_span] / clues.extent.sample_time
+    fastest = starts(clues.extent)["slew.rate"].high
+    slowest = np.quantile(rates, 0.3)
+    return [{"slew.rate": r} for r in np.geomspace(slowest, min(rates.max(), fastest), 24)[:-1]]

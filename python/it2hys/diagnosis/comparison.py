@@ -1,0 +1,83 @@
+"""Is one model's free run better than another's by more than chance?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from it2hys.identification.uncertainty import correlation_time
+
+#: Blocks are so many correlation times of the difference long ...
+_BLOCK = 4.0
+#: ... but no record is cut into fewer than this many: fewer have no spread to speak of.
+_FEWEST_BLOCKS = 8
+_RESAMPLES = 4000
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Errors of two models on the same samples, and how sure their difference is.
+
+    Parameters
+    ----------
+    before, after : float
+        Root mean square errors.
+    p_value : float
+        One-sided: probability of such a gain by chance if the models were equally good.
+    interval : tuple of float
+        95 % bootstrap interval of `gain`.
+    """
+
+    before: float
+    after: float
+    p_value: float
+    interval: tuple[float, float]
+
+    @property
+    def gain(self) -> float:
+        """Share by which the root mean square error falls."""
+        return 1.0 - self.after / self.before
+
+
+def compare(before: Sequence[np.ndarray], after: Sequence[np.ndarray], seed: int = 0) -> Comparison:
+    """Compare the errors of two models by blocks of samples.
+
+    Errors of free runs are correlated in time: not samples but blocks, longer than the correlation,
+    count as independent. They are drawn with replacement, record by record (block bootstrap): the
+    p-value is the share of draws without a gain.
+
+    Parameters
+    ----------
+    before, after : sequence of ndarray
+        Errors on each record, both of the same shapes.
+    seed : int
+        Of the bootstrap.
+
+    Returns
+    -------
+    Comparison
+    """
+    squares = [np.column_stack([b**2, a**2]) for b, a in zip(before, after, strict=True)]
+    blocks = [_block_means(s) for s in squares]
+    generator = np.random.default_rng(seed)
+    lengths = np.array([len(s) for s in squares])
+    drawn = sum(
+        n * b[generator.integers(len(b), size=(_RESAMPLES, len(b)))].mean(axis=1)
+        for n, b in zip(lengths, blocks, strict=True)
+    )
+    gains = 1.0 - np.sqrt(drawn[:, 1] / np.maximum(drawn[:, 0], np.finfo(float).tiny))
+    p_value = float((1 + np.count_nonzero(gains <= 0.0)) / (1 + _RESAMPLES))
+    total = np.sqrt(np.sum([s.sum(axis=0) for s in squares], axis=0) / lengths.sum())
+    low, high = np.quantile(gains, [0.025, 0.975])
+    return Comparison(float(total[0]), float(total[1]), p_value, (float(low), float(high)))
+
+
+def _block_means(squares: np.ndarray) -> np.ndarray:
+    """Return means over blocks of the squared errors of one record, shape (B, 2)."""
+    count = len(squares)
+    length = int(_BLOCK * correlation_time(squares[:, 0] - squares[:, 1]))
+    length = int(np.clip(length, 1, max(1, count // _FEWEST_BLOCKS)))
+    whole = squares[: count // length * length]
+    return whole.reshape(-1, length, 2).mean(axis=1)

@@ -1,0 +1,76 @@
+"""The coordinates in which the parameters of effects are fitted.
+
+Those that are positive and may differ by decades (time constants, rates, frequencies) are fitted by
+their logarithm, the others in units of a tenth of what their bounds allow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from it2hys.chain import BEFORE_CORE
+from it2hys.core import Knob
+from it2hys.effects import Start
+from it2hys.variables import load_table
+
+_SHARE = 0.1
+#: Change of a coordinate for a difference quotient: its error is of the second order.
+_STEP = 1e-6
+#: Parameters whose value differs from record to record: nothing in the voltage tells a line's phase.
+BY_RECORD = ("hum.phase",)
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """How one parameter of an effect is fitted.
+
+    Parameters
+    ----------
+    name : str
+        FMU variable name.
+    bounds : tuple of float
+        In SI units.
+    logarithmic : bool
+        Whether the coordinate is the logarithm.
+    """
+
+    name: str
+    bounds: tuple[float, float]
+    logarithmic: bool
+
+    @classmethod
+    def of(cls, name: str, start: Start) -> Coordinate:
+        """Return the coordinate of a parameter with these bounds."""
+        return cls(name, (start.low, start.high), start.low > 0.0)
+
+    @property
+    def unit(self) -> float:
+        """Change in SI units that is 1 in a linear coordinate."""
+        return _SHARE * (self.bounds[1] - self.bounds[0])
+
+    def of_value(self, value: float) -> float:
+        """Return the coordinate of a value, moved into the bounds."""
+        value = float(np.clip(value, *self.bounds))
+        return np.log(value) if self.logarithmic else value / self.unit
+
+    def value(self, coordinate: float) -> float:
+        """Return the value in SI units."""
+        value = np.exp(coordinate) if self.logarithmic else coordinate * self.unit
+        return float(np.clip(value, *self.bounds))
+
+    def slope(self, coordinate: float) -> float:
+        """Return d value / d coordinate."""
+        return self.value(coordinate) if self.logarithmic else self.unit
+
+    def knob(self, coordinate: float) -> Knob:
+        """Return what the C core needs to differentiate by the parameter."""
+        effect = load_table().parameters()[self.name].effect
+        return Knob(self.name, effect in BEFORE_CORE, _STEP * self.slope(coordinate))
+
+
+def coordinates_of(starts: Mapping[str, Start], names: Sequence[str]) -> list[Coordinate]:
+    """Return the coordinates of the named parameters."""
+    return [Coordinate.of(name, starts[name]) for name in names]

@@ -1,0 +1,362 @@
+"""The free-run criterion (23) of the whole chain on several records, with exact derivatives.
+
+Fitted are the rules, the parameters of the effects that are on, and what belongs to a record alone:
+the displacement at which it starts, a constant between it and the model, the phase of a line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from it2hys import core
+from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
+from it2hys.identification import coordinates as rule_coordinates
+from it2hys.identification.criteria import Series
+from it2hys.identification.levenberg_marquardt import Linearisation, Minimum, levenberg_marquardt
+from it2hys.identification.scaling import Scaling
+from it2hys.identification.usability import Band, Guard
+from it2hys.parameters import RULE_FIELDS
+
+#: Beyond so many half ranges a run is on its way to infinity.
+_DIVERGED = 1e3
+#: Weight of the guess of a start, in samples; it decides only where the data do not.
+_STATE_PRIOR = 1e-3
+#: Weight, in samples, with which the effects' coordinates are held near their guesses.
+_EFFECT_PRIOR = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A record as the criterion sees it.
+
+    Parameters
+    ----------
+    name, role : str
+        Role is "train", "validation" or "test".
+    drive : Drive
+    y : ndarray, shape (N,)
+        Measured displacement, m.
+    weight : ndarray, shape (N,)
+        Of every residual; 0 for samples that are not fitted.
+    judged : ndarray of bool, shape (N,)
+        Samples whose errors count when models are compared.
+    noise : float
+        In m rms.
+    has_offset : bool
+        Whether a constant between record and model is fitted.
+    """
+
+    name: str
+    role: str
+    drive: core.Drive
+    y: np.ndarray
+    weight: np.ndarray
+    judged: np.ndarray
+    noise: float
+    has_offset: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A chain and what belongs to the records it was fitted to, in SI units.
+
+    Parameters
+    ----------
+    values : Mapping
+        Parameters by FMU variable name.
+    starts, offsets : ndarray, shape (R,)
+        Displacement of the core at which each record starts, and its constant.
+    own : Mapping of str to ndarray, shape (R,)
+        Values of parameters that differ from record to record.
+    """
+
+    values: Mapping[str, float | int]
+    starts: np.ndarray
+    offsets: np.ndarray
+    own: Mapping[str, np.ndarray]
+
+    @property
+    def rules(self) -> np.ndarray:
+        """Rules, shape (L, 6), SI units."""
+        rows = range(1, int(self.values["ruleCount"]) + 1)
+        return np.array([[self.values[f"rule[{i}].{f}"] for f in RULE_FIELDS] for i in rows])
+
+    def packed(self, index: int) -> np.ndarray:
+        """Return the parameters for one record as the C core takes them."""
+        own = {name: values[index] for name, values in self.own.items()}
+        return core.pack_chain({**self.values, **own})
+
+    def predict(self, trace: Trace, index: int) -> np.ndarray:
+        """Return the reading of the free run over a record, its offset included, m."""
+        return self.run(trace, index)[0] + self.offsets[index]
+
+    def run(self, trace: Trace, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return reading, core's input and core's output of the free run over a record."""
+        start = (float(trace.drive.voltage[0]), float(self.starts[index]))
+        return core.chain_predict(self.packed(index), start, trace.drive)
+
+
+class ChainCriterion:
+    """The sum of squared errors of free runs over coordinates.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    model : Model
+        Gives structure, guesses and everything that is not fitted.
+    fitted : sequence of Coordinate
+        Parameters of effects that are fitted.
+    scaling : Scaling
+        Of the rules and of the residuals.
+    """
+
+    def __init__(
+        self,
+        traces: Sequence[Trace],
+        model: Model,
+        fitted: Sequence[Coordinate],
+        scaling: Scaling,
+    ):
+        self.traces, self.model, self.scaling = list(traces), model, scaling
+        self._common = [c for c in fitted if c.name not in BY_RECORD]
+        self._own = [c for c in fitted if c.name in BY_RECORD]
+        self.rule_count = int(model.values["ruleCount"])
+        self.rule_size = rule_coordinates.RULE_SIZE * self.rule_count
+        self._with_offset = [i for i, t in enumerate(self.traces) if t.has_offset]
+        self.samples = sum(int(np.count_nonzero(t.weight)) for t in self.traces)
+        self._guard: Guard | None = None
+        self._places = self._layout()
+        self.lower, self.upper = self._bounds()
+        self._guess = self.pack(model)
+
+    def _layout(self) -> dict[str, slice]:
+        sizes = {
+            "rules": self.rule_size,
+            "effects": len(self._common),
+            "starts": len(self.traces),
+            "offsets": len(self._with_offset),
+            **{c.name: len(self.traces) for c in self._own},
+        }
+        ends = np.cumsum(list(sizes.values()))
+        return {n: slice(int(e - s), int(e)) for (n, s), e in zip(sizes.items(), ends, strict=True)}
+
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        parts = []
+        for end in (0, 1):
+            far = 3.0 if end else -3.0
+            parts.append(
+                np.concatenate(
+                    [
+                        rule_coordinates.rule_bounds(self.rule_count)[end],
+                        [c.of_value(c.bounds[end]) for c in self._common],
+                        np.full(len(self.traces) + len(self._with_offset), far),
+                        # an angle has no end
+                        np.full(len(self._own) * len(self.traces), np.inf if end else -np.inf),
+                    ]
+                )
+            )
+        return parts[0], parts[1]
+
+    def pack(self, model: Model) -> np.ndarray:
+        """Return the coordinates of a model, shape (P,)."""
+        scaling = self.scaling
+        return np.concatenate(
+            [
+                rule_coordinates.to_coordinates(scaling.rules(model.rules)),
+                [c.of_value(model.values[c.name]) for c in self._common],
+                scaling.y(np.asarray(model.starts)),
+                np.asarray(model.offsets)[self._with_offset] / scaling.y_unit,
+                *(np.asarray(model.own[c.name]) / c.unit for c in self._own),
+            ]
+        )
+
+    def unpack(self, point: np.ndarray) -> Model:
+        """Return the model of the coordinates."""
+        scaling, places = self.scaling, self._places
+        rules = scaling.physical_rules(rule_coordinates.to_rules(point[places["rules"]]))
+        values = dict(self.model.values)
+        for i, rule in enumerate(rules, start=1):
+            values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
+        for c, value in zip(self._common, point[places["effects"]], strict=True):
+            values[c.name] = c.value(value)
+        offsets = np.array(self.model.offsets, dtype=float)
+        offsets[self._with_offset] = point[places["offsets"]] * scaling.y_unit
+        return Model(
+            values,
+            scaling.displacement(point[places["starts"]]),
+            offsets,
+            {c.name: point[places[c.name]] * c.unit for c in self._own},
+        )
+
+    def guarded(self, strength: float) -> ChainCriterion:
+        """Return the criterion with penalties for rules that are unusable where the core works."""
+        series = []
+        for i, trace in enumerate(self.traces):
+            _, x, y = self.model.run(trace, i)
+            if np.all(np.isfinite(y)):
+                ones = np.ones(len(x))
+                series.append(Series(self.scaling.x(x), self.scaling.y(y), ones, 0.0))
+        result = copy(self)
+        if series:
+            band = Band.of_data(series, np.zeros(len(series)))
+            result._guard = Guard(band, strength * np.sqrt(self.samples))
+        return result
+
+    def holding(self, names: Sequence[str]) -> ChainCriterion:
+        """Return the criterion with groups of coordinates ("rules", "effects") held by the bounds."""
+        held = copy(self)
+        held.lower, held.upper = self.lower.copy(), self.upper.copy()
+        for name in names:
+            place = self._places[name]
+            held.lower[place] = held.upper[place] = self._guess[place]
+        return held
+
+    def residual(self, point: np.ndarray) -> np.ndarray | None:
+        """Return the weighted residuals, or None where a run is no longer finite."""
+        model, parts = self.unpack(point), []
+        for i, trace in enumerate(self.traces):
+            error = (model.predict(trace, i) - trace.y) / self.scaling.y_unit
+            if not np.all(np.abs(error) < _DIVERGED):
+                return None
+            used = trace.weight > 0
+            parts.append((trace.weight * error)[used])
+        parts.append(self._prior_weights() * (point - self._guess))
+        if self._guard is not None:
+            parts.append(self._guard.residual(rule_coordinates.to_rules(point[self._places["rules"]])))
+        return np.concatenate(parts)
+
+    def _prior_weights(self) -> np.ndarray:
+        weights = np.zeros(len(self._guess))
+        weights[self._places["effects"]] = _EFFECT_PRIOR
+        weights[self._places["starts"]] = _STATE_PRIOR
+        return weights
+
+    def linearise(self, point: np.ndarray) -> Linearisation | None:
+        """Return the problem linearised at a point, or None where a run is no longer finite."""
+        blocks = []
+        hessian, slope = np.zeros((len(point), len(point))), np.zeros(len(point))
+        for block in self._blocks(point):
+            if block is None:
+                return None
+            jacobian, residual, columns = block
+            hessian[np.ix_(columns, columns)] += jacobian.T @ jacobian
+            slope[columns] += jacobian.T @ residual
+            blocks.append(block)
+        ends = np.cumsum([len(residual) for _, residual, _ in blocks])
+
+        def transposed(values: np.ndarray) -> np.ndarray:
+            result = np.zeros(len(point))
+            pieces = np.split(values, ends[:-1])
+            for (jacobian, _, columns), piece in zip(blocks, pieces, strict=True):
+                result[columns] += jacobian.T @ piece
+            return result
+
+        return Linearisation(hessian, slope, transposed)
+
+    def jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the Jacobian of the records' residuals, (M, P), and those, (M,), without priors."""
+        rows, residuals = [], []
+        for block in self._record_blocks(point):
+            if block is None:
+                return None
+            jacobian, residual, columns = block
+            full = np.zeros((len(residual), len(point)))
+            full[:, columns] = jacobian
+            rows.append(full)
+            residuals.append(residual)
+        return np.vstack(rows), np.concatenate(residuals)
+
+    def _blocks(self, point: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray] | None]:
+        """Yield Jacobian, residual and the coordinates it is by: records, priors, penalties."""
+        yield from self._record_blocks(point)
+        weights = self._prior_weights()
+        yield np.diag(weights), weights * (point - self._guess), np.arange(len(point))
+        if self._guard is not None:
+            rules = rule_coordinates.to_rules(point[self._places["rules"]])
+            by_rules, penalties = self._guard.linearise(rules)
+            yield by_rules, penalties, np.arange(self.rule_size)
+
+    def _record_blocks(
+        self, point: np.ndarray
+    ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray] | None]:
+        model, places = self.unpack(point), self._places
+        rules = rule_coordinates.to_rules(point[places["rules"]])
+        to_rules = self.scaling.rule_jacobian(rules) @ rule_coordinates.chain_rule(
+            np.eye(self.rule_size), rules
+        )
+        common = point[places["effects"]]
+        slopes = [c.slope(v) for c, v in zip(self._common, common, strict=True)]
+        knobs = [c.knob(v) for c, v in zip(self._common, common, strict=True)]
+        knobs += [c.knob(0.0) for c in self._own]
+        factors = np.array([*slopes, *(c.unit for c in self._own), self.scaling.y_unit])
+        for i, trace in enumerate(self.traces):
+            used = trace.weight > 0
+            if not np.any(used):
+                continue
+            start = (float(trace.drive.voltage[0]), float(model.starts[i]))
+            run, by = core.chain_sensitivity(model.packed(i), start, trace.drive, knobs)
+            residual = (run + model.offsets[i] - trace.y) / self.scaling.y_unit
+            if not (np.all(np.abs(residual) < _DIVERGED) and np.all(np.isfinite(by[-1]))):
+                yield None
+                return
+            jacobian = np.hstack(
+                [by[:, : self.rule_size] @ to_rules, by[:, self.rule_size :] * factors]
+            )
+            jacobian /= self.scaling.y_unit
+            columns = [
+                *range(self.rule_size + len(common)),
+                *(places[c.name].start + i for c in self._own),
+                places["starts"].start + i,
+            ]
+            if i in self._with_offset:
+                jacobian = np.column_stack([jacobian, np.ones(len(run))])
+                columns.append(places["offsets"].start + self._with_offset.index(i))
+            weight = trace.weight[used]
+            yield weight[:, None] * jacobian[used], weight * residual[used], np.array(columns)
+
+
+@dataclass(frozen=True, eq=False)
+class ChainFit:
+    """An optimum of the criterion.
+
+    Parameters
+    ----------
+    criterion : ChainCriterion
+    minimum : Minimum
+    """
+
+    criterion: ChainCriterion
+    minimum: Minimum
+
+    @property
+    def model(self) -> Model:
+        """The fitted model."""
+        return self.criterion.unpack(self.minimum.coordinates)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the weighted residuals, in the unit of the scaling."""
+        return float(np.sqrt(2.0 * self.minimum.cost / self.criterion.samples))
+
+
+def minimise(criterion: ChainCriterion, max_iterations: int, tolerance: float = 1e-6) -> ChainFit:
+    """Minimise the criterion by Levenberg-Marquardt from the model that it was made with."""
+    minimum = levenberg_marquardt(
+        criterion.residual,
+        criterion.linearise,
+        criterion.pack(criterion.model),
+        criterion.lower,
+        criterion.upper,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+    )
+    return ChainFit(criterion, minimum)
+
+
+def weighted(trace: Trace, weight: np.ndarray) -> Trace:
+    """Return the trace with other weights."""
+    return replace(trace, weight=weight)
