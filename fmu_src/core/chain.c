@@ -57,7 +57,7 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
     if (!chain->effects)
         return;
     const double x = play_reset(&chain->play, &state->play, it2_solve(&chain->core, y, y),
-                                parameters->initialTurningVoltage);
+                                chain_history(parameters));
     lag_reset(&state->lag, x);
     it2_reset(&state->reached.core, y);
     lag_reset(&state->reached.lag, x);

@@ -34,7 +34,8 @@
 struct chain_parameters {
     double sampleTime;
     double initialDisplacement;
-    double initialTurningVoltage;
+    double initialRestVoltage;
+    double initialExcursion;
     double initialCreep;
     double voltageMin;
     double voltageMax;
@@ -126,11 +127,16 @@ struct chain_point {
 
 HIDDEN_BEGIN
 
+static inline struct play_history chain_history(const struct chain_parameters *parameters)
+{
+    return (struct play_history){ parameters->initialRestVoltage, parameters->initialExcursion };
+}
+
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
 void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
 
 /* At rest at initialDisplacement, without force, at drift's reference temperature, time 0: for long if
- * initialCreep is 0, on the initial loading curve of the play operators if initialTurningVoltage is. */
+ * initialCreep is 0, after the play operators' history of initialRestVoltage and initialExcursion. */
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 

@@ -204,8 +204,8 @@ double chain_equilibrium_tangent(const struct chain *chain, const struct chain_s
     d = core_equilibrium_tangent(chain, y, d, d_parameters);
     if (chain->effects & CHAIN_PLAY)
         d = play_reset_tangent(&chain->play, it2_solve(&chain->core, y, y),
-                               parameters->initialTurningVoltage, d_parameters->play, d,
-                               d_parameters->initialTurningVoltage);
+                               chain_history(parameters), d_parameters->play, d,
+                               chain_history(d_parameters));
     if (!(chain->effects & CHAIN_SATURATION))
         return d;
     struct chain unlimited = *chain;

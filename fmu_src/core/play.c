@@ -27,10 +27,18 @@ void play_prepare(struct play *stage, const struct play_element *elements, int c
         stage->element[j] = elements[j];
 }
 
-double play_reset(const struct play *stage, struct play_state *state, double h, double turn)
+void play_recall(const struct play *stage, struct play_state *state, struct play_history history)
 {
     *state = (struct play_state){ { 0.0 } };
-    play_step(stage, state, turn);
+    for (int j = 0; j < stage->count; j++)
+        state->p[j] = history.rest;
+    play_step(stage, state, history.rest + history.excursion);
+}
+
+double play_reset(const struct play *stage, struct play_state *state, double h,
+                  struct play_history history)
+{
+    play_recall(stage, state, history);
     return play_inverse(stage, state, h);
 }
 
@@ -135,17 +143,19 @@ static struct moved move(struct moved from, double threshold, double d_threshold
     return from;
 }
 
-double play_reset_tangent(const struct play *stage, double h, double turn, const struct play_element *d,
-                          double d_h, double d_turn)
+double play_reset_tangent(const struct play *stage, double h, struct play_history history,
+                          const struct play_element *d, double d_h, struct play_history d_history)
 {
     struct play_state state;
-    const double x = play_reset(stage, &state, h, turn);
+    const double x = play_reset(stage, &state, h, history);
+    const double turn = history.rest + history.excursion;
+    const double d_turn = d_history.rest + d_history.excursion;
+    const struct moved rested = { history.rest, d_history.rest, false };
     double slope = 1.0;
 
     for (int j = 0; j < stage->count; j++) {
         const double r = stage->element[j].threshold;
-        const struct moved turned =
-            move((struct moved){ 0.0, 0.0, false }, r, d[j].threshold, turn, d_turn);
+        const struct moved turned = move(rested, r, d[j].threshold, turn, d_turn);
         const struct moved last = move(turned, r, d[j].threshold, x, 0.0);
         if (last.engaged)
             slope += stage->element[j].weight;

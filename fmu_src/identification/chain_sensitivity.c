@@ -38,7 +38,7 @@ static void begin(struct walker *walker, const struct chain_parameters *paramete
         chain->effects & CHAIN_SATURATION ? saturation_step(&chain->saturation, start->voltage)
                                           : start->voltage;
     lag_reset(&state->lag, within);
-    play_step(&chain->play, &state->play, parameters->initialTurningVoltage);
+    play_recall(&chain->play, &state->play, chain_history(parameters));
     play_step(&chain->play, &state->play, within);
     it2_reset(&state->core, start->displacement);
     for (int i = 0; i < chain->creep.count; i++)

@@ -43,6 +43,23 @@ def _parser() -> argparse.ArgumentParser:
     identify.add_argument("--rules", type=int, metavar="L", help="number of rules (default: chosen)")
     identify.add_argument("--seed", type=int, default=0, help="seed of the random starts")
 
+    diagnose = _command(
+        commands, "diagnose", _diagnose, "find the effects that a model lacks, and add them to it"
+    )
+    _add_records(diagnose)
+    _add_output(diagnose)
+    diagnose.add_argument(
+        "--model", metavar="P.ssv", type=Path, help="start from this model (default: the paper's)"
+    )
+    diagnose.add_argument(
+        "--declared",
+        default="",
+        metavar="EFFECT,...",
+        help="effects that are in the model from the start, such as play,creep",
+    )
+    diagnose.add_argument("--rules", type=int, metavar="L", help="number of rules (default: 3)")
+    diagnose.add_argument("--seed", type=int, default=0, help="seed of the random starts")
+
     package = _command(commands, "package", _package, "write both FMUs from a parameter set")
     package.add_argument("parameters", metavar="PARAMETERS.ssv", type=Path)
     _add_output(package)
@@ -179,6 +196,39 @@ def _identify(options: argparse.Namespace) -> int:
     _say(options, error_table(identification, before).text())
     for warning in identification.warnings:
         _say(options, f"note: {warning}")
+    _say(options, f"\nreport: {report}")
+    return 0
+
+
+def _diagnose(options: argparse.Namespace) -> int:
+    from it2hys.diagnosis import RULES, diagnose
+    from it2hys.diagnosis_report import error_table, evidence_table, summary, write_diagnosis
+    from it2hys.identification import Options
+    from it2hys.parameters import read_ssv
+    from it2hys.progress import progress_bar
+
+    model = None if options.model is None else read_ssv(options.model)
+    declared = [name.strip() for name in options.declared.split(",") if name.strip()]
+    train, validate, test = _read_records(options)
+    with progress_bar(quiet=options.quiet or options.json) as progress:
+        diagnosis = diagnose(
+            train,
+            validate,
+            test,
+            model,
+            declared,
+            options.rules or RULES,
+            Options(seed=options.seed),
+            progress,
+        )
+    report = write_diagnosis(diagnosis, [*train, *validate, *test], options.output)
+    if options.json:
+        print((options.output / "report.json").read_text(), end="")
+        return 0
+    _say(options, error_table(diagnosis).text(), "\n")
+    _say(options, evidence_table(diagnosis).text(), "\n")
+    for text in summary(diagnosis):
+        _say(options, text)
     _say(options, f"\nreport: {report}")
     return 0
 

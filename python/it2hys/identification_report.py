@@ -238,22 +238,22 @@ def _tracking_section(directory: Path, identification: Identification, record: R
     )
 
 
+def parameter_row(name: str, value: float, low: float, high: float) -> list[str]:
+    """Return name, value, ends of the interval and unit of a parameter as a table shows them."""
+    unit = load_table().parameters()[name].type.unit or ""
+    scale = UM if unit.startswith("m") else 1.0
+    shown = unit.replace("m", "µm", 1) if scale != 1.0 else unit
+    return [name, *(f"{v * scale:.6g}" if np.isfinite(v) else "–" for v in (value, low, high)), shown]
+
+
 def _parameter_section(identification: Identification) -> Section:
-    known = load_table().parameters()
-    rows = []
-    for name, (low, high) in identification.intervals.items():
-        unit = known[name].type.unit or ""
-        scale = UM if unit.startswith("m") else 1.0
-        rows.append(
-            [
-                name,
-                f"{identification.parameters[name] * scale:.6g}",
-                f"{low * scale:.6g}",
-                f"{high * scale:.6g}",
-                unit.replace("m", "µm", 1) if scale != 1.0 else unit,
-                "no" if name in identification.undetermined else "yes",
-            ]
-        )
+    rows = [
+        [
+            *parameter_row(name, identification.parameters[name], low, high),
+            "no" if name in identification.undetermined else "yes",
+        ]
+        for name, (low, high) in identification.intervals.items()
+    ]
     text = [f"The condition number of the scaled problem is {identification.condition:.2g}."]
     if identification.undetermined:
         text.append(

@@ -1,4 +1,4 @@
-"""Is one model's free run better than another's by more than chance?"""
+"""Whether one model's free run is better than another's by more than chance."""
 
 from __future__ import annotations
 

@@ -6,7 +6,6 @@ their logarithm, the others in units of a tenth of what their bounds allow.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +18,9 @@ from it2hys.variables import load_table
 _SHARE = 0.1
 #: Change of a coordinate for a difference quotient: its error is of the second order.
 _STEP = 1e-6
-#: Parameters whose value differs from record to record: nothing in the voltage tells a line's phase.
-BY_RECORD = ("hum.phase",)
+#: Parameters whose value differs from record to record: how it begins, and a line's phase, which
+#: nothing in the voltage tells.
+BY_RECORD = ("initialRestVoltage", "initialExcursion", "initialCreep", "hum.phase")
 
 
 @dataclass(frozen=True)
@@ -69,8 +69,3 @@ class Coordinate:
         """Return what the C core needs to differentiate by the parameter."""
         effect = load_table().parameters()[self.name].effect
         return Knob(self.name, effect in BEFORE_CORE, _STEP * self.slope(coordinate))
-
-
-def coordinates_of(starts: Mapping[str, Start], names: Sequence[str]) -> list[Coordinate]:
-    """Return the coordinates of the named parameters."""
-    return [Coordinate.of(name, starts[name]) for name in names]

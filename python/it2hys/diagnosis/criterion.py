@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from it2hys.parameters import RULE_FIELDS
 _DIVERGED = 1e3
 #: Weight of the guess of a start, in samples; it decides only where the data do not.
 _STATE_PRIOR = 1e-3
+#: A second difference of the density of play operators (as mean weight per operator) of the inverse
+#: of this costs as much as one sample that is off by the noise.
+_SMOOTHNESS = 2000.0
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3
 
@@ -68,6 +71,8 @@ class Model:
     ----------
     values : Mapping
         Parameters by FMU variable name.
+    effects : tuple of str
+        Names of the effects that it has, in the order in which they came.
     starts, offsets : ndarray, shape (R,)
         Displacement of the core at which each record starts, and its constant.
     own : Mapping of str to ndarray, shape (R,)
@@ -75,6 +80,7 @@ class Model:
     """
 
     values: Mapping[str, float | int]
+    effects: tuple[str, ...]
     starts: np.ndarray
     offsets: np.ndarray
     own: Mapping[str, np.ndarray]
@@ -122,21 +128,22 @@ class ChainCriterion:
         scaling: Scaling,
     ):
         self.traces, self.model, self.scaling = list(traces), model, scaling
-        self._common = [c for c in fitted if c.name not in BY_RECORD]
+        self.common = [c for c in fitted if c.name not in BY_RECORD]
         self._own = [c for c in fitted if c.name in BY_RECORD]
         self.rule_count = int(model.values["ruleCount"])
         self.rule_size = rule_coordinates.RULE_SIZE * self.rule_count
         self._with_offset = [i for i, t in enumerate(self.traces) if t.has_offset]
-        self.samples = sum(int(np.count_nonzero(t.weight)) for t in self.traces)
+        self.samples = sum(float(t.weight @ t.weight) for t in self.traces)
         self._guard: Guard | None = None
         self._places = self._layout()
         self.lower, self.upper = self._bounds()
         self._guess = self.pack(model)
+        self._roughness = self._smoothness()
 
     def _layout(self) -> dict[str, slice]:
         sizes = {
             "rules": self.rule_size,
-            "effects": len(self._common),
+            "effects": len(self.common),
             "starts": len(self.traces),
             "offsets": len(self._with_offset),
             **{c.name: len(self.traces) for c in self._own},
@@ -152,10 +159,9 @@ class ChainCriterion:
                 np.concatenate(
                     [
                         rule_coordinates.rule_bounds(self.rule_count)[end],
-                        [c.of_value(c.bounds[end]) for c in self._common],
+                        [c.of_value(c.bounds[end]) for c in self.common],
                         np.full(len(self.traces) + len(self._with_offset), far),
-                        # an angle has no end
-                        np.full(len(self._own) * len(self.traces), np.inf if end else -np.inf),
+                        *(np.full(len(self.traces), c.bounds[end] / c.unit) for c in self._own),
                     ]
                 )
             )
@@ -167,7 +173,7 @@ class ChainCriterion:
         return np.concatenate(
             [
                 rule_coordinates.to_coordinates(scaling.rules(model.rules)),
-                [c.of_value(model.values[c.name]) for c in self._common],
+                [c.of_value(model.values[c.name]) for c in self.common],
                 scaling.y(np.asarray(model.starts)),
                 np.asarray(model.offsets)[self._with_offset] / scaling.y_unit,
                 *(np.asarray(model.own[c.name]) / c.unit for c in self._own),
@@ -181,12 +187,13 @@ class ChainCriterion:
         values = dict(self.model.values)
         for i, rule in enumerate(rules, start=1):
             values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
-        for c, value in zip(self._common, point[places["effects"]], strict=True):
+        for c, value in zip(self.common, point[places["effects"]], strict=True):
             values[c.name] = c.value(value)
         offsets = np.array(self.model.offsets, dtype=float)
         offsets[self._with_offset] = point[places["offsets"]] * scaling.y_unit
         return Model(
             values,
+            self.model.effects,
             scaling.displacement(point[places["starts"]]),
             offsets,
             {c.name: point[places[c.name]] * c.unit for c in self._own},
@@ -197,9 +204,9 @@ class ChainCriterion:
         series = []
         for i, trace in enumerate(self.traces):
             _, x, y = self.model.run(trace, i)
-            if np.all(np.isfinite(y)):
-                ones = np.ones(len(x))
-                series.append(Series(self.scaling.x(x), self.scaling.y(y), ones, 0.0))
+            x, y = self.scaling.x(x), self.scaling.y(y)
+            if np.all(np.abs(y) < _DIVERGED):
+                series.append(Series(x, y, np.ones(len(x)), 0.0))
         result = copy(self)
         if series:
             band = Band.of_data(series, np.zeros(len(series)))
@@ -215,6 +222,7 @@ class ChainCriterion:
             held.lower[place] = held.upper[place] = self._guess[place]
         return held
 
+    @np.errstate(over="ignore", invalid="ignore")  # of runs on their way to infinity
     def residual(self, point: np.ndarray) -> np.ndarray | None:
         """Return the weighted residuals, or None where a run is no longer finite."""
         model, parts = self.unpack(point), []
@@ -225,9 +233,29 @@ class ChainCriterion:
             used = trace.weight > 0
             parts.append((trace.weight * error)[used])
         parts.append(self._prior_weights() * (point - self._guess))
+        parts.append(self._roughness @ point)
         if self._guard is not None:
             parts.append(self._guard.residual(rule_coordinates.to_rules(point[self._places["rules"]])))
         return np.concatenate(parts)
+
+    def _smoothness(self) -> np.ndarray:
+        """Return the rows, (K, P), that make a density of play operators cost that is not smooth.
+
+        A stack's memory has a smooth density over the thresholds. A few loops do not determine each
+        weight by itself: weights that go up and down fit them, and fail on others.
+        """
+        names = [c.name for c in self.common]
+        count = int(self.model.values["playCount"])
+        if count < 3 or "play[1].weight" not in names:
+            return np.zeros((0, len(self._guess)))
+        thresholds = [self.model.values[f"play[{j}].threshold"] for j in range(1, count + 1)]
+        width = np.gradient(np.array([0.0, *thresholds]))[1:]
+        places = [self.rule_size + names.index(f"play[{j}].weight") for j in range(1, count + 1)]
+        units = [self.common[place - self.rule_size].unit for place in places]
+        density = np.zeros((count, len(self._guess)))
+        density[np.arange(count), places] = np.array(units) * np.mean(width) / width
+        noise = np.sqrt(np.mean([t.noise**2 for t in self.traces])) / self.scaling.y_unit
+        return noise * _SMOOTHNESS * np.diff(density, 2, axis=0)
 
     def _prior_weights(self) -> np.ndarray:
         weights = np.zeros(len(self._guess))
@@ -235,6 +263,7 @@ class ChainCriterion:
         weights[self._places["starts"]] = _STATE_PRIOR
         return weights
 
+    @np.errstate(over="ignore", invalid="ignore")
     def linearise(self, point: np.ndarray) -> Linearisation | None:
         """Return the problem linearised at a point, or None where a run is no longer finite."""
         blocks = []
@@ -275,6 +304,7 @@ class ChainCriterion:
         yield from self._record_blocks(point)
         weights = self._prior_weights()
         yield np.diag(weights), weights * (point - self._guess), np.arange(len(point))
+        yield self._roughness, self._roughness @ point, np.arange(len(point))
         if self._guard is not None:
             rules = rule_coordinates.to_rules(point[self._places["rules"]])
             by_rules, penalties = self._guard.linearise(rules)
@@ -289,8 +319,8 @@ class ChainCriterion:
             np.eye(self.rule_size), rules
         )
         common = point[places["effects"]]
-        slopes = [c.slope(v) for c, v in zip(self._common, common, strict=True)]
-        knobs = [c.knob(v) for c, v in zip(self._common, common, strict=True)]
+        slopes = [c.slope(v) for c, v in zip(self.common, common, strict=True)]
+        knobs = [c.knob(v) for c, v in zip(self.common, common, strict=True)]
         knobs += [c.knob(0.0) for c in self._own]
         factors = np.array([*slopes, *(c.unit for c in self._own), self.scaling.y_unit])
         for i, trace in enumerate(self.traces):
@@ -339,7 +369,7 @@ class ChainFit:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the weighted residuals, in the unit of the scaling."""
+        """Weighted root mean square of the residuals, in the unit of the scaling."""
         return float(np.sqrt(2.0 * self.minimum.cost / self.criterion.samples))
 
 
@@ -355,8 +385,3 @@ def minimise(criterion: ChainCriterion, max_iterations: int, tolerance: float = 
         max_iterations=max_iterations,
     )
     return ChainFit(criterion, minimum)
-
-
-def weighted(trace: Trace, weight: np.ndarray) -> Trace:
-    """Return the trace with other weights."""
-    return replace(trace, weight=weight)

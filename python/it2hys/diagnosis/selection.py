@@ -2,276 +2,207 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from it2hys.chain import EFFECTS
-from it2hys.core import REST_TEMPERATURE
 from it2hys.diagnosis.comparison import Comparison, compare
-from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
-from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
-from it2hys.effects import Clue, Clues, Extent
-from it2hys.identification.criteria import Series
-from it2hys.identification.fitting import fit_rules
-from it2hys.identification.result import Options
-from it2hys.identification.scaling import Scaling
-from it2hys.parameters import RULE_FIELDS
-from it2hys.variables import load_table
+from it2hys.diagnosis.criterion import ChainFit, Model
+from it2hys.diagnosis.fitting import Bench, is_sampling, without_effect
 
-TIMES = {}
-
-
-def coordinates_for(values, extent: Extent) -> list[Coordinate]:
-    """Return what is fitted of the effects that are on."""
-    result = []
-    for name, effect in EFFECTS.items():
-        if not effect.is_on({**OFF, **values}):
-            continue
-        counts = load_table().counts
-        options = {"count": int(values[counts[name]["variable"]])} if name in counts else {}
-        for parameter, start in effect.starts(extent, **options).items():
-            result.append(Coordinate.of(parameter, start))
-    return result
-
-
-OFF = {n: v.start for n, v in load_table().parameters().items() if v.effect and v.group is None}
-
-
-@dataclass(eq=False)
-class Bench:
-    """The records and how models are fitted to and judged on them."""
-
-    traces: list[Trace]
-    deciding: list[Trace]
-    scaling: Scaling
-    extent: Extent
-
-    def clues(self, model: Model) -> Clues:
-        records = []
-        for i, t in enumerate(self.traces):
-            residual = t.y - model.predict(t, i)
-            records.append(
-                Clue(t.drive.voltage, t.drive.force, t.drive.temperature, t.y, residual, t.weight > 0)
-            )
-        return Clues(self.extent, records)
-
-    def criterion(self, model: Model) -> ChainCriterion:
-        return ChainCriterion(
-            self.traces, model, coordinates_for(model.values, self.extent), self.scaling
-        )
-
-    def fit(self, model: Model, iterations: int, tolerance=1e-6) -> ChainFit:
-        return minimise(self.criterion(model).guarded(1.0), iterations, tolerance)
-
-    def errors(self, model: Model, traces=None) -> list[np.ndarray]:
-        """Return errors on the judged samples; only what belongs to a record is fitted to them."""
-        if traces is None:
-            traces = self.deciding
-        fitted = fit_own(model, traces, self.scaling, self.extent)
-        return [(fitted.predict(t, i) - t.y)[t.judged] for i, t in enumerate(traces)]
-
-    def add(self, model: Model, guess: dict) -> Model:
-        own, values = dict(model.own), dict(model.values)
-        for name, value in guess.items():
-            if name in BY_RECORD:
-                own[name] = np.asarray(value, dtype=float)
-                value = float(own[name][0])
-            values[name] = value
-        return replace(model, values=values, own=own)
-
-    def without(self, model: Model, effect: str) -> Model:
-        known = load_table().parameters()
-        values = {n: v for n, v in model.values.items() if known[n].effect != effect}
-        values.update({n: v for n, v in OFF.items() if known[n].effect == effect})
-        own = {n: v for n, v in model.own.items() if known[n].effect != effect}
-        return replace(model, values=values, own=own)
-
-    def projected(self, model: Model, guesses: list[dict]) -> np.ndarray:
-        """Return for each guess the cost that remains once the model's own parameters adapt."""
-        criterion = self.criterion(model)
-        jacobian, _ = criterion.jacobian(criterion.pack(model))
-        step = max(1, len(jacobian) // 20000)
-        q, _ = np.linalg.qr(jacobian[::step])
-        costs = []
-        for guess in guesses:
-            trial = self.add(model, guess)
-            parts = []
-            for i, t in enumerate(self.traces):
-                used = t.weight > 0
-                parts.append((t.weight * (trial.predict(t, i) - t.y))[used] / self.scaling.y_unit)
-            r = np.concatenate(parts)[::step]
-            if not np.all(np.isfinite(r)):
-                costs.append(np.inf)
-                continue
-            costs.append(float(r @ r - np.sum((q.T @ r) ** 2)))
-        return np.array(costs)
-
-    def reshaped(self, model: Model, starts: int = 12, seed: int = 0) -> ChainFit:
-        """Return a fit whose rules were sought anew, on what the effects leave for the core."""
-        series = []
-        for i, t in enumerate(self.traces):
-            reading, x, y = model.run(t, i)
-            target = t.y - model.offsets[i] - (reading - y)
-            y_scaled = self.scaling.y(target)
-            series.append(
-                Series(self.scaling.x(x), y_scaled, t.weight, float(self.scaling.y(model.starts[i])))
-            )
-        count = int(model.values["ruleCount"])
-        options = Options(starts=starts, seed=seed)
-        found = fit_rules(series, count, options, lambda *a: None, [self.scaling.rules(model.rules)])
-        rules = self.scaling.physical_rules(found.rules)
-        values = dict(model.values)
-        for i, rule in enumerate(rules, start=1):
-            values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
-        return self.fit(replace(model, values=values), 60)
-
-    def screen(self, model: Model, effect: str, best: int = 3, short=6, long=25) -> ChainFit | None:
-        guesses = EFFECTS[effect].guesses(self.clues(model))
-        if not guesses:
-            return None
-        if len(guesses) > best:
-            costs = self.projected(model, guesses)
-            guesses = [guesses[i] for i in np.argsort(costs)[:best]]
-        fits = [self.fit(self.add(model, g), short) for g in guesses]
-        fits = [f for f in fits if np.isfinite(f.minimum.cost)]
-        if not fits:
-            return None
-        first = min(fits, key=lambda f: f.minimum.cost)
-        return self.fit(first.model, long)
-
-
-def fit_own(model: Model, traces: Sequence[Trace], scaling: Scaling, extent: Extent) -> Model:
-    """Return the model with what belongs to the records fitted to these records alone."""
-    own = {name: np.full(len(traces), np.mean(v)) for name, v in model.own.items()}
-    gain = 1.0 + sum(
-        v for n, v in model.values.items() if n.startswith("creep[") and n.endswith("gain")
-    )
-    first = np.array([t.y[0] for t in traces]) / gain
-    start = Model(model.values, first, np.zeros(len(traces)), own)
-    fitted = [c for c in coordinates_for(model.values, extent) if c.name in BY_RECORD]
-    criterion = ChainCriterion(traces, start, fitted, scaling)
-    if own:
-        guesses = []
-        for i, t in enumerate(traces):
-            base = start.predict(t, i)
-            # the line as the residual has it
-            w = 2 * np.pi * model.values["hum.frequency"] * np.arange(len(t.y)) * extent.sample_time
-            cols = np.column_stack([np.sin(w), np.cos(w), np.ones(len(w))])[t.weight > 0]
-            quiet = Model({**model.values, "hum.amplitude": 0.0}, first, np.zeros(len(traces)), {})
-            s, c, _ = np.linalg.lstsq(cols, (t.y - quiet.predict(t, i))[t.weight > 0])[0]
-            guesses.append(np.arctan2(c, s))
-        start = replace(start, own={"hum.phase": np.array(guesses)})
-        criterion = ChainCriterion(traces, start, fitted, scaling)
-    return minimise(criterion.holding(["rules"]), 30, 1e-8).model
+#: One rule more: what the core can absorb is no effect.
+RULE = "rule"
+#: Level of significance, over all effects tried.
+LEVEL = 0.01
+#: Least share by which the error has to fall ...
+LEAST_GAIN = 0.05
+#: ... which has to be more than this, or else more than the other share of what exceeds the noise.
+CLEAR_GAIN, LEAST_SHARE = 0.15, 0.3
+#: Models that are followed side by side, none with an error above so many times the best one's.
+BEAM, BEAM_RATIO = 3, 2.0
+#: Effects that are added one after the other.
+DEPTH = 4
+#: Candidates that are fitted to the end; iterations for that.
+FINALISTS, FINISHING = 4, 60
+#: Below so many times the noise a fit is not sought anew.
+_REACHED = 1.1
 
 
 @dataclass(eq=False)
 class Node:
-    effects: frozenset
+    """A model of the search.
+
+    Parameters
+    ----------
+    added : frozenset of str
+        What was added to the first model: effects, and rules as "rule", "rule 2".
+    fit : ChainFit
+    errors : list of ndarray
+        On the records that decide, m.
+    """
+
+    added: frozenset[str]
     fit: ChainFit
-    errors: list
-    parent: object = None
-    step: Comparison | None = None
+    errors: list[np.ndarray]
 
     @property
-    def rms(self):
-        e = np.concatenate(self.errors)
-        return float(np.sqrt(np.mean(e**2)))
+    def rms(self) -> float:
+        """Error on the records that decide, m."""
+        return float(np.sqrt(np.mean(np.concatenate(self.errors) ** 2)))
 
     @property
-    def size(self):
-        return len(self.fit.criterion._common) + 2 * len(self.fit.criterion._own)
+    def effects(self) -> frozenset[str]:
+        """Effects that were added."""
+        return frozenset(a for a in self.added if a in EFFECTS)
 
 
-LEVEL = 0.01
-LEAST_GAIN = 0.05
-BEAM = 3
+@dataclass(frozen=True)
+class Trial:
+    """One addition that was tried.
+
+    Parameters
+    ----------
+    base : frozenset of str
+        What had been added before.
+    addition : str
+    comparison : Comparison
+        Of the errors on the records that decide.
+    accepted : bool
+        Whether it is better by more than chance and by enough.
+    """
+
+    base: frozenset[str]
+    addition: str
+    comparison: Comparison
+    accepted: bool
 
 
-def significant(c: Comparison, tried: int, noise: float) -> bool:
-    if not (c.gain > LEAST_GAIN and c.p_value * tried < LEVEL):
-        return False
-    return c.gain > 0.15 or 1.0 - excess(c.after, noise) / excess(c.before, noise) > 0.3
+@dataclass(eq=False)
+class Search:
+    """The search over sets of effects, beginning with a model."""
 
+    bench: Bench
+    report: Callable[[Trial], None] = lambda trial: None
+    trials: list[Trial] = field(default_factory=list)
+    nodes: dict[frozenset[str], Node] = field(default_factory=dict)
+    rivals: list[Node] = field(default_factory=list)
 
-def excess(rms, noise):
-    return float(np.sqrt(max(rms**2 - noise**2, (0.3 * noise) ** 2)))
+    def run(self, model: Model) -> Node:
+        """Search; return the model that was chosen."""
+        fit = self.bench.fit(model, FINISHING)
+        self.root = Node(frozenset(), fit, self.bench.errors(fit.model))
+        self.nodes[frozenset()] = self.root
+        beam = [self.root]
+        for _ in range(DEPTH):
+            grown = [child for node in beam for child in self._grow(node)]
+            if not grown:
+                break
+            for node in sorted(grown, key=lambda n: n.rms)[:BEAM]:
+                self._sharpen(node)
+            grown.sort(key=lambda n: n.rms)
+            beam = [n for n in grown[:BEAM] if n.rms < BEAM_RATIO * grown[0].rms]
+        return self.choose()
 
-
-def search(bench: Bench, model: Model, declared=(), say=lambda *a: None, max_depth=4):
-    fit = bench.fit(model, 60)
-    for e in declared:
-        fit = bench.screen(fit.model, e)
-    if declared:
-        fit = bench.fit(fit.model, 100)
-    floor = float(np.sqrt(np.mean([t.noise**2 for t in bench.deciding])))
-    root = Node(frozenset(), fit, bench.errors(fit.model))
-    nodes = {root.effects: root}
-    beam = [root]
-    trials = {}
-    for depth in range(max_depth):
+    def _grow(self, node: Node) -> list[Node]:
+        """Return the models with one addition more that are better than this one."""
+        fits = {}
+        for addition in self._additions(node):
+            if node.added | {addition} in self.nodes:
+                continue
+            fit = (
+                self.bench.add(node.fit.model, addition)
+                if addition in EFFECTS
+                else self.bench.add_rule(node.fit.model)
+            )
+            if fit is not None:
+                fits[addition] = fit
         grown = []
-        for node in beam:
-            options = [e for e in EFFECTS if e not in node.effects and e not in declared]
-            screened = {}
-            for e in options:
-                key = node.effects | {e}
-                if key in nodes:
-                    continue
-                f = bench.screen(node.fit.model, e)
-                if f is not None:
-                    screened[e] = f
-            order = sorted(screened, key=lambda e: screened[e].minimum.cost)
-            for rank, e in enumerate(order):
-                f = screened[e]
-                if rank < 4:
-                    f = bench.fit(f.model, 60)
-                errors = bench.errors(f.model)
-                c = compare(node.errors, errors)
-                trials[(node.effects, e)] = c
-                child = Node(node.effects | {e}, f, errors, node, c)
-                if significant(c, len(EFFECTS), floor):
-                    nodes[child.effects] = child
-                    grown.append(child)
-                say(
-                    "  " * depth,
-                    sorted(node.effects),
-                    "+",
-                    e,
-                    f"train {f.rms * bench.scaling.y_unit * 1e9:.2f} val {c.before * 1e9:.2f}->{c.after * 1e9:.2f} p={c.p_value:.1e}",
-                    "*" if significant(c, len(EFFECTS), floor) else "",
-                )
-        if not grown:
-            break
-        grown.sort(key=lambda n: n.rms)
-        for n in grown[:BEAM]:
-            if n.fit.rms * bench.scaling.y_unit > 1.1 * floor:
-                f = bench.reshaped(n.fit.model)
-                say(
-                    "   reshaped",
-                    sorted(n.effects),
-                    n.fit.rms * bench.scaling.y_unit * 1e9,
-                    f.rms * bench.scaling.y_unit * 1e9,
-                )
-                if f.minimum.cost < 0.999 * n.fit.minimum.cost:
-                    n.fit, n.errors = f, bench.errors(f.model)
-        grown.sort(key=lambda n: n.rms)
-        beam = [n for n in grown[:BEAM] if n.rms < 2.0 * grown[0].rms]
-    return root, nodes, floor
+        for rank, addition in enumerate(sorted(fits, key=lambda a: fits[a].minimum.cost)):
+            fit = fits[addition]
+            if rank < FINALISTS:
+                fit = self.bench.fit(fit.model, FINISHING)
+            child = Node(node.added | {addition}, fit, self.bench.errors(fit.model))
+            comparison = compare(node.errors, child.errors)
+            sampling = any(is_sampling(fit.model, e) for e in child.effects)
+            accepted = self.is_better(comparison, len(EFFECTS)) and not sampling
+            trial = Trial(node.added, addition, comparison, accepted)
+            self.trials.append(trial)
+            self.report(trial)
+            if accepted:
+                self.nodes[child.added] = child
+                grown.append(child)
+        return grown
 
+    def _additions(self, node: Node) -> list[str]:
+        rules = sum(a.startswith(RULE) for a in node.added)
+        return [
+            *(e for e in EFFECTS if e not in node.fit.model.effects),
+            *([RULE if rules == 0 else f"{RULE} {rules + 1}"] if rules < 2 else []),
+        ]
 
-def choose(root: Node, nodes: dict, floor: float):
-    """Return the chosen node and its rivals."""
-    ordered = sorted(nodes.values(), key=lambda n: n.rms)
-    best = ordered[0]
-    alike = [n for n in ordered if n is best or not _worse(best, n, floor)]
-    least = min(len(n.effects) for n in alike)
-    alike = [n for n in alike if len(n.effects) == least]
-    alike.sort(key=lambda n: n.rms)
-    return alike[0], alike[1:]
+    def _sharpen(self, node: Node) -> None:
+        """Seek the rules of a model anew unless it is as good as the noise allows."""
+        if self.bench.rms(node.fit) <= _REACHED * self.bench.floor:
+            return
+        fit = self.bench.reshaped(node.fit.model)
+        if fit.minimum.cost < node.fit.minimum.cost:
+            node.fit, node.errors = fit, self.bench.errors(fit.model)
 
+    def is_better(self, comparison: Comparison, tried: int) -> bool:
+        """Return whether a gain is more than chance, and enough to speak of."""
+        if comparison.gain < LEAST_GAIN or comparison.p_value * tried > LEVEL:
+            return False
+        share = 1.0 - self._excess(comparison.after) / self._excess(comparison.before)
+        return comparison.gain > CLEAR_GAIN or share > LEAST_SHARE
 
-def _worse(best: Node, other: Node, floor) -> bool:
-    return significant(compare(other.errors, best.errors), 1, floor)
+    def _excess(self, rms: float) -> float:
+        """Return what of an error is not noise; less than a part of the noise cannot be told."""
+        return float(np.sqrt(max(rms**2 - self.bench.floor**2, (0.3 * self.bench.floor) ** 2)))
+
+    def choose(self) -> Node:
+        """Return the model with the fewest effects that none is better than.
+
+        Effects added early are tested again: without each of them the rest is fitted anew, and where
+        nothing is lost, the model without it is the one.
+        """
+        chosen = self._simplest()
+        while True:
+            fresh = [e for e in chosen.effects if chosen.added - {e} not in self.nodes]
+            if not fresh:
+                return chosen
+            for effect in fresh:
+                fit = self.bench.fit(without_effect(chosen.fit.model, effect), FINISHING)
+                node = Node(chosen.added - {effect}, fit, self.bench.errors(fit.model))
+                self.nodes[node.added] = node
+            chosen = self._simplest()
+
+    def _simplest(self) -> Node:
+        best = min(self.nodes.values(), key=lambda n: n.rms)
+        alike = [n for n in self.nodes.values() if not self._beats(best, n)]
+        fewest = min((len(n.effects), len(n.added)) for n in alike)
+        alike = [n for n in alike if (len(n.effects), len(n.added)) == fewest]
+        alike.sort(key=lambda n: n.rms)
+        self.rivals = alike[1:]
+        return alike[0]
+
+    def settled(self, chosen: Node) -> Node:
+        """Return the chosen model without the effects that a rival does without.
+
+        A rival is as good a model with as few effects.
+        """
+        common = chosen.effects.intersection(*(rival.effects for rival in self.rivals))
+        if common == chosen.effects:
+            return chosen
+        known = [n for n in self.nodes.values() if n.effects == common]
+        if known:
+            return min(known, key=lambda n: n.rms)
+        model = chosen.fit.model
+        for effect in chosen.effects - common:
+            model = without_effect(model, effect)
+        fit = self.bench.fit(model, FINISHING)
+        return Node(chosen.added - (chosen.effects - common), fit, self.bench.errors(fit.model))
+
+    def _beats(self, one: Node, other: Node) -> bool:
+        return one is not other and self.is_better(compare(other.errors, one.errors), 1)

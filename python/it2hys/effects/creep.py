@@ -10,6 +10,11 @@ import numpy as np
 from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 MAX_COUNT = 16
+#: Terms that a fit begins with.
+COUNT = 3
+
+#: What would show the effect apart from others.
+EXPERIMENT = "steps held over several decades of time (creep goes on with the logarithm of time)"
 
 
 def is_on(parameters: Values) -> bool:
@@ -44,7 +49,7 @@ def step(
     return y, states
 
 
-def starts(extent: Extent, count: int = 2) -> dict[str, Start]:
+def starts(extent: Extent, count: int = COUNT) -> dict[str, Start]:
     """Start at 2 % per term, time constants spread evenly in their logarithm over the record."""
     fastest, slowest = 2.0 * extent.sample_time, max(extent.duration, 20.0 * extent.sample_time)
     spread = np.geomspace(fastest, slowest, count + 2)[1:-1]
@@ -53,10 +58,11 @@ def starts(extent: Extent, count: int = 2) -> dict[str, Start]:
         result[f"creep[{i}].gain"] = Start(0.02, 0.0, 2.0)
         bounds = (0.5 * fastest, 10.0 * slowest)
         result[f"creep[{i}].timeConstant"] = Start(float(time_constant), *bounds)
+    result["initialCreep"] = Start(0.0, -extent.displacement_span, extent.displacement_span)
     return result
 
 
-def guesses(clues: Clues, count: int = 3) -> list[dict[str, float]]:
+def guesses(clues: Clues, count: int = COUNT) -> list[dict[str, float]]:
     """Return small gains at time constants spread over the decades that the records see."""
     values = starts(clues.extent, count)
     constants = {name: start.value for name, start in values.items() if "timeConstant" in name}

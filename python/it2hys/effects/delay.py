@@ -12,6 +12,12 @@ from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 MAX_TICKS = 64
 ROUNDING = 1e-9
 
+#: What would show the effect apart from others.
+EXPERIMENT = (
+    "a chirp or multisine up to the highest frequency of interest (a delay's phase falls in "
+    "proportion to the frequency, its amplitude does not fall)"
+)
+
 
 def is_on(parameters: Values) -> bool:
     """Return whether there is a delay."""

@@ -10,6 +10,9 @@ from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 REFERENCE_TEMPERATURE = 293.15
 
+#: What would show the effect apart from others.
+EXPERIMENT = "a held voltage for as long as the records last, with the temperature recorded"
+
 
 def is_on(parameters: Values) -> bool:
     """Return whether there is a drift."""

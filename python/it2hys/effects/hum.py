@@ -13,6 +13,12 @@ from scipy.signal import find_peaks
 
 from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
+#: Periods within the longest record below which a slow motion is no line.
+LEAST_PERIODS = 5.0
+
+#: What would show the effect apart from others.
+EXPERIMENT = "a held voltage (a line that is not in the voltage is there at rest too)"
+
 
 def is_on(parameters: Values) -> bool:
     """Return whether there is a hum."""
@@ -42,8 +48,9 @@ def starts(extent: Extent) -> dict[str, Start]:
     nyquist = 0.5 / extent.sample_time
     return {
         "hum.amplitude": Start(0.001 * extent.displacement_span, 0.0, 0.1 * extent.displacement_span),
-        "hum.frequency": Start(min(50.0, 0.5 * nyquist), 0.1 / extent.duration, nyquist),
-        "hum.phase": Start(0.0, -math.pi, math.pi),
+        "hum.frequency": Start(min(50.0, 0.5 * nyquist), LEAST_PERIODS / extent.duration, nyquist),
+        # an angle has no end; a fit must be able to go round
+        "hum.phase": Start(0.0, -100.0, 100.0),
     }
 
 
@@ -55,19 +62,31 @@ def guesses(clues: Clues, lines: int = 3) -> list[dict[str, float]]:
     ratio = power / (floor + np.finfo(float).tiny)
     peaks, _ = find_peaks(ratio, distance=12)
     highest = peaks[np.argsort(ratio[peaks])[::-1][:lines]]
-    return [_fitted_line(clues, frequency[i]) for i in highest if frequency[i] > 0.0]
+    least = LEAST_PERIODS / clues.extent.duration
+    return [_fitted_line(clues, frequency[i]) for i in highest if frequency[i] > least]
 
 
 def _fitted_line(clues: Clues, frequency: float) -> dict[str, float]:
-    """Return the line of this frequency that is in the residuals; the phase is that of the first."""
+    """Return the line of this frequency that is in the residuals; each record has its own phase."""
+    lines = _lines(clues, frequency)
+    return {
+        "hum.amplitude": float(np.median(np.abs(lines))),
+        "hum.frequency": float(frequency),
+        "hum.phase": np.angle(lines),
+    }
+
+
+def phases(clues: Clues, frequency: float) -> np.ndarray:
+    """Return the phase of a line in each record's residual, rad."""
+    return np.angle(_lines(clues, frequency))
+
+
+def _lines(clues: Clues, frequency: float) -> np.ndarray:
+    """Return the complex amplitudes of a line in the residuals, by least squares."""
     amplitudes = []
     for c in clues.records:
         angle = 2.0 * math.pi * frequency * np.arange(len(c.residual)) * clues.extent.sample_time
         columns = np.column_stack([np.sin(angle), np.cos(angle), np.ones(len(angle))])[c.used]
         sine, cosine, _ = np.linalg.lstsq(columns, c.residual[c.used])[0]
         amplitudes.append(complex(sine, cosine))
-    return {
-        "hum.amplitude": float(np.median(np.abs(amplitudes))),
-        "hum.frequency": float(frequency),
-        "hum.phase": np.angle(amplitudes),
-    }
+    return np.array(amplitudes)

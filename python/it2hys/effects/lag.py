@@ -9,6 +9,12 @@ import numpy as np
 
 from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
+#: What would show the effect apart from others.
+EXPERIMENT = (
+    "a chirp or multisine up to the highest frequency of interest (behind a lag the amplitude "
+    "falls by 20 dB per decade above one corner)"
+)
+
 
 def is_on(parameters: Values) -> bool:
     """Return whether there is a lag."""

@@ -7,6 +7,9 @@ import numpy as np
 
 from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
+#: What would show the effect apart from others.
+EXPERIMENT = "a held voltage while the force changes, with the force recorded"
+
 
 def is_on(parameters: Values) -> bool:
     """Return whether the actuator gives way."""

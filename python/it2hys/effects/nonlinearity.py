@@ -10,6 +10,12 @@ from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 COEFFICIENTS = ("quadratic", "cubic", "quartic")
 
+#: What would show the effect apart from others.
+EXPERIMENT = (
+    "slow full-range loops beside small ones at several bias voltages (a static curve is the "
+    "same in all)"
+)
+
 
 def is_on(parameters: Values) -> bool:
     """Return whether the curve is bent."""

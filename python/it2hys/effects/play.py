@@ -5,10 +5,18 @@ cycles, where every lag closes; and minor loops within a cycle that remember whe
 """
 
 import casadi as ca
+import numpy as np
 
 from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
 MAX_COUNT = 16
+#: Operators that a fit begins with.
+COUNT = 10
+
+#: What would show the effect apart from others.
+EXPERIMENT = (
+    "slow loops of several amplitudes, each at two frequencies (memory keeps the area of its loops)"
+)
 
 
 def is_on(parameters: Values) -> bool:
@@ -26,10 +34,11 @@ def _elements(values: Values, count: int) -> list[tuple[Scalar, Scalar]]:
 
 
 def rest(values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
-    """Return input and states at the output y, come to from 0 by way of `initialTurningVoltage`."""
+    """Return input and states at the output y, reached from rest by an excursion."""
     elements = _elements(values, int(values["playCount"]))
-    turn = values["initialTurningVoltage"]
-    turned = [_moved(0.0, threshold, turn) for threshold, _ in elements]
+    rest_voltage = values["initialRestVoltage"]
+    turn = rest_voltage + values["initialExcursion"]
+    turned = [_moved(rest_voltage, threshold, turn) for threshold, _ in elements]
     held = y - sum(weight * p for (_, weight), p in zip(elements, turned, strict=True))
     # upwards or downwards from where the operators turned; they engage in the order of the thresholds
     side = ca.if_else(held > turned[0], 1.0, -1.0)
@@ -60,22 +69,33 @@ def step(
     return y, outputs
 
 
-def starts(extent: Extent, count: int = 6) -> dict[str, Start]:
-    """Start with equal weights at thresholds spread over half the span, beyond which none engages."""
-    half = 0.5 * extent.voltage_span
-    result = {}
-    for j in range(1, count + 1):
-        result[f"play[{j}].threshold"] = Start(half * j / (count + 1), 0.0, half)
-        result[f"play[{j}].weight"] = Start(0.3 / count, -0.9 / count, 5.0)
-    return result
+def starts(extent: Extent, count: int = COUNT) -> dict[str, Start]:
+    """Start with equal weights, and without a turning point before the record.
+
+    The thresholds are held (see `thresholds`): with enough of them a fit of the weights alone comes as
+    near to any memory, and is far better posed.
+    """
+    low, high = extent.voltage
+    far = 2.0 * extent.voltage_span
+    weights = {f"play[{j}].weight": Start(0.3 / count, 0.0, 5.0) for j in range(1, count + 1)}
+    return {
+        **weights,
+        "initialRestVoltage": Start(0.0, min(low, 0.0), max(high, 0.0)),
+        "initialExcursion": Start(0.0, -far, far),
+    }
 
 
-def guesses(clues: Clues, count: int = 6) -> list[dict[str, float]]:
-    """Return equal weights at thresholds spread evenly, for a weak and for a strong memory."""
-    values = starts(clues.extent, count)
-    thresholds = {name: start.value for name, start in values.items() if "threshold" in name}
-    weights = [name for name in values if "weight" in name]
+def thresholds(extent: Extent, count: int = COUNT) -> dict[str, float]:
+    """Return thresholds over half the voltage's span, beyond which none engages; closer where small."""
+    share = np.arange(1, count + 1) / (count + 1)
+    values = 0.5 * extent.voltage_span * share**1.5
+    return {f"play[{j}].threshold": float(r) for j, r in enumerate(values, start=1)}
+
+
+def guesses(clues: Clues, count: int = COUNT) -> list[dict[str, float]]:
+    """Return equal weights, for a weak and for a strong memory."""
+    held = {"playCount": count, **thresholds(clues.extent, count)}
     return [
-        {"playCount": count, **thresholds, **dict.fromkeys(weights, total / count)}
+        {**held, **{f"play[{j}].weight": total / count for j in range(1, count + 1)}}
         for total in (0.1, 0.4)
     ]

@@ -13,6 +13,9 @@ from scipy.signal import find_peaks
 
 from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
+#: What would show the effect apart from others.
+EXPERIMENT = "small steps, or a small chirp through the band (a resonance rings at one frequency)"
+
 
 def is_on(parameters: Values) -> bool:
     """Return whether there is a resonance."""

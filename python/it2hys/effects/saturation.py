@@ -8,6 +8,9 @@ import casadi as ca
 
 from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
+#: What would show the effect apart from others.
+EXPERIMENT = "slow sines of rising amplitude (beyond a limit the displacement stays where it is)"
+
 
 def is_on(parameters: Values) -> bool:
     """Return whether there are limits."""

@@ -9,6 +9,11 @@ import numpy as np
 
 from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
 
+#: What would show the effect apart from others.
+EXPERIMENT = (
+    "sines of one frequency and rising amplitude (beyond a slew limit they turn into triangles)"
+)
+
 
 def is_on(parameters: Values) -> bool:
     """Return whether there is a limit."""

@@ -139,6 +139,7 @@ class FreeRun:
     def _state_residual(self, states: np.ndarray, offsets: np.ndarray) -> np.ndarray:
         return _STATE_PRIOR * (states + offsets - [s.state for s in self.series])
 
+    @np.errstate(over="ignore", invalid="ignore")  # of sensitivities on their way to infinity
     def linearise(self, point: np.ndarray) -> Linearisation | None:
         """Return the problem linearised at a point, or None where a run is no longer finite.
 

@@ -120,7 +120,7 @@ def levenberg_marquardt(
     damping, small_steps, history = 1e-2, 0, [cost]
     for iteration in range(1, max_iterations + 1):
         linear = linearise(point)
-        if linear is None:
+        if linear is None or not np.all(np.isfinite(linear.hessian)):
             return Minimum(point, cost, False, iteration, evaluations, "sensitivities diverge")
         unit = np.median(np.diag(linear.hessian))
         solve = _damped_solver(linear, _free_coordinates(point, linear.gradient, lower, upper))

@@ -11,7 +11,7 @@ from it2hys.identification.criteria import FreeRun
 from it2hys.identification.scaling import Scaling
 from it2hys.parameters import RULE_FIELDS
 
-_NORMAL_95 = 1.959964
+NORMAL_95 = 1.959964
 _RANK_TOLERANCE = 1e-9
 #: Half widths of the 95 % interval beyond which a rule's coordinate counts as undetermined: a
 #: factor of e in a deviation, half the range for a centre or q3, half the usual size of q1 and q2.
@@ -84,7 +84,7 @@ def assess(criterion: FreeRun, point: np.ndarray, scaling: Scaling) -> Uncertain
     _, singular, directions = np.linalg.svd(np.linalg.qr(scaled, mode="r"), full_matrices=False)
     kept = singular > _RANK_TOLERANCE * singular[0]
     # scores in the singular basis: well scaled, whatever the condition
-    meat = _batch_covariance((scaled * residual[:, None]) @ directions[kept].T, residual)
+    meat = batch_covariance((scaled * residual[:, None]) @ directions[kept].T, residual)
     transform = units[:, None] * directions[kept].T / singular[kept] ** 2
     covariance = np.zeros((len(point), len(point)))
     covariance[np.ix_(free, free)] = transform @ meat @ transform.T
@@ -94,7 +94,7 @@ def assess(criterion: FreeRun, point: np.ndarray, scaling: Scaling) -> Uncertain
     deviations[free[lost]] = np.inf
     intervals, undetermined = _by_name(criterion, point, scaling, covariance, deviations)
     spread = np.full(len(singular), np.inf)
-    spread[kept] = _NORMAL_95 * np.sqrt(np.diag(meat)) / singular[kept] ** 2
+    spread[kept] = NORMAL_95 * np.sqrt(np.diag(meat)) / singular[kept] ** 2
     weak = np.zeros((np.count_nonzero(spread > 1.0), len(point)))
     weak[:, free] = directions[spread > 1.0]
     groups = _groups(weak[:, : criterion.rule_size], undetermined)
@@ -158,7 +158,8 @@ def correlation_time(residual: np.ndarray) -> float:
     return float(max(1.0, 1.0 + 2.0 * correlation[1:end].sum()))
 
 
-def _batch_covariance(scores: np.ndarray, residual: np.ndarray) -> np.ndarray:
+def batch_covariance(scores: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Return the covariance of the sum of scores, (N, P), correlated as the residuals are, (N,)."""
     count, parameters = scores.shape
     longest = max(1, count // (4 * max(parameters, 1)))
     length = int(np.clip(2.0 * correlation_time(residual), 1, longest))
@@ -186,11 +187,11 @@ def _by_name(
     for i, value in enumerate(values):
         name = parameter_name(i)
         held = not np.isfinite(deviations[i])
-        half = np.nan if held else _NORMAL_95 * spread[i]
+        half = np.nan if held else NORMAL_95 * spread[i]
         intervals[name] = (float(value - half), float(value + half))
-        if held or _NORMAL_95 * deviations[i] > units[i]:
+        if held or NORMAL_95 * deviations[i] > units[i]:
             undetermined.append(name)
     state = float(scaling.displacement(point[size]))
-    half = _NORMAL_95 * deviations[size] * scaling.y_unit
+    half = NORMAL_95 * deviations[size] * scaling.y_unit
     intervals["initialDisplacement"] = (state - half, state + half)
     return intervals, tuple(undetermined)

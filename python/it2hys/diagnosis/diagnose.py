@@ -1,0 +1,502 @@
+"""The diagnosis start to end: from records to a model with the effects that it lacked."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from it2hys import core
+from it2hys.chain import EFFECTS, active_effects
+from it2hys.diagnosis.coordinates import BY_RECORD
+from it2hys.diagnosis.criterion import ChainFit, Model, Trace
+from it2hys.diagnosis.experiments import deciding_experiment
+from it2hys.diagnosis.fitting import Bench, clues
+from it2hys.diagnosis.intervals import intervals_of
+from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_trace
+from it2hys.diagnosis.residuals import left_over
+from it2hys.diagnosis.result import Diagnosis, Evidence, Judgement, Stage
+from it2hys.diagnosis.selection import LEVEL, Node, Search, Trial
+from it2hys.effects import Clues
+from it2hys.errors import InputError
+from it2hys.identification import Options, identify
+from it2hys.identification.preparation import (
+    Prepared,
+    check_sample_times,
+    data_scaling,
+    prepare,
+)
+from it2hys.identification.result import Identification
+from it2hys.identification.usability import widest_range
+from it2hys.metrics import max_relative_error, rms_error
+from it2hys.parameters import ParameterSet
+from it2hys.records import Record
+from it2hys.variables import load_table
+
+Progress = Callable[[float, str], None]
+
+#: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
+#: more does better than the effect is tried in the search.
+RULES = 3
+#: Iterations of the last fit.
+_FINAL = 150
+#: A run from the packaged start is taken for a record if its error is above that from the record's own
+#: start by no more than this share.
+_SAME_START = 0.01
+#: Largest ratio of the travel of a given model to that of the records, either way.
+_SAME_UNIT = 3.0
+#: Share of its range by which records may go beyond a given model's.
+_BEYOND = 0.25
+
+
+def diagnose(
+    train: Sequence[Record],
+    validation: Sequence[Record] = (),
+    test: Sequence[Record] = (),
+    model: ParameterSet | None = None,
+    declared: Sequence[str] = (),
+    rules: int = RULES,
+    options: Options | None = None,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Find the effects that records contain and a model lacks, and add them to it.
+
+    Parameters
+    ----------
+    train : sequence of Record
+        Records that are fitted.
+    validation : sequence of Record
+        Records that decide whether an effect is added. Without any, the last 30 % of every training
+        record decide, and are fitted once all is decided.
+    test : sequence of Record
+        Records that decide nothing and are only reported on.
+    model : ParameterSet, optional
+        The model to start from; by default the paper's, identified on the training records.
+    declared : sequence of str
+        Effects that are in the model from the start.
+    rules : int
+        Number of rules of the model that is identified.
+    options : Options, optional
+    progress : callable, optional
+        Called with the share done, 0 to 1, and what is being done.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    InputError
+        If records are too few or too short, differ in their sample time, lack the channel of a declared
+        effect, or do not suit the given model.
+    """
+    if not train:
+        raise InputError("no training record is given")
+    session = _Session(train, validation, test, declared, options or Options(), progress)
+    return session.run(model, rules)
+
+
+class _Session:
+    """One diagnosis: what its phases hand on to each other."""
+
+    def __init__(
+        self,
+        train: Sequence[Record],
+        validation: Sequence[Record],
+        test: Sequence[Record],
+        declared: Sequence[str],
+        options: Options,
+        progress: Progress | None,
+    ):
+        check_sample_times([*train, *validation, *test])
+        self._train, self._options = list(train), options
+        self._progress = progress or (lambda share, text: None)
+        self._extent = extent_of(train)
+        self._declared = _checked_effects(declared, self._extent)
+        prepared = [prepare(r, options) for r in train]
+        self._scaling = data_scaling(prepared)
+        self._prepared = [
+            *(("train", p) for p in prepared),
+            *(("validation", prepare(r, options)) for r in validation),
+            *(("test", prepare(r, options)) for r in test),
+        ]
+        self._seconds: dict[str, float] = {}
+        self._warnings: list[str] = []
+
+    def run(self, given: ParameterSet | None, rules: int) -> Diagnosis:
+        """Run all phases."""
+        base = self._timed("paper's model", self._base, given, rules)
+        bench = self._bench(base)
+        first = self._timed("declared effects", self._declare, bench, base)
+        search = Search(bench, self._report_trial)
+        self._tried = 0
+        chosen = self._timed("search", search.run, first)
+        node = search.settled(chosen)
+        fit = self._timed("final fit", self._finish, bench, node)
+        self._progress(0.95, "assessment")
+        return self._timed("assessment", self._assess, base, bench, search, chosen, node, fit)
+
+    def _timed(self, name: str, phase: Callable, *arguments: object):
+        start = time.perf_counter()
+        result = phase(*arguments)
+        self._seconds[name] = time.perf_counter() - start
+        return result
+
+    # --- the model to start from -----------------------------------------------------------------
+
+    def _base(self, given: ParameterSet | None, rules: int) -> Model:
+        """Return the model before: the given one, or the paper's identified on the training records."""
+        if given is not None:
+            return self._given(given)
+        self._progress(0.0, "identification of the paper's model")
+        identification = identify(
+            self._train, rules=rules, options=self._options, progress=self._part(0.0, 0.25)
+        )
+        self._warnings += _passed_on(identification)
+        records = identification.by_role("train")
+        return Model(
+            dict(identification.parameters),
+            (),
+            np.array([r.initial_displacement for r in records]),
+            np.array([r.offset for r in records]),
+            {},
+        )
+
+    def _given(self, given: ParameterSet) -> Model:
+        self._check_given(given)
+        effects = tuple(active_effects(given))
+        unknown = [e for e in self._declared if e in effects]
+        self._declared = tuple(e for e in self._declared if e not in unknown)
+        own = {
+            name: np.full(len(self._train), given[name])
+            for name in BY_RECORD
+            if _effect_of(name) in effects
+        }
+        traces = self._traces("train", has_offset=self._options.offsets is True)
+        bench = Bench(traces, traces, self._scaling, self._extent)
+        start = Model(dict(given), effects, np.zeros(len(traces)), np.zeros(len(traces)), own)
+        return bench.fit_own(start, traces)
+
+    def _check_given(self, given: ParameterSet) -> None:
+        """Refuse a model that cannot be one of these records.
+
+        Raises
+        ------
+        InputError
+            If its sample time, its unit or its range differs from the records'.
+        """
+        name = f"the starting model '{given.name}'"
+        if not np.isclose(given["sampleTime"], self._extent.sample_time, rtol=1e-3):
+            raise InputError(
+                f"{name} has a sampleTime of {given['sampleTime']:g} s, the records of "
+                f"{self._extent.sample_time:g} s: resample them, or identify a model at their rate"
+            )
+        low, high = given.voltage_range
+        beyond = _BEYOND * (high - low)
+        record_low, record_high = self._extent.voltage
+        if record_low < low - beyond or record_high > high + beyond:
+            raise InputError(
+                f"{name} is for {low:g} to {high:g} V (voltageMin, voltageMax), but the records go "
+                f"from {record_low:g} to {record_high:g} V: another range or unit of the voltage?"
+            )
+        travel = given.displacement_range[1] - given.displacement_range[0]
+        share = (record_high - record_low) / (high - low)
+        ratio = self._extent.displacement_span / (share * travel)
+        if not 1.0 / _SAME_UNIT < ratio < _SAME_UNIT:
+            raise InputError(
+                f"{name} moves {1e6 * share * travel:.4g} um over the records' voltages, the records "
+                f"{1e6 * self._extent.displacement_span:.4g} um: another unit of the displacement?"
+            )
+
+    def _traces(self, role: str, has_offset: bool) -> list[Trace]:
+        return [to_trace(p, r, has_offset) for r, p in self._prepared if r == role]
+
+    def _bench(self, base: Model) -> Bench:
+        has_offset = bool(np.any(base.offsets != 0.0))
+        traces = self._traces("train", has_offset)
+        deciding = self._traces("validation", has_offset)
+        self._all_fitted = traces
+        if not deciding:
+            traces, deciding = set_aside(traces)
+        check_deciding(deciding)
+        return Bench(traces, deciding, self._scaling, self._extent)
+
+    def _declare(self, bench: Bench, base: Model) -> Model:
+        """Return the model with the declared effects."""
+        model = base
+        for effect in self._declared:
+            self._progress(0.25, f"declared: {effect}")
+            fit = bench.add(model, effect)
+            if fit is None:
+                raise InputError(f"'{effect}' is declared, but no fit with it stays finite")
+            model = fit.model
+        return bench.reshaped(model).model if self._declared else model
+
+    # --- search and final fit --------------------------------------------------------------------
+
+    def _part(self, low: float, high: float) -> Progress:
+        return lambda share, text: self._progress(low + (high - low) * share, text)
+
+    def _report_trial(self, trial: Trial) -> None:
+        # how many there will be depends on what is found: the bar slows down as it goes
+        self._tried += 1
+        share = 0.25 + 0.6 * (1.0 - np.exp(-self._tried / 30.0))
+        self._progress(share, " + ".join(["model", *sorted(trial.base), trial.addition]))
+
+    def _finish(self, bench: Bench, node: Node) -> ChainFit:
+        """Fit everything that may be fitted to the end, with a core that is usable."""
+        self._progress(0.87, "final fit")
+        whole = replace(bench, traces=self._all_fitted)
+        fit = whole.fit(node.fit.model, _FINAL)
+        for strength in (1e1, 1e2, 1e3):
+            if self._usable_range(fit.model) is not None:
+                break
+            fit = whole.fit(fit.model, _FINAL, strength)
+        usable = self._usable_range(fit.model)
+        if usable is None:
+            raise InputError(
+                "the fitted model is not usable over the range of the training records: its core does "
+                "not contract there, or has no inverse; give records that cover the range better"
+            )
+        range_values = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
+        model = replace(fit.model, values={**fit.model.values, **range_values})
+        # the curve of a nonlinearity is drawn over the range: it has to be fitted over the final one
+        return whole.fit(model, _FINAL if "nonlinearity" in model.effects else 1)
+
+    def _usable_range(self, model: Model) -> tuple[float, float] | None:
+        outputs = [model.run(t, i)[2] for i, t in enumerate(self._all_fitted)]
+        low, high = min(y.min() for y in outputs), max(y.max() for y in outputs)
+        return widest_range(model.rules, float(low), float(high))
+
+    # --- assessment ------------------------------------------------------------------------------
+
+    def _assess(
+        self, base: Model, bench: Bench, search: Search, chosen: Node, node: Node, fit: ChainFit
+    ) -> Diagnosis:
+        parameters = self._parameters(fit.model, "diagnosed")
+        named = tuple(e for e in fit.model.effects if e in node.effects)
+        groups = _indistinguishable(chosen, search.rivals)
+        judged = [t for role in ("train", "validation") for t in self._traces(role, self._has_offset)]
+        final = clues(bench.fit_own(fit.model, judged), judged, self._extent)
+        left = left_over(final, [t.noise for t in judged])
+        root = bench.clues(search.root.fit.model)
+        return Diagnosis(
+            parameters=parameters,
+            base=self._parameters(base, "before"),
+            effects=named,
+            declared=self._declared,
+            unexplained=left.significant,
+            left_over=tuple(left.sentences),
+            indistinguishable=groups,
+            experiments=tuple(deciding_experiment(group) for group in groups),
+            noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
+            before=self._judgements(base, bench),
+            after=self._judgements(fit.model, bench),
+            evidence=self._evidence(search, node, named, groups, root),
+            stages=self._stages(search, node, fit, bench),
+            intervals=intervals_of(fit),
+            warnings=tuple(self._warnings),
+            seconds=self._seconds,
+        )
+
+    @property
+    def _has_offset(self) -> bool:
+        return self._all_fitted[0].has_offset
+
+    def _parameters(self, model: Model, name: str) -> ParameterSet:
+        """Return the model as a parameter set that begins as the first training record does."""
+        voltages = [r.voltage for r in self._train]
+        own = {n: float(v[0]) for n, v in model.own.items()}
+        values = {
+            **model.values,
+            "voltageMin": float(min(v.min() for v in voltages)),
+            "voltageMax": float(max(v.max() for v in voltages)),
+            **_start(model, 0),
+            **own,
+        }
+        return ParameterSet(_with_rising_thresholds(values), name).validate()
+
+    def _judgements(self, model: Model, bench: Bench) -> tuple[Judgement, ...]:
+        parameters = self._parameters(model, "judged")
+        traces = [to_trace(p, role, self._has_offset) for role, p in self._prepared]
+        fitted = bench.fit_own(model, traces)
+        return tuple(
+            _judge(p, t, parameters, _start(fitted, i), float(fitted.offsets[i]))
+            for i, ((_, p), t) in enumerate(zip(self._prepared, traces, strict=True))
+        )
+
+    def _stages(self, search: Search, node: Node, fit: ChainFit, bench: Bench) -> tuple[Stage, ...]:
+        """Return the first model, those after each addition if there are any, and the last."""
+        order = [e for e in node.fit.model.effects if e in node.effects]
+        stages = [self._stage("before", search.root, bench)]
+        for count in range(1, len(order)):
+            found = [n for n in search.nodes.values() if n.effects == frozenset(order[:count])]
+            if found:
+                best = min(found, key=lambda n: n.rms)
+                stages.append(self._stage(" + ".join(order[:count]), best, bench))
+        if order:
+            last = Node(node.added, fit, bench.errors(fit.model))
+            stages.append(self._stage(" + ".join(order), last, bench))
+        return tuple(stages)
+
+    def _stage(self, label: str, node: Node, bench: Bench) -> Stage:
+        model = bench.fit_own(node.fit.model, self._all_fitted)
+        residuals = [t.y - model.predict(t, i) for i, t in enumerate(self._all_fitted)]
+        return Stage(label, residuals, node.rms)
+
+    def _evidence(
+        self,
+        search: Search,
+        node: Node,
+        named: tuple[str, ...],
+        groups: tuple[tuple[str, ...], ...],
+        root: Clues,
+    ) -> tuple[Evidence, ...]:
+        result = []
+        for effect, module in EFFECTS.items():
+            signature = module.signature(root)
+            trial = _trial_of(effect, search.trials, node, named)
+            accepted = effect in named
+            result.append(
+                Evidence(
+                    effect,
+                    np.nan if signature is None else signature.statistic,
+                    np.nan if signature is None else signature.p_value,
+                    "" if signature is None else signature.text,
+                    np.nan if trial is None else trial.comparison.gain,
+                    np.nan if trial is None else trial.comparison.p_value,
+                    accepted,
+                    self._why(effect, trial, accepted, groups, node),
+                )
+            )
+        return tuple(result)
+
+    def _why(
+        self,
+        effect: str,
+        trial: Trial | None,
+        accepted: bool,
+        groups: tuple[tuple[str, ...], ...],
+        node: Node,
+    ) -> str:
+        """Return the reason for the verdict on an effect, in a sentence."""
+        if trial is None:
+            if effect in self._declared:
+                return "declared: in the model from the start"
+            if effect in node.fit.model.effects:
+                return "in the starting model"
+            if effect == "load" and self._extent.force is None:
+                return "not tried: no record has a force channel"
+            return "not tried: no start of a fit with it stays finite, or the channel is constant"
+        c = trial.comparison
+        fall = (
+            f"changes the error on what decides from {1e6 * c.before:.4g} to {1e6 * c.after:.4g} um "
+            f"({-100 * c.gain:+.1f} %, p = {c.p_value:.2g})"
+        )
+        if accepted:
+            return f"adding it {fall}"
+        rivals = [g for g in groups if effect in g]
+        if rivals:
+            others = ", ".join(e for e in rivals[0] if e != effect)
+            return f"adding it {fall}, but these records cannot tell it from {others}"
+        base = " + ".join(["the model", *sorted(trial.base)])
+        if trial.accepted:
+            return f"added to {base} it {fall}, but other effects explain that better"
+        chance = c.p_value * len(EFFECTS) > LEVEL
+        reason = "no more than chance" if chance else "too little to speak of"
+        return f"added to {base} it {fall}: {reason}"
+
+
+def _checked_effects(names: Sequence[str], extent) -> tuple[str, ...]:
+    """Return the declared effects in the order of the chain.
+
+    Raises
+    ------
+    InputError
+        If there is no such effect, or no record has the channel that it needs.
+    """
+    for name in names:
+        if name not in EFFECTS:
+            raise InputError(f"--declared {name}: no such effect; known are {', '.join(EFFECTS)}")
+    if "load" in names and extent.force is None:
+        raise InputError("--declared load: no training record has a force channel (force_N)")
+    return tuple(e for e in EFFECTS if e in names)
+
+
+def _effect_of(parameter: str) -> str | None:
+    return load_table().parameters()[parameter].effect
+
+
+def _passed_on(identification: Identification) -> list[str]:
+    """Return warnings of an identification that hold for a better model too."""
+    return [w for w in identification.warnings if "training records" in w and "lacks" not in w]
+
+
+def _start(model: Model, index: int) -> dict[str, float]:
+    """Return the parameters with which the plant FMU begins a record."""
+    own = {name: float(values[index]) for name, values in model.own.items()}
+    gains = sum(v for n, v in model.values.items() if n.startswith("creep[") and n.endswith("gain"))
+    y = float(model.starts[index])
+    ahead = own.get("initialCreep", 0.0)
+    return {"initialDisplacement": y + gains * (y + ahead), **own}
+
+
+def _with_rising_thresholds(values: dict) -> dict:
+    """Return the values with play operators in the order of their thresholds, as the inverse wants."""
+    count = int(values.get("playCount", 0))
+    pairs = sorted(
+        (values[f"play[{j}].threshold"], values[f"play[{j}].weight"]) for j in range(1, count + 1)
+    )
+    ordered = dict(values)
+    for j, (threshold, weight) in enumerate(pairs, start=1):
+        ordered[f"play[{j}].threshold"], ordered[f"play[{j}].weight"] = threshold, weight
+    return ordered
+
+
+def _judge(
+    prepared: Prepared, trace: Trace, parameters: ParameterSet, start: dict, offset: float
+) -> Judgement:
+    """Return the errors of the free run that the plant FMU makes of a record."""
+    packaged = {name: parameters[name] for name in start}
+    own = _errors(trace, parameters, start, offset)
+    common = _errors(trace, parameters, packaged, offset)
+    if common[1] <= (1.0 + _SAME_START) * own[1]:
+        start, own = packaged, common
+    e_mr, e_rms, y = own
+    return Judgement(trace.name, trace.role, e_mr, e_rms, start, offset, prepared.skip, trace.noise, y)
+
+
+def _errors(
+    trace: Trace, parameters: ParameterSet, start: dict, offset: float
+) -> tuple[float, float, np.ndarray]:
+    drive = trace.drive
+    _, reading = core.chain_free_run(
+        parameters.replace(**start), drive.voltage, drive.force, drive.temperature
+    )
+    y, used = reading + offset, trace.judged
+    if not np.all(np.isfinite(y)):
+        return np.inf, np.inf, y
+    return max_relative_error(trace.y[used], y[used]), rms_error(trace.y[used], y[used]), y
+
+
+def _indistinguishable(chosen: Node, rivals: Sequence[Node]) -> tuple[tuple[str, ...], ...]:
+    """Return the groups of effects of which any would do."""
+    common = chosen.effects.intersection(*(rival.effects for rival in rivals))
+    group = {e for n in (chosen, *rivals) for e in n.effects - common}
+    return (tuple(e for e in EFFECTS if e in group),) if group else ()
+
+
+def _trial_of(effect: str, trials: Sequence[Trial], node: Node, named: Sequence[str]) -> Trial | None:
+    """Return the trial that decided on an effect.
+
+    For one that was added, the one on the way to the model; for another, that on the final model if
+    there is one, otherwise that on the first.
+    """
+    own = [t for t in trials if t.addition == effect]
+    if effect in named:
+        own = [t for t in own if t.base <= node.added and t.accepted] or own
+        return max(own, key=lambda t: len(t.base), default=None)
+    final = [t for t in own if t.base == node.added]
+    return (final or own or [None])[0]

@@ -1,0 +1,317 @@
+"""Fits of chains to records: joint ones of everything, and of what belongs to a record alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from it2hys.chain import EFFECTS
+from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
+from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
+from it2hys.effects import Clue, Clues, Extent
+from it2hys.effects.hum import phases
+from it2hys.identification.criteria import Series
+from it2hys.identification.fitting import fit_rules
+from it2hys.identification.result import Options
+from it2hys.identification.scaling import Scaling
+from it2hys.parameters import RULE_FIELDS
+from it2hys.variables import load_table
+
+#: Effects whose sampled form may differ from the truth by a part of a sample: how the voltage is held
+#: and when the reading is taken is not in the records. A delay of up to a sample goes with them.
+SAMPLED = ("lag", "resonance", "slew")
+_SHORTEST = 1e-3
+#: A resonance damped by more than this smooths, it does not ring.
+_DAMPED = 0.4
+#: Guesses of an effect that are followed, and the iterations of the two rounds.
+_FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
+#: Rows of the Jacobian by which guesses are compared.
+_ROWS = 20_000
+#: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
+_TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
+
+
+def off_values() -> dict[str, float]:
+    """Return the parameters of all effects where these are off."""
+    known = load_table().parameters()
+    return {name: v.start for name, v in known.items() if v.effect and v.group is None}
+
+
+def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
+    """Return what of a model's effects is fitted."""
+    counts, result = load_table().counts, []
+    for effect in model.effects:
+        options = {"count": int(model.values[counts[effect]["variable"]])} if effect in counts else {}
+        starts = EFFECTS[effect].starts(extent, **options)
+        result += [Coordinate.of(name, start) for name, start in starts.items()]
+    if _shifts(model):
+        bounds = (_SHORTEST * extent.sample_time, extent.sample_time)
+        result.append(Coordinate("delay.time", bounds, logarithmic=False))
+    return result
+
+
+def _shifts(model: Model) -> bool:
+    """Return whether a delay of up to a sample belongs to a model without it being an effect."""
+    return "delay" not in model.effects and any(e in SAMPLED for e in model.effects)
+
+
+def is_sampling(model: Model, effect: str) -> bool:
+    """Return whether an effect beside another fast one may be no more than how signals were sampled.
+
+    It is if it shifts or smooths by less than a sample.
+    """
+    if not any(e in SAMPLED and e != effect for e in model.effects):
+        return False
+    sample_time = model.values["sampleTime"]
+    if effect == "delay":
+        return model.values["delay.time"] <= sample_time
+    if effect == "lag":
+        return model.values["lag.timeConstant"] <= sample_time
+    if effect == "resonance":
+        slow = 2.0 * np.pi * model.values["resonance.frequency"] * sample_time < 1.0
+        return model.values["resonance.damping"] > _DAMPED and not slow
+    return False
+
+
+def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Model:
+    """Return the model with an effect at guessed values."""
+    known = load_table().parameters()
+    own = dict(model.own)
+    for name in BY_RECORD:
+        if known[name].effect == effect:
+            own[name] = np.broadcast_to(guess.get(name, 0.0), model.starts.shape).copy()
+    values = {**model.values, **{n: v for n, v in guess.items() if n not in BY_RECORD}}
+    result = replace(model, values=values, effects=(*model.effects, effect), own=own)
+    if _shifts(result) and not values["delay.time"]:
+        values["delay.time"] = 0.5 * extent.sample_time
+    return result
+
+
+def without_effect(model: Model, effect: str) -> Model:
+    """Return the model with an effect switched off."""
+    known, off = load_table().parameters(), off_values()
+    values = {n: v for n, v in model.values.items() if known[n].effect != effect}
+    values.update({n: v for n, v in off.items() if known[n].effect == effect})
+    own = {n: v for n, v in model.own.items() if known[n].effect != effect}
+    effects = tuple(e for e in model.effects if e != effect)
+    result = replace(model, values=values, effects=effects, own=own)
+    if "delay" not in effects and not _shifts(result):
+        values["delay.time"] = 0.0
+    return result
+
+
+def with_another_rule(model: Model, rule: int, distance: float) -> Model:
+    """Return the model with a rule split into two equal ones whose centres move apart."""
+    rules = model.rules
+    twins = np.repeat(rules[rule : rule + 1], 2, axis=0)
+    twins[:, 2] += [-distance, distance]
+    return with_rules(model, np.vstack([rules[:rule], twins, rules[rule + 1 :]]))
+
+
+def with_rules(model: Model, rules: np.ndarray) -> Model:
+    """Return the model with other rules, SI units."""
+    values = {n: v for n, v in model.values.items() if not n.startswith("rule[")}
+    values["ruleCount"] = len(rules)
+    for i, rule in enumerate(rules, start=1):
+        values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
+    return replace(model, values=values)
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """The records, and how models are fitted to and judged on them.
+
+    Parameters
+    ----------
+    traces : list of Trace
+        Records that are fitted.
+    deciding : list of Trace
+        Records, or parts of them, that decide between models.
+    scaling : Scaling
+    extent : Extent
+    """
+
+    traces: list[Trace]
+    deciding: list[Trace]
+    scaling: Scaling
+    extent: Extent
+
+    @property
+    def floor(self) -> float:
+        """Noise of the records that decide, m rms."""
+        return float(np.sqrt(np.mean([t.noise**2 for t in self.deciding])))
+
+    def rms(self, fit: ChainFit) -> float:
+        """Return the error of a fit on the training records, m."""
+        return fit.rms * self.scaling.y_unit
+
+    def clues(self, model: Model) -> Clues:
+        """Return what a model leaves over of the training records."""
+        return clues(model, self.traces, self.extent)
+
+    def criterion(self, model: Model) -> ChainCriterion:
+        """Return the joint criterion of everything, from a model."""
+        fitted = fitted_coordinates(model, self.extent)
+        return ChainCriterion(self.traces, model, fitted, self.scaling)
+
+    def fit(self, model: Model, iterations: int, strength: float = 1.0) -> ChainFit:
+        """Fit everything jointly from a model; `strength` is that of the penalties for a poor core."""
+        return minimise(self.criterion(model).guarded(strength), iterations)
+
+    def add(self, model: Model, effect: str) -> ChainFit | None:
+        """Fit a model with one effect more, from the best of the guesses of it.
+
+        Returns
+        -------
+        ChainFit or None
+            None where the records cannot show the effect, or every guess diverges.
+        """
+        guesses = EFFECTS[effect].guesses(self.clues(model))
+        trials = [self._prepared(with_effect(model, effect, g, self.extent)) for g in guesses]
+        return self._best(model, trials)
+
+    def add_rule(self, model: Model) -> ChainFit | None:
+        """Fit a model with one rule more, from the best way of splitting one in two."""
+        if model.values["ruleCount"] >= load_table().counts["rule"]["maximum"]:
+            return None
+        distance = 0.05 * self.extent.displacement_span
+        rules = range(int(model.values["ruleCount"]))
+        return self._best(model, [with_another_rule(model, i, distance) for i in rules])
+
+    def _best(self, model: Model, trials: list[Model]) -> ChainFit | None:
+        if len(trials) > _FOLLOWED:
+            costs = self._projected_costs(model, trials)
+            trials = [trials[i] for i in np.argsort(costs)[:_FOLLOWED]]
+        fits = [self.fit(trial, _SIFTING) for trial in trials]
+        fits = [fit for fit in fits if np.isfinite(fit.minimum.cost)]
+        if not fits:
+            return None
+        best = min(fits, key=lambda fit: fit.minimum.cost)
+        return self.fit(best.model, _SETTLING)
+
+    def _prepared(self, model: Model) -> Model:
+        return with_histories(model, self.traces) if "initialExcursion" in model.own else model
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _projected_costs(self, model: Model, trials: list[Model]) -> np.ndarray:
+        """Return for each trial the cost that is left once the model's own parameters adapt, linearly.
+
+        No trial is fitted for this: the residual's part in the span of the model's Jacobian is what
+        those parameters can take up.
+        """
+        criterion = self.criterion(model)
+        jacobian, _ = criterion.jacobian(criterion.pack(model))
+        step = max(1, len(jacobian) // _ROWS)
+        basis, _ = np.linalg.qr(jacobian[::step])
+        costs = []
+        for trial in trials:
+            errors = [
+                (t.weight * (trial.predict(t, i) - t.y))[t.weight > 0]
+                for i, t in enumerate(self.traces)
+            ]
+            residual = np.concatenate(errors)[::step] / self.scaling.y_unit
+            left = residual @ residual - np.sum((basis.T @ residual) ** 2)
+            costs.append(left if np.isfinite(left) else np.inf)
+        return np.array(costs)
+
+    def reshaped(self, model: Model, starts: int = 12) -> ChainFit:
+        """Fit from rules that were sought anew, from many starts, on what the effects leave for them.
+
+        A base that was fitted while an effect was missing is a poor start once it is there.
+        """
+        series = []
+        for i, t in enumerate(self.traces):
+            reading, x, y = model.run(t, i)
+            if not np.all(np.isfinite(reading)):
+                continue
+            # the measurement less what the stages behind the core add to it
+            target = t.y - model.offsets[i] - (reading - y)
+            start = float(self.scaling.y(model.starts[i]))
+            # what is set aside at the end has nothing to say here
+            kept = slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)
+            x, y, weight = self.scaling.x(x[kept]), self.scaling.y(target[kept]), t.weight[kept]
+            series.append(Series(x, y, weight, start))
+        found = fit_rules(
+            series,
+            int(model.values["ruleCount"]),
+            Options(starts=starts),
+            lambda share, text: None,
+            [self.scaling.rules(model.rules)],
+        )
+        return self.fit(with_rules(model, self.scaling.physical_rules(found.rules)), 60)
+
+    def fit_own(self, model: Model, traces: Sequence[Trace]) -> Model:
+        """Return the model with what belongs to records fitted to these ones, all else held."""
+        model = with_starts(model, traces)
+        fitted = [c for c in fitted_coordinates(model, self.extent) if c.name in BY_RECORD]
+        criterion = ChainCriterion(traces, model, fitted, self.scaling).holding(["rules"])
+        return minimise(criterion, 30, 1e-8).model
+
+    def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> list[np.ndarray]:
+        """Return the errors on the judged samples of records that were not fitted, m."""
+        traces = self.deciding if traces is None else traces
+        fitted = self.fit_own(model, traces)
+        return [(fitted.predict(t, i) - t.y)[t.judged] for i, t in enumerate(traces)]
+
+
+def clues(model: Model, traces: Sequence[Trace], extent: Extent) -> Clues:
+    """Return what a model leaves over of records."""
+    records = [
+        Clue(
+            t.drive.voltage,
+            t.drive.force,
+            t.drive.temperature,
+            t.y,
+            t.y - model.predict(t, i),
+            t.weight > 0,
+        )
+        for i, t in enumerate(traces)
+    ]
+    return Clues(extent, records)
+
+
+def with_starts(model: Model, traces: Sequence[Trace]) -> Model:
+    """Return the model with guesses of what belongs to records, for records not seen before."""
+    gain = 1.0 + sum(
+        v for n, v in model.values.items() if n.startswith("creep[") and n.endswith("gain")
+    )
+    count = len(traces)
+    model = replace(
+        model,
+        starts=np.array([t.y[0] for t in traces]) / gain,
+        offsets=np.zeros(count),
+        own={name: np.zeros(count) for name in model.own},
+    )
+    if "initialExcursion" in model.own:
+        model = with_histories(model, traces)
+    if "hum.phase" in model.own:
+        quiet = replace(model, values={**model.values, "hum.amplitude": 0.0})
+        extent = Extent(model.values["sampleTime"], 0.0, (0.0, 0.0), (0.0, 0.0))
+        found = phases(clues(quiet, traces, extent), model.values["hum.frequency"])
+        model = replace(model, own={**model.own, "hum.phase": found})
+    return model
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def with_histories(model: Model, traces: Sequence[Trace]) -> Model:
+    """Return the model with the history before each record that suits it best, of a few likely ones."""
+    chosen = np.zeros((2, len(traces)))
+    for i, t in enumerate(traces):
+        low, high = t.drive.voltage.min(), t.drive.voltage.max()
+        turns = [low + share * (high - low) for share in _TURNS]
+        rests = [0.0, t.drive.voltage[0]]
+        histories = [(rest, turn - rest) for rest in rests for turn in (rest, *turns)]
+        costs = []
+        for rest, excursion in histories:
+            history = {
+                "initialRestVoltage": np.full(len(traces), rest),
+                "initialExcursion": np.full(len(traces), excursion),
+            }
+            trial = replace(model, own={**model.own, **history})
+            error = (trial.predict(t, i) - t.y)[t.weight > 0]
+            costs.append(np.var(error) if t.has_offset else np.mean(error**2))
+        chosen[:, i] = histories[int(np.argmin(costs))]
+    history = dict(zip(("initialRestVoltage", "initialExcursion"), chosen, strict=True))
+    return replace(model, own={**model.own, **history})

@@ -1,0 +1,89 @@
+"""From records to the traces that the fits work on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from it2hys.core import Drive
+from it2hys.diagnosis.criterion import Trace
+from it2hys.effects import Extent
+from it2hys.errors import InputError
+from it2hys.identification.preparation import Prepared
+from it2hys.identification.weights import repetitions
+from it2hys.records import Record
+
+#: Share of every training record that decides where there are no validation records.
+_SET_ASIDE = 0.3
+#: Fewest samples that may decide between two models.
+_FEWEST_DECIDING = 200
+
+
+def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
+    """Return a record as a trace; all its trusted samples are fitted and judged.
+
+    A model's own error is the same in each of n equal periods, so that they tell less than n different
+    ones: with an error of the noise's size the weight is that of `identification.weights`.
+    """
+    record, used = prepared.record, prepared.used
+    weight = 1.0 / np.sqrt(1.0 + repetitions(prepared))
+    return Trace(
+        record.name,
+        role,
+        Drive.of(record.voltage, record.force, record.temperature),
+        record.displacement,
+        weight * used,
+        used,
+        prepared.noise.rms,
+        has_offset,
+    )
+
+
+def extent_of(records: Sequence[Record]) -> Extent:
+    """Return what the training records span."""
+
+    def span(channel: str) -> tuple[float, float] | None:
+        values = [getattr(r, channel) for r in records if getattr(r, channel) is not None]
+        if not values:
+            return None
+        return float(min(v.min() for v in values)), float(max(v.max() for v in values))
+
+    sample_time = records[0].sample_time
+    return Extent(
+        sample_time,
+        max(len(r) for r in records) * sample_time,
+        span("voltage"),
+        span("displacement"),
+        span("force"),
+        span("temperature"),
+    )
+
+
+def set_aside(traces: Sequence[Trace]) -> tuple[list[Trace], list[Trace]]:
+    """Return traces of which the ends are not fitted, and traces of which only the ends are judged."""
+    fitted, deciding = [], []
+    for t in traces:
+        tail = np.arange(len(t.y)) >= round(len(t.y) * (1.0 - _SET_ASIDE))
+        part = replace(t, weight=np.where(tail, 0.0, t.weight))
+        fitted.append(part)
+        deciding.append(replace(part, judged=t.judged & tail))
+    return fitted, deciding
+
+
+def check_deciding(deciding: Sequence[Trace]) -> None:
+    """Refuse records on which no decision could rest.
+
+    Raises
+    ------
+    InputError
+        If there are too few samples to tell a gain from chance.
+    """
+    samples = sum(int(np.count_nonzero(t.judged)) for t in deciding)
+    if samples < _FEWEST_DECIDING:
+        names = ", ".join(f"'{t.name}'" for t in deciding)
+        raise InputError(
+            f"record(s) {names}: {samples} samples are left to decide between models, and at least "
+            f"{_FEWEST_DECIDING} are needed; give longer records, or more of them with --validate"
+        )

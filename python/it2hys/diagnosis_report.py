@@ -1,0 +1,367 @@
+"""The outcome of a diagnosis: parameter set, FMUs, report and JSON in one directory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from it2hys import core, figures
+from it2hys.diagnosis.result import Diagnosis, Judgement
+from it2hys.excitations import time_grid, tracking_reference
+from it2hys.files import write_atomically
+from it2hys.identification_report import ROLES, UM, parameter_row
+from it2hys.metrics import max_relative_error, rms_error
+from it2hys.packaging import make_directory, package
+from it2hys.records import Record
+from it2hys.report import Picture, Section, Table, write_report
+from it2hys.simulation import track
+from it2hys.variables import load_table
+
+#: The paper's reference: so long at its sample time.
+_REFERENCE_DURATION, SAMPLE_TIME = 0.15, 1e-4
+#: Records whose residuals are drawn for every step of the loop.
+_DRAWN = 2
+
+
+def write_diagnosis(
+    diagnosis: Diagnosis,
+    records: Sequence[Record],
+    directory: str | Path,
+    title: str = "Diagnosis",
+    extra: Sequence[Section] = (),
+) -> Path:
+    """Write the parameter set, both FMUs, `report.html`, its figures and `report.json`.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    records : sequence of Record
+        In the order of `diagnosis.after`.
+    directory : path
+        Created if it does not exist.
+    title : str
+    extra : sequence of Section
+        Put before the parameters.
+
+    Returns
+    -------
+    Path
+        The report.
+    """
+    directory = make_directory(directory)
+    package(diagnosis.parameters, directory)
+    train = [r for r, j in zip(records, diagnosis.after, strict=True) if j.role == "train"]
+    sections = [
+        Section("Summary", summary(diagnosis), [error_table(diagnosis)]),
+        evidence_section(diagnosis),
+        *_step_sections(diagnosis, train),
+        *_record_sections(diagnosis, records),
+        _tracking_section(diagnosis, train, directory),
+        *extra,
+        _parameter_section(diagnosis),
+    ]
+    document = json.dumps(summary_json(diagnosis), indent=1) + "\n"
+    write_atomically(directory / "report.json", document.encode())
+    return write_report(directory, title, sections)
+
+
+def summary(diagnosis: Diagnosis) -> list[str]:
+    """Return what was found, in plain words."""
+    before, after = (_rms_of(j, "train") for j in (diagnosis.before, diagnosis.after))
+    texts = [
+        f"{_found(diagnosis)} A model is judged by its free run, from voltage alone. On the training "
+        f"records its error goes from {before * UM:.4g} to {after * UM:.4g} µm rms; the noise is "
+        f"{diagnosis.noise_rms * UM:.3g} µm."
+    ]
+    for b, a in zip(diagnosis.before, diagnosis.after, strict=True):
+        if b.role == "test":
+            texts.append(
+                f"On the test record {b.name}, which decided nothing, it goes from "
+                f"{b.e_rms * UM:.4g} to {a.e_rms * UM:.4g} µm rms (e_mr {100 * b.e_mr:.2f} to "
+                f"{100 * a.e_mr:.2f} %), with a noise of {b.noise * UM:.2g} µm."
+            )
+    for group, experiment in zip(diagnosis.indistinguishable, diagnosis.experiments, strict=True):
+        texts.append(
+            f"{' and '.join(group)} explain what is left equally well: these records cannot tell them "
+            f"apart, so none of them is named or added. {experiment}"
+        )
+    if diagnosis.unexplained:
+        texts.append(
+            "A significant residual is left that no effect of the catalogue accounts for: it is "
+            "unexplained. " + " ".join(diagnosis.left_over)
+        )
+    else:
+        texts.append("What is left cannot be told from noise. " + " ".join(diagnosis.left_over))
+    return texts + [f"Note: {warning}" for warning in diagnosis.warnings]
+
+
+def _found(diagnosis: Diagnosis) -> str:
+    start = "the starting model"
+    if diagnosis.declared:
+        start += f" with {', '.join(diagnosis.declared)} declared"
+    if not diagnosis.effects:
+        return f"No effect was found that {start} lacks."
+    return f"Found and added to {start}: {', '.join(diagnosis.effects)}."
+
+
+def _rms_of(judgements: Sequence[Judgement], role: str) -> float:
+    chosen = [j for j in judgements if j.role == role]
+    weights = [len(j.y) - j.skip for j in chosen]
+    return float(np.sqrt(np.average([j.e_rms**2 for j in chosen], weights=weights)))
+
+
+def error_table(diagnosis: Diagnosis) -> Table:
+    """Return the errors of all records before and after, beside the noise."""
+    rows = [
+        [
+            b.name, ROLES[b.role],
+            f"{100 * b.e_mr:.2f}", f"{100 * a.e_mr:.2f}",
+            f"{b.e_rms * UM:.4f}", f"{a.e_rms * UM:.4f}",
+            f"{a.noise * UM:.4f}", f"{a.offset * UM:.3f}",
+        ]
+        for b, a in zip(diagnosis.before, diagnosis.after, strict=True)
+    ]  # fmt: skip
+    return Table(
+        [
+            "record", "role",
+            "e_mr % before", "e_mr % after",
+            "e_rms µm before", "e_rms µm after",
+            "noise µm", "offset removed µm",
+        ],
+        rows,
+        "Errors (24) and (25) of the free run before and after.",
+    )  # fmt: skip
+
+
+def evidence_table(diagnosis: Diagnosis) -> Table:
+    """Return every effect tried with evidence, verdict and reason."""
+    rows = [
+        [
+            e.effect,
+            _verdict(e.effect, e.accepted, diagnosis),
+            _format(e.p_value, "{:.2g}"),
+            _format(100 * e.held_out_gain, "{:+.1f}"),
+            _format(e.held_out_p_value, "{:.2g}"),
+            e.why,
+            e.signature,
+        ]
+        for e in diagnosis.evidence
+    ]
+    return Table(["effect", "verdict", "signature p", "gain %", "gain p", "reason", "signature"], rows)
+
+
+def evidence_section(diagnosis: Diagnosis) -> Section:
+    """Return the section of every effect tried."""
+    return Section(
+        "Evidence",
+        [
+            "Signature: a property of the first model's residual that this effect alone predicts, with "
+            "its significance. Gain: by how much adding the effect, everything fitted anew, lowers the "
+            "free-run error on the records that decide, and the probability of that by chance (block "
+            "bootstrap). An effect stays only if the gain is significant after correction for the "
+            f"{len(diagnosis.evidence)} effects tried and large enough to matter."
+        ],
+        [evidence_table(diagnosis)],
+    )
+
+
+def _verdict(effect: str, accepted: bool, diagnosis: Diagnosis) -> str:
+    if accepted:
+        return "added"
+    if any(effect in group for group in diagnosis.indistinguishable):
+        return "cannot be told"
+    return "declared" if effect in diagnosis.declared else "no"
+
+
+def _format(value: float, pattern: str) -> str:
+    return pattern.format(value) if np.isfinite(value) else "–"
+
+
+def _step_sections(diagnosis: Diagnosis, train: Sequence[Record]) -> list[Section]:
+    """Return the residuals before and after every step of the loop."""
+    sections = []
+    for number, (first, second) in enumerate(
+        zip(diagnosis.stages, diagnosis.stages[1:], strict=False), start=1
+    ):
+        text = [
+            f"With {second.label} the error on what decides goes from {first.e_rms * UM:.4g} to "
+            f"{second.e_rms * UM:.4g} µm rms."
+        ]
+        pictures = [
+            Picture(
+                f"step{number}_{record.name}",
+                figures.residual_views(
+                    record.time,
+                    record.voltage,
+                    first.residuals[i],
+                    second.residuals[i],
+                    diagnosis.noise_rms,
+                    record.sample_time,
+                    f"{record.name}: {first.label} → {second.label}",
+                ),
+                "Residual over time, over voltage and its spectrum, before and after this step.",
+            )
+            for i, record in enumerate(train[:_DRAWN])
+        ]
+        sections.append(Section(f"Step {number}: {second.label}", text, pictures=pictures))
+    return sections
+
+
+def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Section]:
+    sections = []
+    for record, before, after in zip(records, diagnosis.before, diagnosis.after, strict=True):
+        kept = slice(after.skip, None)
+        label = f"{record.name} ({ROLES[after.role]})"
+        start = ", ".join(f"{n} = {v:.6g}" for n, v in after.start.items())
+        text = [f"The plant FMU gives this run with {start} (SI units)."]
+        if after.skip:
+            text.append(f"The first {after.skip} samples, a start-up transient, are left out.")
+        pictures = [
+            Picture(
+                f"{record.name}_time",
+                figures.time_course(
+                    record.time[kept],
+                    record.displacement[kept],
+                    {"after": after.y[kept], "before": before.y[kept]},
+                    label,
+                    after.noise,
+                ),
+                "Displacement and error over time, before and after.",
+            ),
+            Picture(
+                f"{record.name}_loop",
+                figures.hysteresis_loop(
+                    record.voltage[kept], record.displacement[kept], after.y[kept], label, "after"
+                ),
+                "Hysteresis loop and error over voltage, after.",
+            ),
+        ]
+        sections.append(Section(f"Record {label}", text, pictures=pictures))
+    return sections
+
+
+def _tracking_section(diagnosis: Diagnosis, records: Sequence[Record], directory: Path) -> Section:
+    """Drive the plant FMU through the inverse before and after, on the paper's reference."""
+    time, reference = _reference(records, diagnosis.parameters["sampleTime"])
+    # at rest, whatever the records began with
+    rest = dict.fromkeys(("initialRestVoltage", "initialExcursion", "initialCreep"), 0.0)
+    start = {"initialDisplacement": float(reference[0]), **rest}
+    plant = directory / "IT2Plant.fmu"
+    new = track(directory / "IT2Inverse.fmu", plant, reference, start)
+    voltage, _ = core.chain_inverse_run(diagnosis.base.replace(**start), reference)
+    old, _ = core.chain_free_run(diagnosis.parameters.replace(**start), voltage)
+    rows = [
+        [name, f"{100 * max_relative_error(reference, y):.2g}", f"{rms_error(reference, y) * UM:.2g}"]
+        for name, y in (("before", old), ("after", new["displacement"]))
+    ]
+    return Section(
+        "Feedforward: the inverse drives the plant",
+        [
+            "The paper's reference, a sine, scaled to the range and pace of the records. The plant is "
+            "the model found here, as FMU; it is driven by the inverse of the model before and by its "
+            "own inverse FMU. How well the real stage follows is limited by the free-run errors above."
+        ],
+        [Table(["inverse", "e_mr %", "e_rms µm"], rows, "Tracking errors in co-simulation.")],
+        [
+            Picture(
+                "tracking",
+                figures.tracking(
+                    time, reference, {"after": new["displacement"], "before": old}, new["voltage"],
+                    "inverse → plant",
+                ),
+                "Reference, displacement, error and voltage (compare the paper's Figure 7).",
+            )
+        ],
+    )  # fmt: skip
+
+
+def _reference(records: Sequence[Record], sample_time: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the paper's reference over 90 % of the records' range, in its number of samples."""
+    paper = tracking_reference(time_grid(_REFERENCE_DURATION, SAMPLE_TIME))
+    low = min(r.displacement[~r.outliers].min() for r in records)
+    high = max(r.displacement[~r.outliers].max() for r in records)
+    share = (paper - paper.min()) / np.ptp(paper)
+    reference = low + (0.05 + 0.9 * share) * (high - low)
+    return np.arange(len(reference)) * sample_time, reference
+
+
+def summary_json(diagnosis: Diagnosis) -> dict:
+    """Return `report.json` as a dictionary, with the keys of DESIGN.md."""
+    known = load_table().parameters()
+    return {
+        "effects": list(diagnosis.effects),
+        "declared": list(diagnosis.declared),
+        "unexplained": diagnosis.unexplained,
+        "left_over": list(diagnosis.left_over),
+        "indistinguishable": [
+            {"effects": list(group), "experiment": experiment}
+            for group, experiment in zip(
+                diagnosis.indistinguishable, diagnosis.experiments, strict=True
+            )
+        ],
+        "noise_rms_um": diagnosis.noise_rms * UM,
+        "error": {
+            "before": {j.name: _judgement_json(j) for j in diagnosis.before},
+            "after": {j.name: _judgement_json(j) for j in diagnosis.after},
+        },
+        "evidence": [
+            {
+                "effect": e.effect,
+                "statistic": _number(e.statistic),
+                "p_value": _number(e.p_value),
+                "signature": e.signature,
+                "held_out_gain_percent": _number(100 * e.held_out_gain),
+                "held_out_p_value": _number(e.held_out_p_value),
+                "accepted": e.accepted,
+                "why": e.why,
+            }
+            for e in diagnosis.evidence
+        ],
+        "parameters": {
+            name: {
+                "value": diagnosis.parameters[name],
+                "ci95": [_number(low), _number(high)],
+                "unit": known[name].type.unit or "1",
+            }
+            for name, (low, high) in diagnosis.intervals.items()
+        },
+        "warnings": list(diagnosis.warnings),
+        "seconds": diagnosis.seconds,
+    }
+
+
+def _judgement_json(judgement: Judgement) -> dict:
+    return {
+        "e_mr_percent": 100 * judgement.e_mr,
+        "e_rms_um": judgement.e_rms * UM,
+        "role": judgement.role,
+        "model": "free run",
+        "noise_rms_um": judgement.noise * UM,
+        "offset_um": judgement.offset * UM,
+        "start": judgement.start,
+        "skipped_samples": judgement.skip,
+    }
+
+
+def _number(value: float) -> float | None:
+    """Return the value, or None (JSON's null) where it is not a finite number."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _parameter_section(diagnosis: Diagnosis) -> Section:
+    rows = [
+        parameter_row(name, diagnosis.parameters[name], low, high)
+        for name, (low, high) in diagnosis.intervals.items()
+    ]
+    seconds = ", ".join(f"{k} {v:.1f} s" for k, v in diagnosis.seconds.items())
+    return Section(
+        "Parameters",
+        [
+            "Intervals hold for residuals correlated in time; none is given for a parameter at its "
+            f"bound or that the records do not determine. Duration: {seconds}."
+        ],
+        [Table(["parameter", "value", "95 % from", "to", "unit"], rows)],
+    )
