@@ -1,11 +1,11 @@
 """Tests of a property of the residual that hold for coloured residuals.
 
-A property is a set of columns that the residual should follow. What the model itself can do about them
-is taken out of both first (`Ground`). Errors of the coefficients are spectral (HAC): the variance of
-sum(x e) is the sum over frequencies of the power of x times the power of what is left of e, smoothed, in
-each record; the same as the sum over lags of the product of both autocovariances. An effect has one
-coefficient for all records: where the records disagree by more than those errors, the errors are enlarged
-by as much (Birge's ratio).
+A property is a set of columns that the residual should follow. What the model itself can do about
+them is taken out of both first (`Ground`). Errors of the coefficients are spectral (HAC): the
+variance of sum(x e) is the sum over frequencies of the power of x times the power of what is left
+of e, smoothed, in each record; the same as the sum over lags of the product of both
+autocovariances. An effect has one coefficient for all records: where the records disagree by more
+than those errors, the errors are enlarged by as much (Birge's ratio).
 """
 
 from __future__ import annotations
@@ -187,6 +187,11 @@ def _scatter(x: np.ndarray, left: np.ndarray) -> np.ndarray:
     return np.real(transform.conj().T @ (power[:, None] * transform)) / len(left)
 
 
+def spectral_variance(x: np.ndarray, z: np.ndarray) -> float:
+    """Return the variance of sum(x z) for an x (N,) that a coloured z (N,) does not depend on."""
+    return float(_scatter(x[:, None], z)[0, 0])
+
+
 def _block_scatter(scores: np.ndarray) -> np.ndarray:
     """Return the covariance of a sum of scores from sums over blocks of samples, (K, K)."""
     length = -(-len(scores) // _BLOCKS)
@@ -289,8 +294,8 @@ _HOLD = 30
 def loop_widths(clues: Clues) -> tuple[np.ndarray, np.ndarray]:
     """Return frequency, Hz, and mean width, m, of the residual's loop over each cycle of the voltage.
 
-    A cycle goes from one minimum of the voltage to the next; the width is positive where the residual is
-    higher on the way down, as memory has it.
+    A cycle goes from one minimum of the voltage to the next; the width is positive where the
+    residual is higher on the way down, as memory has it.
     """
     least, cycles = _CYCLE_SWING * clues.extent.voltage_span, []
     for clue in clues.records:
@@ -308,7 +313,7 @@ def loop_widths(clues: Clues) -> tuple[np.ndarray, np.ndarray]:
 
 
 def after_steps(clues: Clues) -> float | None:
-    """Return by which share of a step the residual grows per decade of hold time; None without holds."""
+    """Return by which share of a step the residual grows per decade of hold time, or None."""
     products = np.zeros(2)
     for clue in clues.records:
         steps = np.flatnonzero(np.abs(np.diff(clue.voltage)) > 0.05 * clues.extent.voltage_span) + 1
@@ -324,10 +329,10 @@ def after_steps(clues: Clues) -> float | None:
     return float(products[0] / products[1]) if products[1] > 0.0 else None
 
 
-def branches(clues: Clues, bins: int = 20) -> tuple[np.ndarray, np.ndarray]:
+def branches(clues: Clues, bins: int = 20) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the mean residual on rising and on falling branches by displacement, (B,) each.
 
-    Only bins that both branches reach are kept; two zeros where there are fewer than three.
+    Only bins that both branches reach are kept; None where there are fewer than three.
     """
     level = np.concatenate([scaled(clues, c)[c.used] for c in clues.records])
     direction = np.concatenate([np.sign(np.gradient(modelled(c)))[c.used] for c in clues.records])
@@ -340,7 +345,7 @@ def branches(clues: Clues, bins: int = 20) -> tuple[np.ndarray, np.ndarray]:
         counts[row] = np.bincount(place[chosen], minlength=bins)
     both = np.all(counts >= 5, axis=0)
     if np.count_nonzero(both) < 3:
-        return np.zeros(2), np.zeros(2)
+        return None
     means = sums[:, both] / counts[:, both]
     return means[0], means[1]
 
@@ -360,9 +365,9 @@ def coherence_at(clues: Clues, frequency: float) -> float:
     return float(max(values))
 
 
-# --- lines of the spectrum ------------------------------------------------------------------------------
+# --- lines of the spectrum -----------------------------------------------------------------------
 
-#: Frequencies beside a line, in those of a transform twice as long as the record, that it is put over ...
+#: Frequencies beside a line, in those of a transform twice the record, that it is put over ...
 _BESIDE = (6, 18)
 #: ... which are worth about so many degrees of freedom ...
 _BESIDE_FREEDOM = 12

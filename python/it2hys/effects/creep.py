@@ -71,9 +71,10 @@ def guesses(clues: Clues, count: int = 3) -> list[dict[str, float]]:
 def signature(clues: Clues) -> Signature | None:
     """Return whether the residual goes on after the displacement has moved, over decades of time.
 
-    The residual is regressed on slow lags of the model's reading, three over the decades that the records
-    see, once the model's own means are taken out; errors are spectral and by blocks (HAC). The statistic is
-    the share of the residual's power that they explain. The text gives the growth by decade of hold time.
+    The residual is regressed on slow lags of the model's reading, three over the decades that the
+    records see, once the model's own means are taken out; errors are spectral and by blocks (HAC).
+    The statistic is the share of the residual's power that they explain. The text gives the growth
+    by decade of hold time.
     """
     seen = readable(clues)
     duration = clues.extent.duration / clues.extent.sample_time

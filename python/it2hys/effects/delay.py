@@ -53,9 +53,10 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
 def signature(clues: Clues) -> Signature | None:
     """Return whether the displacement answers a step of the voltage late, but then at its full rate.
 
-    The response to steps is estimated for model and residual together and compared with those of cores
-    behind a delay, a lag and a resonance; errors are spectral (HAC), the p-value an F test of what a delay
-    explains beyond the others. The statistic is the share of the residual's power that it explains.
+    The response to steps is estimated for model and residual together and compared with those of
+    cores behind a delay, a lag and a resonance; errors are spectral (HAC), the p-value an F test of
+    what a delay explains beyond the others. The statistic is the share of the residual's power that
+    it explains.
     """
     seen = readable(clues)
     if seen is None:
@@ -63,7 +64,8 @@ def signature(clues: Clues) -> Signature | None:
     found = StepResponse(seen).dynamics("delay")
     text = (
         "After a step of the voltage the displacement stands still for about "
-        f"{found.parameter * clues.extent.sample_time * 1e3:.3g} ms ({found.parameter:g} samples) and then "
+        f"{found.parameter * clues.extent.sample_time * 1e3:.3g} ms ({found.parameter:g} samples) "
+        "and then "
         f"moves at its full rate at once: {100 * found.share:.0f} % of the residual's power."
     )
     return Signature(found.share, found.p_value, text)

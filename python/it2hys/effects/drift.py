@@ -64,9 +64,10 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
 def signature(clues: Clues) -> Signature | None:
     """Return whether the residual follows temperature or time, by one coefficient in all records.
 
-    The residual is regressed on each, once the model's own means are taken out; errors are spectral and by
-    blocks (HAC) and enlarged where records disagree, the p-value is corrected for the choice between the
-    two. The statistic is the share of the residual's power that the better one explains.
+    The residual is regressed on each, once the model's own means are taken out; errors are spectral
+    and by blocks (HAC) and enlarged where records disagree, the p-value is corrected for the choice
+    between the two. The statistic is the share of the residual's power that the better one
+    explains.
     """
     seen = readable(clues)
     if seen is None:
@@ -82,6 +83,7 @@ def signature(clues: Clues) -> Signature | None:
     trial, cause, unit = min(found, key=lambda f: (f[0].p_value, -f[0].share))
     text = (
         f"The residual follows {cause} by {trial.coefficients[0] * UM:.3g} um/{unit} (standard error "
-        f"{trial.errors[0] * UM:.2g}), whatever the voltage does: {100 * trial.share:.0f} % of its power."
+        f"{trial.errors[0] * UM:.2g}), whatever the voltage does: {100 * trial.share:.0f} % of "
+        "its power."
     )
     return Signature(trial.share, min(1.0, len(found) * trial.p_value), text)

@@ -51,9 +51,10 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
 def signature(clues: Clues) -> Signature | None:
     """Return whether the displacement answers a step of the voltage at once, but flat at first.
 
-    The response to steps is estimated for model and residual together and compared with those of cores
-    behind a delay, a lag and a resonance; errors are spectral (HAC), the p-value an F test of what a lag
-    explains beyond the others. The statistic is the share of the residual's power that it explains.
+    The response to steps is estimated for model and residual together and compared with those of
+    cores behind a delay, a lag and a resonance; errors are spectral (HAC), the p-value an F test of
+    what a lag explains beyond the others. The statistic is the share of the residual's power that
+    it explains.
     """
     seen = readable(clues)
     if seen is None:

@@ -52,9 +52,9 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
 def signature(clues: Clues) -> Signature | None:
     """Return whether the residual falls with the force, by one coefficient; None without a force.
 
-    The residual is regressed on the force, once the model's own means are taken out; errors are spectral
-    and by blocks (HAC), the p-value is one-sided. The statistic is the share of the residual's power that
-    the force explains.
+    The residual is regressed on the force, once the model's own means are taken out; errors are
+    spectral and by blocks (HAC), the p-value is one-sided. The statistic is the share of the
+    residual's power that the force explains.
     """
     seen = readable(clues)
     if seen is None or clues.extent.force is None or clues.extent.force[0] == clues.extent.force[1]:

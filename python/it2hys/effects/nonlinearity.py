@@ -53,9 +53,10 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
 def signature(clues: Clues) -> Signature | None:
     """Return whether the residual is a function of the displacement alone, the same on both branches.
 
-    The residual is regressed on Chebyshev polynomials 2 to 8 of the model's reading, in all records by the
-    same coefficients; errors are spectral and by blocks (HAC) and enlarged where records disagree. The
-    statistic is the share of the residual's power that they explain. The text compares both branches.
+    The residual is regressed on Chebyshev polynomials 2 to 8 of the model's reading, in all records
+    by the same coefficients; errors are spectral and by blocks (HAC) and enlarged where records
+    disagree. The statistic is the share of the residual's power that they explain. The text
+    compares both branches. What the core bends to by itself is not in the residual any more.
     """
     seen = readable(clues)
     if seen is None or clues.extent.displacement_span <= 0.0:
@@ -63,10 +64,13 @@ def signature(clues: Clues) -> Signature | None:
     trial = Ground(seen, [modelled]).test(
         lambda c: np.polynomial.chebyshev.chebvander(np.clip(scaled(clues, c), -1.2, 1.2), 8)[:, 2:]
     )
-    rising, falling = branches(seen)
-    text = (
-        f"As a function of the displacement alone the residual is up to {np.max(np.abs(rising)) * UM:.2g} um on "
-        f"rising and {np.max(np.abs(falling)) * UM:.2g} um on falling branches, which agree with a correlation "
-        f"of {np.corrcoef(rising, falling)[0, 1]:.2g}: {100 * trial.share:.0f} % of its power."
-    )
-    return Signature(trial.share, trial.p_value, text)
+    share = 100 * trial.share
+    text = f"A function of the displacement alone explains {share:.0f} % of the residual's power"
+    if (means := branches(seen)) is not None:
+        rising, falling = means
+        text += (
+            f"; on average the residual is up to {np.max(np.abs(rising)) * UM:.2g} um on rising and "
+            f"{np.max(np.abs(falling)) * UM:.2g} um on falling branches, with a correlation of "
+            f"{np.corrcoef(rising, falling)[0, 1]:.2f} between them"
+        )
+    return Signature(trial.share, trial.p_value, text + ".")

@@ -86,9 +86,10 @@ def guesses(clues: Clues, count: int = 6) -> list[dict[str, float]]:
 def signature(clues: Clues) -> Signature | None:
     """Return whether the residual remembers where the voltage turned, however slow or fast it moves.
 
-    The residual is regressed on the outputs of three play operators, which know no time, once the model's
-    own means are taken out; errors are spectral and by blocks (HAC). The statistic is the share of the
-    residual's power that they explain. The text compares its loops in slow and in fast cycles.
+    The residual is regressed on the outputs of three play operators, which know no time, once the
+    model's own means are taken out; errors are spectral and by blocks (HAC). The statistic is the
+    share of the residual's power that they explain. Loops are told of the slowest cycles: in fast
+    ones the model, fitted without play, has made up for them.
     """
     seen = readable(clues)
     if seen is None or clues.extent.voltage_span <= 0.0:
@@ -102,9 +103,9 @@ def signature(clues: Clues) -> Signature | None:
     frequency, width = loop_widths(seen)
     text = f"Play of the voltage explains {100 * trial.share:.0f} % of the residual's power"
     if len(width) >= 4:
-        slow = frequency <= np.median(frequency)
+        slow = frequency <= np.quantile(frequency, 0.25)
         text += (
-            f"; over the voltage its loops are {np.median(width[slow]) * UM:.2g} um wide in the slower cycles "
-            f"(up to {np.median(frequency):.3g} Hz) and {np.median(width[~slow]) * UM:.2g} um in the faster"
+            f"; in the slowest cycles (up to {np.max(frequency[slow]):.3g} Hz), where lags close, the "
+            f"residual's loops over the voltage are {np.median(width[slow]) * UM:.2g} um wide"
         )
     return Signature(trial.share, trial.p_value, text + ".")

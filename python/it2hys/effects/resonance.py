@@ -71,10 +71,10 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
 def signature(clues: Clues) -> Signature | None:
     """Return whether the residual rings at one frequency whenever the displacement changes.
 
-    The residual is regressed on the ringing that resonances of many frequencies would add to the model's
-    reading, once the model's own means are taken out; errors are spectral and by blocks (HAC), the p-value
-    is corrected for the number of frequencies and dampings. The statistic is the share of the residual's
-    power that the best explains.
+    The residual is regressed on the ringing that resonances of many frequencies would add to the
+    model's reading, once the model's own means are taken out; errors are spectral and by blocks
+    (HAC), the p-value is corrected for the number of frequencies and dampings. The statistic is the
+    share of the residual's power that the best explains.
     """
     seen = readable(clues)
     if seen is None:
@@ -85,7 +85,8 @@ def signature(clues: Clues) -> Signature | None:
     chosen, trial = Ground(seen, [absorbed(seen)]).best(bank, positive=True)
     frequency, damping = poles[chosen]
     text = (
-        f"Whenever the displacement changes, the residual rings at about {frequency:.3g} Hz (damping about "
+        f"Whenever the displacement changes, the residual rings at about {frequency:.3g} Hz "
+        "(damping about "
         f"{damping:g}): {100 * trial.share:.0f} % of its power; its coherence with the voltage is "
         f"{coherence_at(seen, frequency):.2g} there."
     )

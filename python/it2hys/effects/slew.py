@@ -54,9 +54,9 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
 def signature(clues: Clues) -> Signature | None:
     """Return whether the residual is confined to spells in which the voltage changed too fast.
 
-    The residual is regressed on what limits at several rates cut off the voltage, once the model's own
-    means are taken out; errors are spectral and by blocks (HAC), the p-value is corrected for the number
-    of rates. The statistic is the share of the residual's power that the best explains.
+    The residual is regressed on what limits at several rates cut off the voltage, once the model's
+    own means are taken out; errors are spectral and by blocks (HAC), the p-value is corrected for
+    the number of rates. The statistic is the share of the residual's power that the best explains.
     """
     seen = readable(clues)
     rates = np.concatenate([np.abs(np.diff(c.voltage)) for c in clues.records])
