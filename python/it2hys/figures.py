@@ -13,6 +13,7 @@ matplotlib.use("Agg")
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.signal import welch
 
 MEASURED = {"color": "0.25", "linewidth": 1.4}
 MODEL = {"color": "#1f77b4", "linewidth": 1.1}
@@ -31,6 +32,14 @@ STYLE = {
     "figure.dpi": 110,
     "savefig.dpi": 160,
 }
+_BEFORE = {"color": "#d95f02", "linewidth": 0.9}
+_AFTER = {"color": "#1f77b4", "linewidth": 0.9}
+_RISING = {"color": "#b2182b", "linestyle": "none", "marker": ".", "markersize": 1.2}
+_FALLING = {"color": "#2166ac", "linestyle": "none", "marker": ".", "markersize": 1.2}
+_HELD = {"color": "0.55", "linestyle": "none", "marker": ".", "markersize": 1.2}
+_FLOOR = {"color": "0.2", "linewidth": 1.0, "linestyle": ":", "zorder": 3}
+#: A spectrum is the mean of segments of such a share of the record, half overlapping.
+_SEGMENTS = 4
 LARGEST_COUNT = 20_000
 UM = 1e6
 
@@ -185,3 +194,81 @@ def tracking(
     bottom.set(xlabel="time in s", ylabel="voltage in V")
     _legend(top)
     return figure
+
+
+@_styled
+def residual_views(
+    time: np.ndarray,
+    voltage: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
+    noise: float,
+    sample_time: float,
+    title: str,
+) -> Figure:
+    """Draw what is left over before and after a step of the diagnosis: by time, voltage, frequency.
+
+    Parameters
+    ----------
+    time, voltage : ndarray, shape (N,)
+        In s and V.
+    before, after : ndarray, shape (N,)
+        Residuals in m; NaN where the reading cannot be trusted.
+    noise : float
+        Noise floor in m rms: a band of two standard deviations, and the density of white noise.
+    sample_time : float
+        In s.
+    title : str
+        Says which record and which step this is.
+    """
+    figure = Figure(figsize=(7.2, 6.8))
+    grid = figure.add_gridspec(3, 2, height_ratios=[1.0, 1.1, 1.1])
+    course, spectrum = figure.add_subplot(grid[0, :]), figure.add_subplot(grid[2, :])
+    loops = [figure.add_subplot(grid[1, 0])]
+    loops.append(figure.add_subplot(grid[1, 1], sharex=loops[0], sharey=loops[0]))
+    rate = np.gradient(voltage)
+    held = np.abs(rate) <= 1e-6 * np.ptp(voltage)
+    branches = (
+        (held, "held", _HELD),
+        (~held & (rate > 0.0), "rising", _RISING),
+        (~held & (rate < 0.0), "falling", _FALLING),
+    )
+    # what is larger lies behind
+    for name, residual, style, loop in (
+        ("before", before, _BEFORE, loops[0]),
+        ("after", after, _AFTER, loops[1]),
+    ):
+        residual_thin, time_thin = _thin(residual * UM, time)
+        course.plot(time_thin, residual_thin, label=name, **style)
+        spectrum.loglog(*_amplitude_density(residual, sample_time), label=name, **style)
+        for branch, label, points in branches:
+            if np.any(branch):
+                loop.plot(voltage[branch], residual[branch] * UM, label=label, **points)
+        loop.set_xlabel("voltage in V")
+        loop.set_title(name, loc="left", fontsize=9)
+    for axis in (course, *loops):
+        for bound in (-2.0 * noise * UM, 2.0 * noise * UM):
+            axis.axhline(bound, **_FLOOR)
+    course.plot([], [], label="noise, ±2 std", **_FLOOR)
+    spectrum.axhline(noise * UM * np.sqrt(2.0 * sample_time), label="white noise of that rms", **_FLOOR)
+    _title(figure, title)
+    course.set(xlabel="time in s", ylabel="error in µm")
+    loops[0].set(ylabel="error in µm")
+    loops[1].tick_params(labelleft=False)
+    spectrum.set(xlabel="frequency in Hz", ylabel="error in µm/√Hz")
+    _legend(course)
+    _legend(spectrum)
+    loops[1].legend(
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1, markerscale=4.0
+    )
+    return figure
+
+
+def _amplitude_density(residual: np.ndarray, sample_time: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies, Hz, and the one-sided amplitude density, um/sqrt(Hz); NaN as 0."""
+    known = np.isfinite(residual)
+    filled = np.where(known, residual - np.mean(residual[known]), 0.0)
+    segment = max(8, len(filled) // _SEGMENTS)
+    frequency, power = welch(filled, 1.0 / sample_time, nperseg=segment)
+    # neither the mean nor, at the Nyquist frequency, half a line
+    return frequency[1:-1], np.sqrt(power[1:-1]) * UM

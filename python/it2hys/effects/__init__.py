@@ -120,3 +120,23 @@ class Clues:
             own = np.fft.rfftfreq(len(residual), self.extent.sample_time)
             power += np.interp(frequency, own, np.abs(transform) ** 2) / np.sum(window**2)
         return frequency, power / len(self.records)
+
+
+@dataclass(frozen=True)
+class Signature:
+    """How much of a residual looks as one effect would make it.
+
+    Attributes
+    ----------
+    statistic : float
+        What `p_value` comes from, see the effect's `signature`; larger speaks for the effect.
+    p_value : float
+        Probability of such a statistic in noise, coloured or not, corrected for what was tried on the
+        way (thresholds, frequencies), not for the number of effects.
+    text : str
+        What was found, as a sentence with units.
+    """
+
+    statistic: float
+    p_value: float
+    text: str

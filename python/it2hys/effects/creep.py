@@ -7,7 +7,8 @@ cycles whose loops are wider than fast ones'. A drift with time grows without an
 import casadi as ca
 import numpy as np
 
-from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
+from it2hys.effects._statistics import Ground, absorbed, after_steps, lagged, modelled, readable
 
 MAX_COUNT = 16
 #: Terms that a fit begins with.
@@ -71,3 +72,28 @@ def guesses(clues: Clues, count: int = COUNT) -> list[dict[str, float]]:
         {"creepCount": count, **constants, **dict.fromkeys(gains, total / count)}
         for total in (0.02, 0.1)
     ]
+
+
+def signature(clues: Clues) -> Signature | None:
+    """Return whether the residual goes on after the displacement has moved, over decades of time.
+
+    The residual is regressed on slow lags of the model's reading, three over the decades that the
+    records see, once the model's own means are taken out; errors are spectral and by blocks (HAC).
+    The statistic is the share of the residual's power that they explain. The text gives the growth
+    by decade of hold time.
+    """
+    seen = readable(clues)
+    duration = clues.extent.duration / clues.extent.sample_time
+    if seen is None or duration < 1000:
+        return None
+    ticks = np.geomspace(20.0, duration, 6)[::2]
+    trial = Ground(seen, [absorbed(seen)]).test(
+        lambda c: np.column_stack([lagged(modelled(c), t) for t in ticks])
+    )
+    slope = after_steps(seen)
+    text = f"Slow answers to the displacement explain {100 * trial.share:.0f} % of the residual's power"
+    if slope is not None:
+        text += (
+            f"; after a step it goes on by {100 * slope:.2g} % of the step per decade of the time held"
+        )
+    return Signature(trial.share, trial.p_value, text + ".")

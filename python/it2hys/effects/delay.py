@@ -7,7 +7,8 @@ and the core itself is a lag; so the gain at the highest frequencies of the reco
 
 import math
 
-from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
+from it2hys.effects._statistics import StepResponse, readable
 
 MAX_TICKS = 64
 ROUNDING = 1e-9
@@ -53,3 +54,24 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
     """Return delays from a part of a tick to many."""
     ticks = (0.4, 0.9, 1.6, 2.5, 3.5, 5.5, 8.0, 12.0, 20.0, 40.0)
     return [{"delay.time": t * clues.extent.sample_time} for t in ticks]
+
+
+def signature(clues: Clues) -> Signature | None:
+    """Return whether the displacement answers a step of the voltage late, but then at its full rate.
+
+    The response to steps is estimated for model and residual together and compared with those of
+    cores behind a delay, a lag and a resonance; errors are spectral (HAC), the p-value an F test of
+    what a delay explains beyond the others. The statistic is the share of the residual's power that
+    it explains.
+    """
+    seen = readable(clues)
+    if seen is None:
+        return None
+    found = StepResponse(seen).dynamics("delay")
+    text = (
+        "After a step of the voltage the displacement stands still for about "
+        f"{found.parameter * clues.extent.sample_time * 1e3:.3g} ms ({found.parameter:g} samples) "
+        "and then "
+        f"moves at its full rate at once: {100 * found.share:.0f} % of the residual's power."
+    )
+    return Signature(found.share, found.p_value, text)

@@ -6,7 +6,8 @@ whatever the voltage does; held voltages drift as moving ones do.
 
 import numpy as np
 
-from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
+from it2hys.effects._statistics import UM, Ground, absorbed, readable
 
 REFERENCE_TEMPERATURE = 293.15
 
@@ -61,3 +62,31 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
         target.append(c.residual[c.used])
     slopes = np.linalg.lstsq(np.vstack(columns), np.concatenate(target))[0]
     return [dict(zip(names, (float(v) for v in slopes), strict=False))]
+
+
+def signature(clues: Clues) -> Signature | None:
+    """Return whether the residual follows temperature or time, by one coefficient in all records.
+
+    The residual is regressed on each, once the model's own means are taken out; errors are spectral
+    and by blocks (HAC) and enlarged where records disagree, the p-value is corrected for the choice
+    between the two. The statistic is the share of the residual's power that the better one
+    explains.
+    """
+    seen = readable(clues)
+    if seen is None:
+        return None
+    ground, found = Ground(seen, [absorbed(seen)]), []
+    time = ground.test(lambda c: np.arange(len(c.residual)) * clues.extent.sample_time)
+    found.append((time, "time", "s"))
+    if (
+        clues.extent.temperature is not None
+        and clues.extent.temperature[0] < clues.extent.temperature[1]
+    ):
+        found.append((ground.test(lambda c: c.temperature), "the temperature", "K"))
+    trial, cause, unit = min(found, key=lambda f: (f[0].p_value, -f[0].share))
+    text = (
+        f"The residual follows {cause} by {trial.coefficients[0] * UM:.3g} um/{unit} (standard error "
+        f"{trial.errors[0] * UM:.2g}), whatever the voltage does: {100 * trial.share:.0f} % of "
+        "its power."
+    )
+    return Signature(trial.share, min(1.0, len(found) * trial.p_value), text)

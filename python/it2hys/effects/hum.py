@@ -11,7 +11,8 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.signal import find_peaks
 
-from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
+from it2hys.effects._statistics import UM, line_ratios, readable
 
 #: Periods within the longest record below which a slow motion is no line.
 LEAST_PERIODS = 5.0
@@ -90,3 +91,32 @@ def _lines(clues: Clues, frequency: float) -> np.ndarray:
         sine, cosine, _ = np.linalg.lstsq(columns, c.residual[c.used])[0]
         amplitudes.append(complex(sine, cosine))
     return np.array(amplitudes)
+
+
+def signature(clues: Clues) -> Signature | None:
+    """Return whether one narrow line is in the residuals of all records that the voltage lacks there.
+
+    The power at each frequency is put over that beside it; under any smooth spectrum the ratio has
+    the F distribution, so that the p-value needs no assumption on the noise's colour. The least of
+    the records counts, corrected for the number of frequencies; harmonics of a periodic voltage do
+    not. The statistic is the share of the residual's power in the line.
+    """
+    seen = readable(clues)
+    if seen is None:
+        return None
+    frequency, p_values, records = line_ratios(seen)
+    if not np.any(records):
+        return None
+    sure = np.flatnonzero(p_values <= max(1e-6, p_values.min()))
+    chosen = sure[np.argmax(seen.spectrum(len(frequency))[1][sure])]
+    nearby = frequency[chosen] + frequency[1] * np.linspace(-1.0, 1.0, 9)
+    line = max((_fitted_line(seen, f) for f in nearby), key=lambda found: found["hum.amplitude"])
+    power = np.mean(np.concatenate([c.residual[c.used] ** 2 for c in seen.records]))
+    share = 0.5 * line["hum.amplitude"] ** 2 / max(float(power), np.finfo(float).tiny)
+    text = (
+        f"A narrow line at {line['hum.frequency']:.4g} Hz of {line['hum.amplitude'] * UM:.2g} um is "
+        "in the residual "
+        f"of {records[chosen]} of {len(seen.records)} records, where the voltage has none: "
+        f"{100 * share:.0f} % of its power."
+    )
+    return Signature(min(share, 1.0), float(p_values[chosen]), text)

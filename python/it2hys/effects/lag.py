@@ -7,7 +7,8 @@ For it speaks a residual whose transfer from the voltage turns by less than 90 d
 import casadi as ca
 import numpy as np
 
-from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
+from it2hys.effects._statistics import StepResponse, readable
 
 #: What would show the effect apart from others.
 EXPERIMENT = (
@@ -51,3 +52,24 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
     start = starts(clues.extent)["lag.timeConstant"]
     shortest = 0.5 * clues.extent.sample_time
     return [{"lag.timeConstant": t} for t in np.geomspace(shortest, 0.5 * start.high, 10)]
+
+
+def signature(clues: Clues) -> Signature | None:
+    """Return whether the displacement answers a step of the voltage at once, but flat at first.
+
+    The response to steps is estimated for model and residual together and compared with those of
+    cores behind a delay, a lag and a resonance; errors are spectral (HAC), the p-value an F test of
+    what a lag explains beyond the others. The statistic is the share of the residual's power that
+    it explains.
+    """
+    seen = readable(clues)
+    if seen is None:
+        return None
+    found = StepResponse(seen).dynamics("lag")
+    constant = found.parameter * clues.extent.sample_time
+    text = (
+        "After a step of the voltage the displacement begins to move at once but slowly, as behind a "
+        f"first-order lag of about {constant * 1e3:.2g} ms (corner at {0.159 / constant:.3g} Hz): "
+        f"{100 * found.share:.0f} % of the residual's power."
+    )
+    return Signature(found.share, found.p_value, text)

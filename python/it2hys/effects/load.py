@@ -5,7 +5,8 @@ For it speaks a residual that follows the force channel linearly and without mem
 
 import numpy as np
 
-from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
+from it2hys.effects._statistics import UM, Ground, absorbed, readable
 
 #: What would show the effect apart from others.
 EXPERIMENT = "a held voltage while the force changes, with the force recorded"
@@ -49,3 +50,23 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
     residual = np.concatenate([(c.residual - c.residual.mean())[c.used] for c in clues.records])
     smallest = 1e-4 * starts(clues.extent)["load.compliance"].high
     return [{"load.compliance": max(-float(force @ residual / (force @ force)), smallest)}]
+
+
+def signature(clues: Clues) -> Signature | None:
+    """Return whether the residual falls with the force, by one coefficient; None without a force.
+
+    The residual is regressed on the force, once the model's own means are taken out; errors are
+    spectral and by blocks (HAC), the p-value is one-sided. The statistic is the share of the
+    residual's power that the force explains.
+    """
+    seen = readable(clues)
+    if seen is None or clues.extent.force is None or clues.extent.force[0] == clues.extent.force[1]:
+        return None
+    trial = Ground(seen, [absorbed(seen)]).test(lambda c: -c.force)
+    yields = trial.coefficients[0] > 0.0
+    p_value = 0.5 * trial.p_value if yields else 1.0 - 0.5 * trial.p_value
+    text = (
+        f"The residual falls with the force by {trial.coefficients[0] * UM:.3g} um/N (standard error "
+        f"{trial.errors[0] * UM:.2g}): {100 * trial.share:.0f} % of its power."
+    )
+    return Signature(trial.share if yields else 0.0, p_value, text)

@@ -9,9 +9,10 @@ import math
 
 import casadi as ca
 import numpy as np
-from scipy.signal import find_peaks
+from scipy.signal import find_peaks, lfilter, lfilter_zi
 
-from it2hys.effects import Clues, Extent, Scalar, Start, Surroundings, Values
+from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
+from it2hys.effects._statistics import Ground, absorbed, coherence_at, modelled, readable
 
 #: What would show the effect apart from others.
 EXPERIMENT = "small steps, or a small chirp through the band (a resonance rings at one frequency)"
@@ -68,3 +69,37 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
         if f > 2e-3 * nyquist
         for d in (0.02, 0.1, 0.5)
     ]
+
+
+def signature(clues: Clues) -> Signature | None:
+    """Return whether the residual rings at one frequency whenever the displacement changes.
+
+    The residual is regressed on the ringing that resonances of many frequencies would add to the
+    model's reading, once the model's own means are taken out; errors are spectral and by blocks
+    (HAC), the p-value is corrected for the number of frequencies and dampings. The statistic is the
+    share of the residual's power that the best explains.
+    """
+    seen = readable(clues)
+    if seen is None:
+        return None
+    nyquist = 0.5 / clues.extent.sample_time
+    poles = [(f, d) for f in np.geomspace(0.03, 0.9, 48) * nyquist for d in (0.015, 0.05, 0.15)]
+    bank = [lambda c, p=p: _ringing(modelled(c), *p, clues.extent.sample_time) for p in poles]
+    chosen, trial = Ground(seen, [absorbed(seen)]).best(bank, positive=True)
+    frequency, damping = poles[chosen]
+    text = (
+        f"Whenever the displacement changes, the residual rings at about {frequency:.3g} Hz "
+        "(damping about "
+        f"{damping:g}): {100 * trial.share:.0f} % of its power; its coherence with the voltage is "
+        f"{coherence_at(seen, frequency):.2g} there."
+    )
+    return Signature(trial.share, trial.p_value, text)
+
+
+def _ringing(y: np.ndarray, frequency: float, damping: float, sample_time: float) -> np.ndarray:
+    """Return what a resonance adds to a signal, from rest at its first value."""
+    angle = 2.0 * math.pi * frequency * sample_time
+    radius = math.exp(-damping * angle)
+    a1, a2 = 2.0 * radius * math.cos(angle * math.sqrt(1.0 - damping**2)), -(radius**2)
+    filtered = ([1.0 - a1 - a2], [1.0, -a1, -a2])
+    return lfilter(*filtered, y, zi=lfilter_zi(*filtered) * y[0])[0] - y
