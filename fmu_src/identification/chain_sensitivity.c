@@ -4,7 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { COLUMNS = IT2_RULE_PARAMETERS * IT2_MAX_RULES + CHAIN_MAX_KNOBS + 1 };
+enum { COLUMNS = IT2_RULE_PARAMETERS * IT2_MAX_RULES + CHAIN_MAX_KNOBS };
+
+#define NEWTON_STEPS 50
+#define NEGLIGIBLE 1e-14
+#define STEEPEST 0.999
 
 /* A chain and where it is. */
 struct walker {
@@ -24,29 +28,70 @@ struct columns {
     double resonance[2][COLUMNS];
 };
 
-static void begin(struct walker *walker, const struct chain_parameters *parameters,
-                  const struct chain_start *start)
+/* Brings what stands before the core to rest at the voltage; returns the core's input. */
+static double begin_drive(struct walker *walker, const struct chain_parameters *parameters,
+                          double voltage)
 {
     struct chain *chain = &walker->chain;
     struct chain_state *state = &walker->state;
+    double x = voltage;
 
     chain_prepare(chain, parameters);
     *state = (struct chain_state){ 0 };
-    delay_reset(&state->delay, start->voltage);
-    slew_reset(&state->slew, start->voltage);
-    const double within =
-        chain->effects & CHAIN_SATURATION ? saturation_step(&chain->saturation, start->voltage)
-                                          : start->voltage;
-    lag_reset(&state->lag, within);
+    delay_reset(&state->delay, x);
+    slew_reset(&state->slew, x);
+    if (chain->effects & CHAIN_SATURATION)
+        x = saturation_step(&chain->saturation, x);
+    lag_reset(&state->lag, x);
     play_recall(&chain->play, &state->play, chain_history(parameters));
-    play_step(&chain->play, &state->play, within);
-    it2_reset(&state->core, start->displacement);
-    for (int i = 0; i < chain->creep.count; i++)
-        state->creep.s[i] = start->displacement + parameters->initialCreep;
-    double y = start->displacement;
-    for (int i = 0; i < chain->creep.count; i++)
-        y += chain->creep.gain[i] * state->creep.s[i];
+    return play_step(&chain->play, &state->play, x);
+}
+
+/* The displacement that the core keeps at the input, by Newton's method; the guess, if it is not near
+ * that: a core that is being fitted need not have one. */
+static double equilibrium(const struct it2 *core, double input, double guess, double range)
+{
+    double y = guess;
+
+    for (int i = 0; i < NEWTON_STEPS; i++) {
+        const struct it2_partials f = it2_partials(core, y, input);
+        const double change = it2_evaluate(core, y, input) - y;
+        /* outside the range where it contracts the core has other, unstable equilibria */
+        const double step = f.dy < STEEPEST ? change / (1.0 - f.dy) : change;
+        y += step;
+        if (fabs(step) <= NEGLIGIBLE * range)
+            return y;
+        if (!(fabs(y - guess) <= range))
+            break;
+    }
+    return guess;
+}
+
+/* Brings the core to the displacement, and what stands behind it. */
+static void begin_respond(struct walker *walker, const struct chain_parameters *parameters, double core)
+{
+    const struct creep *creep = &walker->chain.creep;
+    struct chain_state *state = &walker->state;
+    double y = core;
+
+    it2_reset(&state->core, core);
+    for (int i = 0; i < creep->count; i++) {
+        state->creep.s[i] = core + parameters->initialCreep;
+        y += creep->gain[i] * state->creep.s[i];
+    }
     resonance_reset(&state->resonance, y);
+}
+
+/* Returns the core's input at rest. */
+static double begin(struct walker *walker, const struct chain_parameters *parameters, double voltage)
+{
+    const double input = begin_drive(walker, parameters, voltage);
+
+    const double range = parameters->displacementMax - parameters->displacementMin;
+
+    begin_respond(walker, parameters,
+                  equilibrium(&walker->chain.core, input, parameters->initialDisplacement, range));
+    return input;
 }
 
 static struct chain_surroundings at(const struct chain_parameters *parameters,
@@ -64,13 +109,12 @@ static double respond(struct walker *walker, double core, const struct chain_sur
     return chain_measure(&walker->chain, y, around->time);
 }
 
-size_t chain_predict(const struct chain_parameters *parameters, const struct chain_start *start,
-                     const struct chain_record *record, double *measured, double *core_input,
-                     double *core_output)
+size_t chain_predict(const struct chain_parameters *parameters, const struct chain_record *record,
+                     double *measured, double *core_input, double *core_output)
 {
     struct walker walker;
 
-    begin(&walker, parameters, start);
+    begin(&walker, parameters, record->voltage[0]);
     for (size_t k = 0; k < record->samples; k++) {
         const struct chain_surroundings around = at(parameters, record, k);
         core_input[k] = chain_drive(&walker.chain, &walker.state, record->voltage[k]);
@@ -82,17 +126,22 @@ size_t chain_predict(const struct chain_parameters *parameters, const struct cha
     return record->samples;
 }
 
-static void begin_pair(struct pair *pair, const struct chain_parameters *parameters,
-                       const struct chain_start *start, const struct chain_knob *knob)
+/* The core of both begins where that of the unchanged chain does. Returns by how much their inputs of
+ * the core differ at rest. */
+static double begin_pair(struct pair *pair, const struct chain_parameters *parameters, double voltage,
+                         double core, const struct chain_knob *knob)
 {
     struct chain_parameters changed = *parameters;
     double *value = (double *)((char *)&changed + knob->offset);
     const double centre = *value;
 
     *value = centre - knob->step;
-    begin(&pair->below, &changed, start);
+    const double below = begin_drive(&pair->below, &changed, voltage);
+    begin_respond(&pair->below, &changed, core);
     *value = centre + knob->step;
-    begin(&pair->above, &changed, start);
+    const double above = begin_drive(&pair->above, &changed, voltage);
+    begin_respond(&pair->above, &changed, core);
+    return above - below;
 }
 
 static double drive_difference(struct pair *pair, double voltage)
@@ -147,25 +196,25 @@ static void respond_columns(const struct chain *chain, struct columns *d, double
         row[c] *= slope;
 }
 
-/* Derivatives of the states behind the core by start.displacement, the last column. */
-static void begin_columns(struct columns *d, const struct chain *chain, int count)
+/* Derivatives of the states behind the core by those of its displacement at rest. */
+static void begin_columns(struct columns *d, const struct chain *chain, const double *core)
 {
     double slope = 1.0;
 
-    *d = (struct columns){ .count = count };
     for (int i = 0; i < chain->creep.count; i++) {
-        d->creep[i][count - 1] = 1.0;
+        memcpy(d->creep[i], core, (size_t)d->count * sizeof *core);
         slope += chain->creep.gain[i];
     }
-    d->resonance[0][count - 1] = d->resonance[1][count - 1] = slope;
+    for (int c = 0; c < d->count; c++)
+        d->resonance[0][c] = d->resonance[1][c] = slope * core[c];
 }
 
-size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_start *start,
-                         const struct chain_record *record, const struct chain_knob *knobs, int count,
-                         double *measured, double *sensitivity)
+size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_record *record,
+                         const struct chain_knob *knobs, int count, double *measured,
+                         double *sensitivity)
 {
     const int rules = IT2_RULE_PARAMETERS * parameters->ruleCount;
-    const int columns = rules + count + 1;
+    const int columns = rules + count;
     double core[COLUMNS] = { 0.0 }; /* derivatives of the core's output */
     double gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
     struct it2_partials f;
@@ -176,11 +225,18 @@ size_t chain_sensitivity(const struct chain_parameters *parameters, const struct
 
     if (!pairs || !d || count > CHAIN_MAX_KNOBS)
         goto end;
-    begin(&walker, parameters, start);
-    for (int j = 0; j < count; j++)
-        begin_pair(&pairs[j], parameters, start, &knobs[j]);
-    begin_columns(d, &walker.chain, columns);
-    core[columns - 1] = 1.0;
+    *d = (struct columns){ .count = columns };
+    const double input = begin(&walker, parameters, record->voltage[0]);
+    /* at rest y = F(y, x, p): dy = (dF/dp dp + dF/dx dx) / (1 - dF/dy) */
+    it2_gradient(&walker.chain.core, walker.state.core.y, input, gradient, &f);
+    for (int i = 0; i < rules; i++)
+        core[i] = gradient[i] / (1.0 - f.dy);
+    for (int j = 0; j < count; j++) {
+        const double change =
+            begin_pair(&pairs[j], parameters, record->voltage[0], walker.state.core.y, &knobs[j]);
+        core[rules + j] = f.dx * change / (2.0 * knobs[j].step * (1.0 - f.dy));
+    }
+    begin_columns(d, &walker.chain, core);
     for (; k < record->samples; k++) {
         const struct chain_surroundings around = at(parameters, record, k);
         double *row = sensitivity + k * (size_t)columns;

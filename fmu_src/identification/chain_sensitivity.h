@@ -1,18 +1,11 @@
-/* The chain over a whole record as the identification needs it: from a start of the record's own, and
- * with the derivatives of the reading by everything that is fitted. */
+/* The chain over a whole record as the identification needs it: from rest at the record's first voltage,
+ * and with the derivatives of the reading by everything that is fitted. */
 #ifndef IT2HYS_CHAIN_SENSITIVITY_H
 #define IT2HYS_CHAIN_SENSITIVITY_H
 
 #include <stdint.h>
 
 #include "chain.h"
-
-/* How a record begins: what stands before the core has rested at a voltage, what stands behind it at a
- * displacement. A record that begins in motion has no voltage that belongs to its displacement. */
-struct chain_start {
-    double voltage;
-    double displacement; /* of the core */
-};
 
 struct chain_record {
     const double *voltage;
@@ -34,21 +27,22 @@ enum { CHAIN_MAX_KNOBS = 96 };
 
 HIDDEN_BEGIN
 
-/* The readings, and the core's input and output. Returns the number of samples computed: less than all
+/* The readings, and the core's input and output, from rest at the first voltage after the history that
+ * the parameters tell (initialRestVoltage, initialExcursion, initialCreep); initialDisplacement is where
+ * the search for the core's displacement begins. Returns the number of samples computed: less than all
  * if a reading is not finite. */
-size_t chain_predict(const struct chain_parameters *parameters, const struct chain_start *start,
-                     const struct chain_record *record, double *measured, double *core_input,
-                     double *core_output);
+size_t chain_predict(const struct chain_parameters *parameters, const struct chain_record *record,
+                     double *measured, double *core_input, double *core_output);
 
 /* The same with `sensitivity`: a row per sample with the derivatives by the rules' parameters (in the
- * order of struct it2_rule), the knobs and start.displacement.
+ * order of struct it2_rule) and the knobs.
  *
  * The rules' are exact (forward sensitivities), and so is what every stage makes of those before it. By
  * its own parameters each stage is differentiated by central differences: an effect needs no more than
  * its step for that. Returns 0 if there is no memory for it. */
-size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_start *start,
-                         const struct chain_record *record, const struct chain_knob *knobs, int count,
-                         double *measured, double *sensitivity);
+size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_record *record,
+                         const struct chain_knob *knobs, int count, double *measured,
+                         double *sensitivity);
 
 HIDDEN_END
 

@@ -36,11 +36,9 @@ EXPORT size_t it2core_chain_run(const void *parameters, const double *voltage, c
 EXPORT size_t it2core_chain_inverse(const void *parameters, const double *reference,
                                     const double *force, const double *temperature,
                                     int64_t first_tick, size_t n, double *voltage, int *limits);
-EXPORT size_t it2core_chain_predict(const void *parameters, const struct chain_start *start,
-                                    const struct chain_record *record, double *measured,
-                                    double *core_input, double *core_output);
-EXPORT size_t it2core_chain_sensitivity(const void *parameters, const struct chain_start *start,
-                                        const struct chain_record *record,
+EXPORT size_t it2core_chain_predict(const void *parameters, const struct chain_record *record,
+                                    double *measured, double *core_input, double *core_output);
+EXPORT size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,
                                         const struct chain_knob *knobs, int count, double *measured,
                                         double *sensitivity);
 
@@ -169,16 +167,15 @@ size_t it2core_chain_inverse(const void *parameters, const double *reference, co
     return n;
 }
 
-size_t it2core_chain_predict(const void *parameters, const struct chain_start *start,
-                             const struct chain_record *record, double *measured,
-                             double *core_input, double *core_output)
+size_t it2core_chain_predict(const void *parameters, const struct chain_record *record,
+                             double *measured, double *core_input, double *core_output)
 {
-    return chain_predict(parameters, start, record, measured, core_input, core_output);
+    return chain_predict(parameters, record, measured, core_input, core_output);
 }
 
-size_t it2core_chain_sensitivity(const void *parameters, const struct chain_start *start,
-                                 const struct chain_record *record, const struct chain_knob *knobs,
-                                 int count, double *measured, double *sensitivity)
+size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,
+                                 const struct chain_knob *knobs, int count, double *measured,
+                                 double *sensitivity)
 {
-    return chain_sensitivity(parameters, start, record, knobs, count, measured, sensitivity);
+    return chain_sensitivity(parameters, record, knobs, count, measured, sensitivity);
 }

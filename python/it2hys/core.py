@@ -79,24 +79,17 @@ def _library() -> ctypes.CDLL:
     ]  # fmt: skip
     library.it2core_chain_predict.restype = ctypes.c_size_t
     library.it2core_chain_predict.argtypes = [
-        _DOUBLES, ctypes.POINTER(_Start), ctypes.POINTER(_Record), _DOUBLES, _DOUBLES, _DOUBLES,
+        _DOUBLES, ctypes.POINTER(_Record), _DOUBLES, _DOUBLES, _DOUBLES,
     ]  # fmt: skip
     library.it2core_chain_sensitivity.restype = ctypes.c_size_t
     library.it2core_chain_sensitivity.argtypes = [
-        _DOUBLES, ctypes.POINTER(_Start), ctypes.POINTER(_Record), ctypes.POINTER(_Knob), ctypes.c_int,
-        _DOUBLES, _DOUBLES,
+        _DOUBLES, ctypes.POINTER(_Record), ctypes.POINTER(_Knob), ctypes.c_int, _DOUBLES, _DOUBLES,
     ]  # fmt: skip
     return library
 
 
-class _Start(ctypes.Structure):
-    """The `struct chain_start` of fmu_src/identification/chain_sensitivity.h."""
-
-    _fields_ = [("voltage", ctypes.c_double), ("displacement", ctypes.c_double)]
-
-
 class _Record(ctypes.Structure):
-    """The `struct chain_record` of the same file."""
+    """The `struct chain_record` of fmu_src/identification/chain_sensitivity.h."""
 
     _fields_ = [
         ("voltage", ctypes.c_void_p),
@@ -393,18 +386,15 @@ class Knob:
     step: float
 
 
-def chain_predict(
-    packed: np.ndarray, start: tuple[float, float], drive: Drive
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Simulate the chain from a start of the record's own.
+def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Simulate the chain from rest at the first voltage of a record.
 
     Parameters
     ----------
     packed : ndarray
-        Parameters, from `pack_chain`.
-    start : tuple of float
-        Voltage in V at which what stands before the core has rested, and displacement in m at which
-        the core and what stands behind it have. From rest both belong together.
+        Parameters, from `pack_chain`. `initialDisplacement` is where the search for the displacement at
+        rest begins; the history before it is that of `initialRestVoltage`, `initialExcursion` and
+        `initialCreep`.
     drive : Drive
 
     Returns
@@ -415,19 +405,19 @@ def chain_predict(
         In V and m.
     """
     outputs = np.full((3, len(drive.voltage)), np.nan)
-    done = _library().it2core_chain_predict(packed, _Start(*start), drive._struct(), *outputs)
+    done = _library().it2core_chain_predict(packed, drive._struct(), *outputs)
     outputs[:, done:] = np.nan
     return tuple(outputs)
 
 
 def chain_sensitivity(
-    packed: np.ndarray, start: tuple[float, float], drive: Drive, knobs: Sequence[Knob]
+    packed: np.ndarray, drive: Drive, knobs: Sequence[Knob]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Simulate as `chain_predict` with derivatives.
 
     Parameters
     ----------
-    packed, start, drive
+    packed, drive
         As in `chain_predict`.
     knobs : sequence of Knob
         At most 96.
@@ -435,17 +425,17 @@ def chain_sensitivity(
     Returns
     -------
     measured : ndarray, shape (N,)
-    sensitivity : ndarray, shape (N, 6 L + len(knobs) + 1)
-        Derivatives by the rules' parameters, row by row, the knobs and the start's displacement. NaN
-        from the sample on at which the run is no longer finite.
+    sensitivity : ndarray, shape (N, 6 L + len(knobs))
+        Derivatives by the rules' parameters, row by row, and the knobs. NaN from the sample on at which
+        the run is no longer finite.
     """
     places = _places()
     rows = int(packed.view(np.int32)[places["ruleCount"][0] // 4])
-    columns = 6 * rows + len(knobs) + 1
+    columns = 6 * rows + len(knobs)
     structs = (_Knob * len(knobs))(*(_Knob(places[k.name][0], k.before_core, k.step) for k in knobs))
     measured, sensitivity = np.empty(len(drive.voltage)), np.empty((len(drive.voltage), columns))
     done = _library().it2core_chain_sensitivity(
-        packed, _Start(*start), drive._struct(), structs, len(knobs), measured, sensitivity
+        packed, drive._struct(), structs, len(knobs), measured, sensitivity
     )
     measured[done:] = sensitivity[done:] = np.nan
     return measured, sensitivity

@@ -1,7 +1,8 @@
 """The free-run criterion (23) of the whole chain on several records, with exact derivatives.
 
 Fitted are the rules, the parameters of the effects that are on, and what belongs to a record alone:
-the displacement at which it starts, a constant between it and the model, the phase of a line.
+the history before it, a constant between it and the model, the phase of a line. A record begins at
+rest at its first voltage, as the FMU does with the `initialDisplacement` that belongs to it.
 """
 
 from __future__ import annotations
@@ -23,8 +24,6 @@ from it2hys.parameters import RULE_FIELDS
 
 #: Beyond so many half ranges a run is on its way to infinity.
 _DIVERGED = 1e3
-#: Weight of the guess of a start, in samples; it decides only where the data do not.
-_STATE_PRIOR = 1e-3
 #: A second difference of the density of play operators (as mean weight per operator) of the inverse
 #: of this costs as much as one sample that is off by the noise.
 _SMOOTHNESS = 2000.0
@@ -51,6 +50,8 @@ class Trace:
         In m rms.
     has_offset : bool
         Whether a constant between record and model is fitted.
+    importance : float
+        Weight of the record, in fits (part of `weight`) and where models are compared.
     """
 
     name: str
@@ -61,6 +62,7 @@ class Trace:
     judged: np.ndarray
     noise: float
     has_offset: bool = False
+    importance: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,15 +75,14 @@ class Model:
         Parameters by FMU variable name.
     effects : tuple of str
         Names of the effects that it has, in the order in which they came.
-    starts, offsets : ndarray, shape (R,)
-        Displacement of the core at which each record starts, and its constant.
+    offsets : ndarray, shape (R,)
+        The constant of each record.
     own : Mapping of str to ndarray, shape (R,)
         Values of parameters that differ from record to record.
     """
 
     values: Mapping[str, float | int]
     effects: tuple[str, ...]
-    starts: np.ndarray
     offsets: np.ndarray
     own: Mapping[str, np.ndarray]
 
@@ -91,9 +92,11 @@ class Model:
         rows = range(1, int(self.values["ruleCount"]) + 1)
         return np.array([[self.values[f"rule[{i}].{f}"] for f in RULE_FIELDS] for i in rows])
 
-    def packed(self, index: int) -> np.ndarray:
+    def packed(self, trace: Trace, index: int) -> np.ndarray:
         """Return the parameters for one record as the C core takes them."""
         own = {name: values[index] for name, values in self.own.items()}
+        # near which to look for the displacement at rest
+        own["initialDisplacement"] = trace.y[0] - self.offsets[index]
         return core.pack_chain({**self.values, **own})
 
     def predict(self, trace: Trace, index: int) -> np.ndarray:
@@ -102,8 +105,7 @@ class Model:
 
     def run(self, trace: Trace, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return reading, core's input and core's output of the free run over a record."""
-        start = (float(trace.drive.voltage[0]), float(self.starts[index]))
-        return core.chain_predict(self.packed(index), start, trace.drive)
+        return core.chain_predict(self.packed(trace, index), trace.drive)
 
 
 class ChainCriterion:
@@ -144,7 +146,6 @@ class ChainCriterion:
         sizes = {
             "rules": self.rule_size,
             "effects": len(self.common),
-            "starts": len(self.traces),
             "offsets": len(self._with_offset),
             **{c.name: len(self.traces) for c in self._own},
         }
@@ -160,7 +161,7 @@ class ChainCriterion:
                     [
                         rule_coordinates.rule_bounds(self.rule_count)[end],
                         [c.of_value(c.bounds[end]) for c in self.common],
-                        np.full(len(self.traces) + len(self._with_offset), far),
+                        np.full(len(self._with_offset), far),
                         *(np.full(len(self.traces), c.bounds[end] / c.unit) for c in self._own),
                     ]
                 )
@@ -174,7 +175,6 @@ class ChainCriterion:
             [
                 rule_coordinates.to_coordinates(scaling.rules(model.rules)),
                 [c.of_value(model.values[c.name]) for c in self.common],
-                scaling.y(np.asarray(model.starts)),
                 np.asarray(model.offsets)[self._with_offset] / scaling.y_unit,
                 *(np.asarray(model.own[c.name]) / c.unit for c in self._own),
             ]
@@ -194,7 +194,6 @@ class ChainCriterion:
         return Model(
             values,
             self.model.effects,
-            scaling.displacement(point[places["starts"]]),
             offsets,
             {c.name: point[places[c.name]] * c.unit for c in self._own},
         )
@@ -260,7 +259,6 @@ class ChainCriterion:
     def _prior_weights(self) -> np.ndarray:
         weights = np.zeros(len(self._guess))
         weights[self._places["effects"]] = _EFFECT_PRIOR
-        weights[self._places["starts"]] = _STATE_PRIOR
         return weights
 
     @np.errstate(over="ignore", invalid="ignore")
@@ -322,13 +320,12 @@ class ChainCriterion:
         slopes = [c.slope(v) for c, v in zip(self.common, common, strict=True)]
         knobs = [c.knob(v) for c, v in zip(self.common, common, strict=True)]
         knobs += [c.knob(0.0) for c in self._own]
-        factors = np.array([*slopes, *(c.unit for c in self._own), self.scaling.y_unit])
+        factors = np.array([*slopes, *(c.unit for c in self._own)])
         for i, trace in enumerate(self.traces):
             used = trace.weight > 0
             if not np.any(used):
                 continue
-            start = (float(trace.drive.voltage[0]), float(model.starts[i]))
-            run, by = core.chain_sensitivity(model.packed(i), start, trace.drive, knobs)
+            run, by = core.chain_sensitivity(model.packed(trace, i), trace.drive, knobs)
             residual = (run + model.offsets[i] - trace.y) / self.scaling.y_unit
             if not (np.all(np.abs(residual) < _DIVERGED) and np.all(np.isfinite(by[-1]))):
                 yield None
@@ -340,7 +337,6 @@ class ChainCriterion:
             columns = [
                 *range(self.rule_size + len(common)),
                 *(places[c.name].start + i for c in self._own),
-                places["starts"].start + i,
             ]
             if i in self._with_offset:
                 jacobian = np.column_stack([jacobian, np.ones(len(run))])

@@ -68,8 +68,8 @@ def diagnose(
     train : sequence of Record
         Records that are fitted.
     validation : sequence of Record
-        Records that decide whether an effect is added. Without any, the last 30 % of every training
-        record decide, and are fitted once all is decided.
+        Records that decide whether an effect is added. Without any, three tenths of every training
+        record, spread over it, decide, and are fitted once all is decided.
     test : sequence of Record
         Records that decide nothing and are only reported on.
     model : ParameterSet, optional
@@ -159,7 +159,6 @@ class _Session:
         return Model(
             dict(identification.parameters),
             (),
-            np.array([r.initial_displacement for r in records]),
             np.array([r.offset for r in records]),
             {},
         )
@@ -176,7 +175,7 @@ class _Session:
         }
         traces = self._traces("train", has_offset=self._options.offsets is True)
         bench = Bench(traces, traces, self._scaling, self._extent)
-        start = Model(dict(given), effects, np.zeros(len(traces)), np.zeros(len(traces)), own)
+        start = Model(dict(given), effects, np.zeros(len(traces)), own)
         return bench.fit_own(start, traces)
 
     def _check_given(self, given: ParameterSet) -> None:
@@ -218,10 +217,11 @@ class _Session:
         traces = self._traces("train", has_offset)
         deciding = self._traces("validation", has_offset)
         self._all_fitted = traces
-        if not deciding:
+        parts = not deciding
+        if parts:
             traces, deciding = set_aside(traces)
         check_deciding(deciding)
-        return Bench(traces, deciding, self._scaling, self._extent)
+        return Bench(traces, deciding, self._scaling, self._extent, parts)
 
     def _declare(self, bench: Bench, base: Model) -> Model:
         """Return the model with the declared effects."""
@@ -279,7 +279,8 @@ class _Session:
         named = tuple(e for e in fit.model.effects if e in node.effects)
         groups = _indistinguishable(chosen, search.rivals)
         judged = [t for role in ("train", "validation") for t in self._traces(role, self._has_offset)]
-        final = clues(bench.fit_own(fit.model, judged), judged, self._extent)
+        fitted = bench.fit_own(fit.model, judged, len(self._train))
+        final = clues(fitted, judged, self._extent)
         left = left_over(final, [t.noise for t in judged])
         root = bench.clues(search.root.fit.model)
         return Diagnosis(
@@ -308,22 +309,20 @@ class _Session:
     def _parameters(self, model: Model, name: str) -> ParameterSet:
         """Return the model as a parameter set that begins as the first training record does."""
         voltages = [r.voltage for r in self._train]
-        own = {n: float(v[0]) for n, v in model.own.items()}
         values = {
             **model.values,
             "voltageMin": float(min(v.min() for v in voltages)),
             "voltageMax": float(max(v.max() for v in voltages)),
-            **_start(model, 0),
-            **own,
+            **_start(model, self._all_fitted[0], 0),
         }
         return ParameterSet(_with_rising_thresholds(values), name).validate()
 
     def _judgements(self, model: Model, bench: Bench) -> tuple[Judgement, ...]:
         parameters = self._parameters(model, "judged")
         traces = [to_trace(p, role, self._has_offset) for role, p in self._prepared]
-        fitted = bench.fit_own(model, traces)
+        fitted = bench.fit_own(model, traces, len(self._train))
         return tuple(
-            _judge(p, t, parameters, _start(fitted, i), float(fitted.offsets[i]))
+            _judge(p, t, parameters, _start(fitted, t, i), float(fitted.offsets[i]))
             for i, ((_, p), t) in enumerate(zip(self._prepared, traces, strict=True))
         )
 
@@ -342,7 +341,7 @@ class _Session:
         return tuple(stages)
 
     def _stage(self, label: str, node: Node, bench: Bench) -> Stage:
-        model = bench.fit_own(node.fit.model, self._all_fitted)
+        model = node.fit.model
         residuals = [t.y - model.predict(t, i) for i, t in enumerate(self._all_fitted)]
         return Stage(label, residuals, node.rms)
 
@@ -434,11 +433,12 @@ def _passed_on(identification: Identification) -> list[str]:
     return [w for w in identification.warnings if "training records" in w and "lacks" not in w]
 
 
-def _start(model: Model, index: int) -> dict[str, float]:
+def _start(model: Model, trace: Trace, index: int) -> dict[str, float]:
     """Return the parameters with which the plant FMU begins a record."""
     own = {name: float(values[index]) for name, values in model.own.items()}
     gains = sum(v for n, v in model.values.items() if n.startswith("creep[") and n.endswith("gain"))
-    y = float(model.starts[index])
+    # at the first tick the voltage is still the one of rest
+    y = float(model.run(trace, index)[2][0])
     ahead = own.get("initialCreep", 0.0)
     return {"initialDisplacement": y + gains * (y + ahead), **own}
 

@@ -81,7 +81,7 @@ def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Mo
     own = dict(model.own)
     for name in BY_RECORD:
         if known[name].effect == effect:
-            own[name] = np.broadcast_to(guess.get(name, 0.0), model.starts.shape).copy()
+            own[name] = np.broadcast_to(guess.get(name, 0.0), model.offsets.shape).copy()
     values = {**model.values, **{n: v for n, v in guess.items() if n not in BY_RECORD}}
     result = replace(model, values=values, effects=(*model.effects, effect), own=own)
     if _shifts(result) and not values["delay.time"]:
@@ -131,12 +131,15 @@ class Bench:
         Records, or parts of them, that decide between models.
     scaling : Scaling
     extent : Extent
+    parts : bool
+        Whether `deciding` are parts of the same records, which were not fitted.
     """
 
     traces: list[Trace]
     deciding: list[Trace]
     scaling: Scaling
     extent: Extent
+    parts: bool = False
 
     @property
     def floor(self) -> float:
@@ -228,11 +231,10 @@ class Bench:
                 continue
             # the measurement less what the stages behind the core add to it
             target = t.y - model.offsets[i] - (reading - y)
-            start = float(self.scaling.y(model.starts[i]))
             # what is set aside at the end has nothing to say here
             kept = slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)
             x, y, weight = self.scaling.x(x[kept]), self.scaling.y(target[kept]), t.weight[kept]
-            series.append(Series(x, y, weight, start))
+            series.append(Series(x, y, weight, float(y[0])))
         found = fit_rules(
             series,
             int(model.values["ruleCount"]),
@@ -242,18 +244,40 @@ class Bench:
         )
         return self.fit(with_rules(model, self.scaling.physical_rules(found.rules)), 60)
 
-    def fit_own(self, model: Model, traces: Sequence[Trace]) -> Model:
-        """Return the model with what belongs to records fitted to these ones, all else held."""
-        model = with_starts(model, traces)
+    def fit_own(self, model: Model, traces: Sequence[Trace], known: int = 0) -> Model:
+        """Return the model with what belongs to records fitted to these ones, all else held.
+
+        The first `known` of them are the records that the model was fitted to.
+        """
+        fresh = with_starts(model, traces)
+        model = replace(
+            fresh,
+            offsets=_with_known(fresh.offsets, model.offsets, known),
+            own={name: _with_known(v, model.own[name], known) for name, v in fresh.own.items()},
+        )
         fitted = [c for c in fitted_coordinates(model, self.extent) if c.name in BY_RECORD]
         criterion = ChainCriterion(traces, model, fitted, self.scaling).holding(["rules"])
         return minimise(criterion, 30, 1e-8).model
 
     def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> list[np.ndarray]:
-        """Return the errors on the judged samples of records that were not fitted, m."""
-        traces = self.deciding if traces is None else traces
-        fitted = self.fit_own(model, traces)
-        return [(fitted.predict(t, i) - t.y)[t.judged] for i, t in enumerate(traces)]
+        """Return the errors on the judged samples of records that were not fitted, m.
+
+        They are weighted as the records are, with a mean square weight of 1.
+        """
+        if traces is None and self.parts:
+            traces, fitted = self.deciding, model
+        else:
+            traces = self.deciding if traces is None else traces
+            fitted = self.fit_own(model, traces)
+        counts = [np.count_nonzero(t.judged) for t in traces]
+        level = np.sqrt(np.average([t.importance**2 for t in traces], weights=counts))
+        return [
+            t.importance / level * (fitted.predict(t, i) - t.y)[t.judged] for i, t in enumerate(traces)
+        ]
+
+
+def _with_known(fresh: np.ndarray, fitted: np.ndarray, known: int) -> np.ndarray:
+    return np.concatenate([fitted[:known], fresh[known:]])
 
 
 def clues(model: Model, traces: Sequence[Trace], extent: Extent) -> Clues:
@@ -274,14 +298,10 @@ def clues(model: Model, traces: Sequence[Trace], extent: Extent) -> Clues:
 
 def with_starts(model: Model, traces: Sequence[Trace]) -> Model:
     """Return the model with guesses of what belongs to records, for records not seen before."""
-    gain = 1.0 + sum(
-        v for n, v in model.values.items() if n.startswith("creep[") and n.endswith("gain")
-    )
     count = len(traces)
     model = replace(
         model,
-        starts=np.array([t.y[0] for t in traces]) / gain,
-        offsets=np.zeros(count),
+        offsets=np.full(count, np.mean(model.offsets)),
         own={name: np.zeros(count) for name in model.own},
     )
     if "initialExcursion" in model.own:

@@ -15,8 +15,11 @@ from it2hys.identification.preparation import Prepared
 from it2hys.identification.weights import repetitions
 from it2hys.records import Record
 
-#: Share of every training record that decides where there are no validation records.
-_SET_ASIDE = 0.3
+#: Samples that a record which begins in motion is given, and the first change of the voltage, as a
+#: share of its range, from which on it does.
+_FALLING_IN, _AT_REST = 100, 1e-3
+#: Where there are no validation records: parts of every training record, and those that decide.
+_PARTS, _DECIDING = 10, (2, 5, 8)
 #: Fewest samples that may decide between two models.
 _FEWEST_DECIDING = 200
 
@@ -28,17 +31,26 @@ def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
     ones: with an error of the noise's size the weight is that of `identification.weights`.
     """
     record, used = prepared.record, prepared.used
-    weight = 1.0 / np.sqrt(1.0 + repetitions(prepared))
+    weight = float(1.0 / np.sqrt(1.0 + repetitions(prepared)))
+    fitted = used.copy()
+    if _moves_at_once(record.voltage):
+        # a model begins at rest: where the record may not have, it is given time to fall in
+        fitted[: min(_FALLING_IN, len(record) // 20)] = False
     return Trace(
         record.name,
         role,
         Drive.of(record.voltage, record.force, record.temperature),
         record.displacement,
-        weight * used,
+        weight * fitted,
         used,
         prepared.noise.rms,
         has_offset,
+        weight,
     )
+
+
+def _moves_at_once(voltage: np.ndarray) -> bool:
+    return abs(voltage[1] - voltage[0]) > _AT_REST * np.ptp(voltage)
 
 
 def extent_of(records: Sequence[Record]) -> Extent:
@@ -62,13 +74,17 @@ def extent_of(records: Sequence[Record]) -> Extent:
 
 
 def set_aside(traces: Sequence[Trace]) -> tuple[list[Trace], list[Trace]]:
-    """Return traces of which the ends are not fitted, and traces of which only the ends are judged."""
+    """Return traces without some of their parts, and traces of which only those parts are judged.
+
+    The parts are spread over the record: its end alone may be a rest, or at another amplitude.
+    """
     fitted, deciding = [], []
     for t in traces:
-        tail = np.arange(len(t.y)) >= round(len(t.y) * (1.0 - _SET_ASIDE))
-        part = replace(t, weight=np.where(tail, 0.0, t.weight))
-        fitted.append(part)
-        deciding.append(replace(part, judged=t.judged & tail))
+        part = np.arange(len(t.y)) * _PARTS // len(t.y)
+        aside = np.isin(part, _DECIDING)
+        kept = replace(t, weight=np.where(aside, 0.0, t.weight))
+        fitted.append(kept)
+        deciding.append(replace(kept, judged=t.judged & aside))
     return fitted, deciding
 
 

@@ -19,7 +19,7 @@ LEVEL = 0.01
 #: Least share by which the error has to fall ...
 LEAST_GAIN = 0.05
 #: ... which has to be more than this, or else more than the other share of what exceeds the noise.
-CLEAR_GAIN, LEAST_SHARE = 0.15, 0.3
+CLEAR_GAIN, LEAST_SHARE = 0.1, 0.25
 #: Models that are followed side by side, none with an error above so many times the best one's.
 BEAM, BEAM_RATIO = 3, 2.0
 #: Effects that are added one after the other.

@@ -64,13 +64,13 @@ def starts(extent: Extent, count: int = COUNT) -> dict[str, Start]:
 
 
 def guesses(clues: Clues, count: int = COUNT) -> list[dict[str, float]]:
-    """Return small gains at time constants spread over the decades that the records see."""
+    """Return no, small and large gains at time constants spread over the decades that the records see."""
     values = starts(clues.extent, count)
     constants = {name: start.value for name, start in values.items() if "timeConstant" in name}
     gains = [name for name in values if "gain" in name]
     return [
         {"creepCount": count, **constants, **dict.fromkeys(gains, total / count)}
-        for total in (0.02, 0.1)
+        for total in (1e-3, 0.02, 0.1)
     ]
 
 

@@ -51,9 +51,13 @@ def starts(extent: Extent) -> dict[str, Start]:
 
 
 def guesses(clues: Clues) -> list[dict[str, float]]:
-    """Return a curve that is hardly bent: the model is linear in its coefficients."""
-    small = 1e-4 * clues.extent.displacement_span
-    return [{f"nonlinearity.{name}": small for name in COEFFICIENTS}]
+    """Return a curve that is hardly bent, and ones bent by 1 % of the travel in several ways."""
+    span = clues.extent.displacement_span
+    shapes = [(1e-4, 1e-4, 1e-4), (0.01, 0, 0), (-0.01, 0, 0), (0, 0.01, 0), (0, -0.01, 0)]
+    return [
+        {f"nonlinearity.{n}": share * span for n, share in zip(COEFFICIENTS, shape, strict=True)}
+        for shape in shapes
+    ]
 
 
 def signature(clues: Clues) -> Signature | None:

@@ -94,11 +94,11 @@ def thresholds(extent: Extent, count: int = COUNT) -> dict[str, float]:
 
 
 def guesses(clues: Clues, count: int = COUNT) -> list[dict[str, float]]:
-    """Return equal weights, for a weak and for a strong memory."""
+    """Return equal weights, for hardly any, a weak and a strong memory."""
     held = {"playCount": count, **thresholds(clues.extent, count)}
     return [
         {**held, **{f"play[{j}].weight": total / count for j in range(1, count + 1)}}
-        for total in (0.1, 0.4)
+        for total in (0.01, 0.1, 0.4)
     ]
 
 
