@@ -26,7 +26,7 @@ from it2hys.parameters import RULE_FIELDS
 _DIVERGED = 1e3
 #: A second difference of the density of play operators (as mean weight per operator) of the inverse
 #: of this costs as much as one sample that is off by the noise.
-_SMOOTHNESS = 2000.0
+_SMOOTHNESS = 600.0
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3
 

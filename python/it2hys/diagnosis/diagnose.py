@@ -173,7 +173,8 @@ class _Session:
             for name in BY_RECORD
             if _effect_of(name) in effects
         }
-        traces = self._traces("train", has_offset=self._options.offsets is True)
+        self._has_offset = self._options.offsets is True
+        traces = self._traces("train")
         bench = Bench(traces, traces, self._scaling, self._extent)
         start = Model(dict(given), effects, np.zeros(len(traces)), own)
         return bench.fit_own(start, traces)
@@ -209,13 +210,17 @@ class _Session:
                 f"{1e6 * self._extent.displacement_span:.4g} um: another unit of the displacement?"
             )
 
-    def _traces(self, role: str, has_offset: bool) -> list[Trace]:
-        return [to_trace(p, r, has_offset) for r, p in self._prepared if r == role]
+    def _traces(self, *roles: str) -> list[Trace]:
+        """Return records as traces; the first record's displacement is what the others are set to."""
+        return [
+            to_trace(p, role, self._has_offset and i > 0)
+            for i, (role, p) in enumerate(self._prepared)
+            if role in roles
+        ]
 
     def _bench(self, base: Model) -> Bench:
-        has_offset = bool(np.any(base.offsets != 0.0))
-        traces = self._traces("train", has_offset)
-        deciding = self._traces("validation", has_offset)
+        self._has_offset = bool(np.any(base.offsets != 0.0))
+        traces, deciding = self._traces("train"), self._traces("validation")
         self._all_fitted = traces
         parts = not deciding
         if parts:
@@ -260,10 +265,17 @@ class _Session:
                 "the fitted model is not usable over the range of the training records: its core does "
                 "not contract there, or has no inverse; give records that cover the range better"
             )
-        range_values = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
-        model = replace(fit.model, values={**fit.model.values, **range_values})
-        # the curve of a nonlinearity is drawn over the range: it has to be fitted over the final one
-        return whole.fit(model, _FINAL if "nonlinearity" in model.effects else 1)
+        ends = ("displacementMin", "displacementMax")
+        if "nonlinearity" in fit.model.effects:
+            # its curve is drawn over the range, so that another range is another curve
+            if core.check(fit.model.rules, *(fit.model.values[end] for end in ends)) is None:
+                return fit
+            model = replace(
+                fit.model, values={**fit.model.values, **dict(zip(ends, usable, strict=True))}
+            )
+            return whole.fit(model, _FINAL)
+        model = replace(fit.model, values={**fit.model.values, **dict(zip(ends, usable, strict=True))})
+        return ChainFit(whole.criterion(model), fit.minimum)
 
     def _usable_range(self, model: Model) -> tuple[float, float] | None:
         outputs = [model.run(t, i)[2] for i, t in enumerate(self._all_fitted)]
@@ -278,7 +290,7 @@ class _Session:
         parameters = self._parameters(fit.model, "diagnosed")
         named = tuple(e for e in fit.model.effects if e in node.effects)
         groups = _indistinguishable(chosen, search.rivals)
-        judged = [t for role in ("train", "validation") for t in self._traces(role, self._has_offset)]
+        judged = self._traces("train", "validation")
         fitted = bench.fit_own(fit.model, judged, len(self._train))
         final = clues(fitted, judged, self._extent)
         left = left_over(final, [t.noise for t in judged])
@@ -302,10 +314,6 @@ class _Session:
             seconds=self._seconds,
         )
 
-    @property
-    def _has_offset(self) -> bool:
-        return self._all_fitted[0].has_offset
-
     def _parameters(self, model: Model, name: str) -> ParameterSet:
         """Return the model as a parameter set that begins as the first training record does."""
         voltages = [r.voltage for r in self._train]
@@ -319,7 +327,7 @@ class _Session:
 
     def _judgements(self, model: Model, bench: Bench) -> tuple[Judgement, ...]:
         parameters = self._parameters(model, "judged")
-        traces = [to_trace(p, role, self._has_offset) for role, p in self._prepared]
+        traces = self._traces("train", "validation", "test")
         fitted = bench.fit_own(model, traces, len(self._train))
         return tuple(
             _judge(p, t, parameters, _start(fitted, t, i), float(fitted.offsets[i]))

@@ -23,6 +23,11 @@ from it2hys.variables import load_table
 #: and when the reading is taken is not in the records. A delay of up to a sample goes with them.
 SAMPLED = ("lag", "resonance", "slew")
 _SHORTEST = 1e-3
+#: Effects that the core can imitate in part; guesses for which the rules are sought anew, and starts.
+IMITATED = ("lag", "nonlinearity")
+_ANEW, _ANEW_STARTS = 3, 4
+#: Below so many times the noise a fit is as good as it can be.
+_REACHED = 1.1
 #: A resonance damped by more than this smooths, it does not ring.
 _DAMPED = 0.4
 #: Guesses of an effect that are followed, and the iterations of the two rounds.
@@ -163,8 +168,16 @@ class Bench:
         """Fit everything jointly from a model; `strength` is that of the penalties for a poor core."""
         return minimise(self.criterion(model).guarded(strength), iterations)
 
-    def add(self, model: Model, effect: str) -> ChainFit | None:
+    def add(self, model: Model, effect: str, thorough: bool = False) -> ChainFit | None:
         """Fit a model with one effect more, from the best of the guesses of it.
+
+        Parameters
+        ----------
+        model : Model
+        effect : str
+        thorough : bool
+            Whether to seek the rules anew for some of the guesses if the effect is one that they can
+            imitate: from where they do, no descent leads to where the effect does.
 
         Returns
         -------
@@ -173,7 +186,16 @@ class Bench:
         """
         guesses = EFFECTS[effect].guesses(self.clues(model))
         trials = [self._prepared(with_effect(model, effect, g, self.extent)) for g in guesses]
-        return self._best(model, trials)
+        found = self._best(model, trials)
+        if not (thorough and effect in IMITATED) or (found and self.has_reached_noise(found)):
+            return found
+        spread = trials[:: max(1, len(trials) // _ANEW)]
+        fits = [found, *(self.reshaped(trial, _ANEW_STARTS) for trial in spread)]
+        return min((f for f in fits if f), key=lambda f: f.minimum.cost)
+
+    def has_reached_noise(self, fit: ChainFit) -> bool:
+        """Return whether a fit is as good as the noise of the records allows."""
+        return self.rms(fit) <= _REACHED * self.floor
 
     def add_rule(self, model: Model) -> ChainFit | None:
         """Fit a model with one rule more, from the best way of splitting one in two."""

@@ -26,8 +26,6 @@ BEAM, BEAM_RATIO = 3, 2.0
 DEPTH = 4
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
-#: Below so many times the noise a fit is not sought anew.
-_REACHED = 1.1
 
 
 @dataclass(eq=False)
@@ -96,7 +94,7 @@ class Search:
         self.nodes[frozenset()] = self.root
         beam = [self.root]
         for _ in range(DEPTH):
-            grown = [child for node in beam for child in self._grow(node)]
+            grown = [child for node in beam for child in self._grow(node, node is beam[0])]
             if not grown:
                 break
             for node in sorted(grown, key=lambda n: n.rms)[:BEAM]:
@@ -105,14 +103,14 @@ class Search:
             beam = [n for n in grown[:BEAM] if n.rms < BEAM_RATIO * grown[0].rms]
         return self.choose()
 
-    def _grow(self, node: Node) -> list[Node]:
+    def _grow(self, node: Node, thorough: bool) -> list[Node]:
         """Return the models with one addition more that are better than this one."""
         fits = {}
         for addition in self._additions(node):
             if node.added | {addition} in self.nodes:
                 continue
             fit = (
-                self.bench.add(node.fit.model, addition)
+                self.bench.add(node.fit.model, addition, thorough)
                 if addition in EFFECTS
                 else self.bench.add_rule(node.fit.model)
             )
@@ -144,7 +142,7 @@ class Search:
 
     def _sharpen(self, node: Node) -> None:
         """Seek the rules of a model anew unless it is as good as the noise allows."""
-        if self.bench.rms(node.fit) <= _REACHED * self.bench.floor:
+        if self.bench.has_reached_noise(node.fit):
             return
         fit = self.bench.reshaped(node.fit.model)
         if fit.minimum.cost < node.fit.minimum.cost:

@@ -64,7 +64,7 @@ def starts(extent: Extent, count: int = COUNT) -> dict[str, Start]:
 
 
 def guesses(clues: Clues, count: int = COUNT) -> list[dict[str, float]]:
-    """Return no, small and large gains at time constants spread over the decades that the records see."""
+    """Return no, small and large gains at time constants spread over the records' decades."""
     values = starts(clues.extent, count)
     constants = {name: start.value for name, start in values.items() if "timeConstant" in name}
     gains = [name for name in values if "gain" in name]
