@@ -10,7 +10,7 @@ import numpy as np
 from scipy import signal, stats
 
 from it2hys.effects import Clue, Clues
-from it2hys.effects._statistics import UM, rms, spectral_variance
+from it2hys.effects._statistics import UM, coherence_with_voltage, rms, spectral_variance
 from it2hys.identification.uncertainty import correlation_time
 
 #: Residuals up to so many times the noise may be the noise and a little misfit: of all records ...
@@ -281,18 +281,9 @@ def _cross_correlation(clues: Clues, take: Callable[[Clue], np.ndarray]) -> tupl
 
 def _coherence(clues: Clues) -> tuple[tuple[float, float, float], ...]:
     """Return the mean coherence of residual and voltage by octave."""
-    rate, segment = (
-        1.0 / clues.extent.sample_time,
-        min(512, *(len(c.residual) // 4 for c in clues.records)),
-    )
-    pairs = [
-        signal.coherence(c.voltage, np.where(c.used, c.residual, 0.0), rate, nperseg=segment)
-        for c in clues.records
-    ]
-    frequency, mean = pairs[0][0], np.mean([np.nan_to_num(value) for _, value in pairs], axis=0)
-    edges = 0.5 * rate / 2.0 ** np.arange(8, -1, -1)
-    bands = []
-    for low, high in pairwise(edges):
+    frequency, values = coherence_with_voltage(clues)
+    mean, bands = values.mean(axis=0), []
+    for low, high in pairwise(frequency[-1] / 2.0 ** np.arange(8, -1, -1)):
         inside = (frequency > low) & (frequency <= high)
         if np.any(inside):
             bands.append((float(low), float(high), float(np.mean(mean[inside]))))

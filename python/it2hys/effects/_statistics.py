@@ -332,7 +332,8 @@ def after_steps(clues: Clues) -> float | None:
 def branches(clues: Clues, bins: int = 20) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the mean residual on rising and on falling branches by displacement, (B,) each.
 
-    Only bins that both branches reach are kept; None where there are fewer than three.
+    Only bins that both branches reach are kept; None where there are fewer than three or nothing in
+    them.
     """
     level = np.concatenate([scaled(clues, c)[c.used] for c in clues.records])
     direction = np.concatenate([np.sign(np.gradient(modelled(c)))[c.used] for c in clues.records])
@@ -347,22 +348,22 @@ def branches(clues: Clues, bins: int = 20) -> tuple[np.ndarray, np.ndarray] | No
     if np.count_nonzero(both) < 3:
         return None
     means = sums[:, both] / counts[:, both]
-    return means[0], means[1]
+    return (means[0], means[1]) if np.all(np.std(means, axis=1) > 0.0) else None
 
 
-def coherence_at(clues: Clues, frequency: float) -> float:
-    """Return the coherence of residual and voltage at a frequency in Hz, greatest of the records."""
+def coherence_with_voltage(clues: Clues) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies, Hz, (F,), and each record's coherence of residual and voltage, (R, F)."""
+    segment = min(512, *(len(c.residual) // 4 for c in clues.records), 512)
     values = []
     for c in clues.records:
-        segment = min(512, len(c.residual) // 4)
-        at, value = coherence(
-            moved(c.voltage),
-            np.where(c.used, c.residual, 0.0),
-            1.0 / clues.extent.sample_time,
-            nperseg=segment,
-        )
-        values.append(np.interp(frequency, at, np.nan_to_num(value)))
-    return float(max(values))
+        residual = np.where(c.used, c.residual - np.mean(c.residual[c.used]), 0.0)
+        # 0 / 0 where either has nothing
+        with np.errstate(invalid="ignore", divide="ignore"):
+            frequency, value = coherence(
+                moved(c.voltage), residual, 1.0 / clues.extent.sample_time, nperseg=segment
+            )
+        values.append(np.nan_to_num(value))
+    return frequency, np.array(values)
 
 
 # --- lines of the spectrum -----------------------------------------------------------------------
@@ -516,7 +517,8 @@ class StepResponse:
         explained = self.residual @ self._normal @ self.residual - error @ self._normal @ error
         sure = stats.f.sf(max(statistic, 0.0) / _FITTED, _FITTED, _FREEDOM)
         p_value = min(1.0, len(_STAGES[effect][1]) * float(sure))
-        return Dynamics(parameter, max(0.0, float(explained / self._power)), statistic, p_value)
+        share = max(0.0, float(explained) / self._power) if self._power > 0.0 else 0.0
+        return Dynamics(parameter, share, statistic, p_value)
 
     def _fit(self, stage: Callable, parameters: Sequence) -> tuple[float, object, np.ndarray]:
         """Return the least chi squared of a kind of stage, its parameter and its response."""

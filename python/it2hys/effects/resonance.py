@@ -12,7 +12,7 @@ import numpy as np
 from scipy.signal import find_peaks, lfilter, lfilter_zi
 
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import Ground, absorbed, coherence_at, modelled, readable
+from it2hys.effects._statistics import Ground, absorbed, coherence_with_voltage, modelled, readable
 
 
 def is_on(parameters: Values) -> bool:
@@ -84,11 +84,12 @@ def signature(clues: Clues) -> Signature | None:
     bank = [lambda c, p=p: _ringing(modelled(c), *p, clues.extent.sample_time) for p in poles]
     chosen, trial = Ground(seen, [absorbed(seen)]).best(bank, positive=True)
     frequency, damping = poles[chosen]
+    at, coherences = coherence_with_voltage(seen)
     text = (
         f"Whenever the displacement changes, the residual rings at about {frequency:.3g} Hz "
         "(damping about "
         f"{damping:g}): {100 * trial.share:.0f} % of its power; its coherence with the voltage is "
-        f"{coherence_at(seen, frequency):.2g} there."
+        f"{np.interp(frequency, at, coherences.max(axis=0)):.2g} there."
     )
     return Signature(trial.share, trial.p_value, text)
 

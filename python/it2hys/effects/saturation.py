@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
 from it2hys.effects import Clue, Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import UM, Ground, readable, rms, scaled
+from it2hys.effects._statistics import UM, Ground, modelled, readable, rms, scaled
 
 #: Degree of the curve that a fit of the rules can bend to, and levels and their combinations tried.
 _SMOOTH, _TRIED = 5, 18
@@ -65,7 +65,7 @@ def signature(clues: Clues) -> Signature | None:
     The residual is regressed on what lies beyond a level, the best of several at the upper end, at the
     lower end and at both, once what a smooth curve of the displacement can do is taken out; errors
     are spectral and by blocks (HAC), the p-value is corrected for the number of levels. The statistic
-    is the share of the residual's power that is explained.
+    is the share of the residual's power that is explained, less what is linear in the displacement.
     """
     seen, span = readable(clues), clues.extent.voltage_span
     if seen is None or span <= 0.0:
@@ -84,6 +84,7 @@ def signature(clues: Clues) -> Signature | None:
     if not trials:
         return Signature(0.0, 1.0, "At neither end of the voltage does the displacement fall behind.")
     end, trial = min(trials.items(), key=lambda item: (item[1].p_value, -item[1].share))
+    share = Ground(seen, [modelled]).test(tried[end]).share
     levels = float(high - shares[chosen[0]] * span), float(low + shares[chosen[1]] * span)
     beyond = [_beyond(c, end, *levels) for c in seen.records]
     inside, outside = (
@@ -100,7 +101,7 @@ def signature(clues: Clues) -> Signature | None:
         f"The displacement falls behind the model {place}, the further the voltage goes: residual "
         f"{inside * UM:.2g} um rms there, {outside * UM:.2g} um elsewhere."
     )
-    return Signature(trial.share, min(1.0, _TRIED * trial.p_value), text)
+    return Signature(share, min(1.0, _TRIED * trial.p_value), text)
 
 
 def _beyond(clue: Clue, end: str, upper: float, lower: float) -> np.ndarray:
