@@ -109,10 +109,12 @@ class Ground:
         positive : bool
             Whether only members whose first coefficient is positive count.
         """
-        reduced = [self._usable(self._stacked(columns)) for columns in bank]
-        explained = [-1.0 if x is None else self._explained(x, positive) for x in reduced]
+        explained = [self._explained(self._stacked(columns), positive) for columns in bank]
         chosen = int(np.argmax(explained))
-        trial = self._trial(reduced[chosen] if explained[chosen] > 0.0 else None)
+        if explained[chosen] > 0.0:
+            trial = self._trial(self._usable(self._stacked(bank[chosen])))
+        else:
+            trial = self._trial(None)
         return chosen, replace(trial, p_value=min(1.0, len(bank) * trial.p_value))
 
     def _usable(self, stacked: np.ndarray) -> np.ndarray | None:
@@ -122,9 +124,17 @@ class Ground:
         left = np.linalg.norm(reduced, axis=0) > 1e-4 * whole
         return reduced if np.all(left & (whole > 0.0)) else None
 
-    def _explained(self, x: np.ndarray, positive: bool) -> float:
+    def _explained(self, stacked: np.ndarray, positive: bool) -> float:
+        """Return by how much columns lower the sum of squares; 0 where hardly any of them is left."""
+        x = stacked * self._used[:, None]
+        taken = self._basis.T @ x
+        whole = x.T @ x
+        left = whole - taken.T @ taken
+        # the square of what `_usable` asks for
+        if not np.all(np.diag(left) > 1e-8 * np.diag(whole)):
+            return 0.0
         product = x.T @ self._residual
-        coefficients = np.linalg.lstsq(x.T @ x, product, rcond=_RANK_TOLERANCE)[0]
+        coefficients = np.linalg.lstsq(left, product, rcond=_RANK_TOLERANCE)[0]
         return 0.0 if positive and coefficients[0] < 0.0 else float(product @ coefficients)
 
     def test(self, columns: Columns) -> Trial:
