@@ -394,7 +394,8 @@ def line_ratios(clues: Clues) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     frequency : ndarray, shape (F,)
         Hz.
     p_value : ndarray, shape (F,)
-        That all records have so much there by chance, corrected for the number of frequencies.
+        That all records that count have so much there by chance, corrected for the number of
+        frequencies; 1 where fewer than half of them count.
     records : ndarray of int, shape (F,)
         Records that count; those whose voltage may itself have caused a line do not.
     """
@@ -416,7 +417,8 @@ def line_ratios(clues: Clues) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     # a record that does not count must not lower the least
     least = np.min(np.where(np.isfinite(ratios), ratios, np.inf), axis=0)
     p_value = stats.f.sf(least, 2, _BESIDE_FREEDOM) ** np.maximum(counted, 1)
-    p_value = np.where(counted > 0, np.minimum(1.0, len(frequency) * p_value), 1.0)
+    enough = counted >= 0.5 * len(clues.records)
+    p_value = np.where(enough, np.minimum(1.0, len(frequency) * p_value), 1.0)
     return frequency, p_value, counted
 
 
