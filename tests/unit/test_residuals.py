@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis.residuals import left_over, ljung_box, short_pole
 from it2hys.effects import Clue, Clues, Extent
+from it2hys.errors import InputError
 from it2hys.figures import png, residual_views
 
 TS = 1e-4
@@ -213,7 +214,9 @@ def test_the_description_says_what_it_looks_like(scene):
     def described(effect: sim.Effect, name: str) -> str:
         return " ".join(verdict(scene, scene.change(effect, name) + noise).sentences)
 
-    assert "narrow band at 50 Hz" in described(PRESENT["hum"], "hum")
+    hum = described(PRESENT["hum"], "hum")
+    assert "narrow band" in hum
+    assert number(hum[hum.index("narrow band") :], "Hz") == pytest.approx(50.0, abs=2.0)
     assert "it is slow" in described(OUTSIDE["wander"], "wander")
     assert "jumps" in described(OUTSIDE["jumps"], "jumps")
     assert "comes and goes" in described(OUTSIDE["bursts"], "bursts")
@@ -249,6 +252,27 @@ def test_unused_samples_do_not_count(scene):
     residual = scene.noise(np.random.default_rng(13))
     residual[:, :10] = 1e3 * NOISE
     assert not verdict(scene, residual).significant
+
+
+def test_a_record_that_is_too_short_is_refused(scene):
+    clues = scene.clues(scene.noise(np.random.default_rng(15)))
+    clues.records[1] = Clue(*(x[:40] for x in vars(clues.records[1]).values()))
+    with pytest.raises(InputError, match="record 2 has 30 samples"):
+        left_over(clues, [NOISE] * 5)
+
+
+def test_a_line_that_the_voltage_has_is_no_hum(scene):
+    t = np.arange(4000) * TS
+    # at the second harmonic of a drive that is the same in every record
+    drive = np.tile(50.0 * (1.0 - np.cos(2.0 * np.pi * 25.0 * t)), (5, 1))
+    residual = 0.05 * UM * np.sin(2.0 * np.pi * 50.0 * t) + scene.noise(np.random.default_rng(16))
+    clues = scene.clues(residual)
+    same = Clues(
+        clues.extent, [replace(c, voltage=v) for c, v in zip(clues.records, drive, strict=True)]
+    )
+    found = EFFECTS["hum"].signature(same)
+    assert found is None or found.p_value > 0.01
+    assert EFFECTS["hum"].signature(clues).p_value < 1e-10
 
 
 # --- the picture ---------------------------------------------------------------------------------

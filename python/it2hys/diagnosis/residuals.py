@@ -10,7 +10,8 @@ import numpy as np
 from scipy import signal, stats
 
 from it2hys.effects import Clue, Clues
-from it2hys.effects._statistics import UM, rms, spectral_variance
+from it2hys.effects._statistics import FEWEST, UM, coherence_with_voltage, rms, spectral_variance
+from it2hys.errors import InputError
 from it2hys.identification.uncertainty import correlation_time
 
 #: Residuals up to so many times the noise may be the noise and a little misfit: of all records ...
@@ -124,7 +125,17 @@ def left_over(clues: Clues, noise: Sequence[float]) -> LeftOver:
     Returns
     -------
     LeftOver
+
+    Raises
+    ------
+    InputError
+        If a record has fewer samples.
     """
+    for i, clue in enumerate(clues.records, start=1):
+        if (count := np.count_nonzero(clue.used)) < FEWEST:
+            raise InputError(
+                f"record {i} has {count} samples to judge a residual by, {FEWEST} are needed"
+            )
     numbers = tuple(
         _numbers(c, n, clues.extent.sample_time) for c, n in zip(clues.records, noise, strict=True)
     )
@@ -281,18 +292,9 @@ def _cross_correlation(clues: Clues, take: Callable[[Clue], np.ndarray]) -> tupl
 
 def _coherence(clues: Clues) -> tuple[tuple[float, float, float], ...]:
     """Return the mean coherence of residual and voltage by octave."""
-    rate, segment = (
-        1.0 / clues.extent.sample_time,
-        min(512, *(len(c.residual) // 4 for c in clues.records)),
-    )
-    pairs = [
-        signal.coherence(c.voltage, np.where(c.used, c.residual, 0.0), rate, nperseg=segment)
-        for c in clues.records
-    ]
-    frequency, mean = pairs[0][0], np.mean([np.nan_to_num(value) for _, value in pairs], axis=0)
-    edges = 0.5 * rate / 2.0 ** np.arange(8, -1, -1)
-    bands = []
-    for low, high in pairwise(edges):
+    frequency, values = coherence_with_voltage(clues)
+    mean, bands = values.mean(axis=0), []
+    for low, high in pairwise(frequency[-1] / 2.0 ** np.arange(8, -1, -1)):
         inside = (frequency > low) & (frequency <= high)
         if np.any(inside):
             bands.append((float(low), float(high), float(np.mean(mean[inside]))))
@@ -356,10 +358,11 @@ def _input_text(found: LeftOver) -> str:
             "voltage is at "
             f"most {value:.2f} ({low:.3g} to {high:.3g} Hz)."
         )
+    # a residual does not come before its cause: such a lag is that of another period
+    lag = f", most {found.lag[name] * 1e3:.3g} ms later" if found.lag[name] >= 0.0 else ""
     return (
-        f"It is correlated with {what}, most at a lag of {found.lag[name] * 1e3:.3g} ms; the "
-        "coherence with the "
-        f"voltage is at most {value:.2f} ({low:.3g} to {high:.3g} Hz)."
+        f"It is correlated with {what}{lag}; the coherence with the voltage is at most {value:.2f} "
+        f"({low:.3g} to {high:.3g} Hz)."
     )
 
 

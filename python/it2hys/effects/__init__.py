@@ -8,6 +8,7 @@ Each module has
     starts(extent)               start values and bounds for a fit, from the extent of the records
     guesses(clues)               values to start a fit from, from what a model without it leaves over
     EXPERIMENT                   what would show it apart from others
+    signature(clues)             what of that looks as this effect alone would make it, and how surely
 and says in its docstring what in a record speaks for it. `values` maps FMU variable names to numbers
 or CasADi symbols; counts and switches are always numbers.
 """

@@ -109,10 +109,12 @@ class Ground:
         positive : bool
             Whether only members whose first coefficient is positive count.
         """
-        reduced = [self._usable(self._stacked(columns)) for columns in bank]
-        explained = [-1.0 if x is None else self._explained(x, positive) for x in reduced]
+        explained = [self._explained(self._stacked(columns), positive) for columns in bank]
         chosen = int(np.argmax(explained))
-        trial = self._trial(reduced[chosen] if explained[chosen] > 0.0 else None)
+        if explained[chosen] > 0.0:
+            trial = self._trial(self._usable(self._stacked(bank[chosen])))
+        else:
+            trial = self._trial(None)
         return chosen, replace(trial, p_value=min(1.0, len(bank) * trial.p_value))
 
     def _usable(self, stacked: np.ndarray) -> np.ndarray | None:
@@ -122,9 +124,17 @@ class Ground:
         left = np.linalg.norm(reduced, axis=0) > 1e-4 * whole
         return reduced if np.all(left & (whole > 0.0)) else None
 
-    def _explained(self, x: np.ndarray, positive: bool) -> float:
+    def _explained(self, stacked: np.ndarray, positive: bool) -> float:
+        """Return by how much columns lower the sum of squares; 0 where hardly any of them is left."""
+        x = stacked * self._used[:, None]
+        taken = self._basis.T @ x
+        whole = x.T @ x
+        left = whole - taken.T @ taken
+        # the square of what `_usable` asks for
+        if not np.all(np.diag(left) > 1e-8 * np.diag(whole)):
+            return 0.0
         product = x.T @ self._residual
-        coefficients = np.linalg.lstsq(x.T @ x, product, rcond=_RANK_TOLERANCE)[0]
+        coefficients = np.linalg.lstsq(left, product, rcond=_RANK_TOLERANCE)[0]
         return 0.0 if positive and coefficients[0] < 0.0 else float(product @ coefficients)
 
     def test(self, columns: Columns) -> Trial:
@@ -332,7 +342,8 @@ def after_steps(clues: Clues) -> float | None:
 def branches(clues: Clues, bins: int = 20) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the mean residual on rising and on falling branches by displacement, (B,) each.
 
-    Only bins that both branches reach are kept; None where there are fewer than three.
+    Only bins that both branches reach are kept; None where there are fewer than three or nothing in
+    them.
     """
     level = np.concatenate([scaled(clues, c)[c.used] for c in clues.records])
     direction = np.concatenate([np.sign(np.gradient(modelled(c)))[c.used] for c in clues.records])
@@ -347,22 +358,22 @@ def branches(clues: Clues, bins: int = 20) -> tuple[np.ndarray, np.ndarray] | No
     if np.count_nonzero(both) < 3:
         return None
     means = sums[:, both] / counts[:, both]
-    return means[0], means[1]
+    return (means[0], means[1]) if np.all(np.std(means, axis=1) > 0.0) else None
 
 
-def coherence_at(clues: Clues, frequency: float) -> float:
-    """Return the coherence of residual and voltage at a frequency in Hz, greatest of the records."""
+def coherence_with_voltage(clues: Clues) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies, Hz, (F,), and each record's coherence of residual and voltage, (R, F)."""
+    segment = min(512, *(len(c.residual) // 4 for c in clues.records), 512)
     values = []
     for c in clues.records:
-        segment = min(512, len(c.residual) // 4)
-        at, value = coherence(
-            moved(c.voltage),
-            np.where(c.used, c.residual, 0.0),
-            1.0 / clues.extent.sample_time,
-            nperseg=segment,
-        )
-        values.append(np.interp(frequency, at, np.nan_to_num(value)))
-    return float(max(values))
+        residual = np.where(c.used, c.residual - np.mean(c.residual[c.used]), 0.0)
+        # 0 / 0 where either has nothing
+        with np.errstate(invalid="ignore", divide="ignore"):
+            frequency, value = coherence(
+                moved(c.voltage), residual, 1.0 / clues.extent.sample_time, nperseg=segment
+            )
+        values.append(np.nan_to_num(value))
+    return frequency, np.array(values)
 
 
 # --- lines of the spectrum -----------------------------------------------------------------------
@@ -383,7 +394,8 @@ def line_ratios(clues: Clues) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     frequency : ndarray, shape (F,)
         Hz.
     p_value : ndarray, shape (F,)
-        That all records have so much there by chance, corrected for the number of frequencies.
+        That all records that count have so much there by chance, corrected for the number of
+        frequencies; 1 where fewer than half of them count.
     records : ndarray of int, shape (F,)
         Records that count; those whose voltage may itself have caused a line do not.
     """
@@ -405,7 +417,8 @@ def line_ratios(clues: Clues) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     # a record that does not count must not lower the least
     least = np.min(np.where(np.isfinite(ratios), ratios, np.inf), axis=0)
     p_value = stats.f.sf(least, 2, _BESIDE_FREEDOM) ** np.maximum(counted, 1)
-    p_value = np.where(counted > 0, np.minimum(1.0, len(frequency) * p_value), 1.0)
+    enough = counted >= 0.5 * len(clues.records)
+    p_value = np.where(enough, np.minimum(1.0, len(frequency) * p_value), 1.0)
     return frequency, p_value, counted
 
 
@@ -516,7 +529,8 @@ class StepResponse:
         explained = self.residual @ self._normal @ self.residual - error @ self._normal @ error
         sure = stats.f.sf(max(statistic, 0.0) / _FITTED, _FITTED, _FREEDOM)
         p_value = min(1.0, len(_STAGES[effect][1]) * float(sure))
-        return Dynamics(parameter, max(0.0, float(explained / self._power)), statistic, p_value)
+        share = max(0.0, float(explained) / self._power) if self._power > 0.0 else 0.0
+        return Dynamics(parameter, share, statistic, p_value)
 
     def _fit(self, stage: Callable, parameters: Sequence) -> tuple[float, object, np.ndarray]:
         """Return the least chi squared of a kind of stage, its parameter and its response."""

@@ -4,15 +4,19 @@ For it speaks a residual that is confined to |u| beyond one level, where the dis
 answers to the voltage at all; the tops of large cycles are flat.
 """
 
+from collections.abc import Callable
+
 import casadi as ca
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
 from it2hys.effects import Clue, Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import UM, Ground, readable, rms, scaled
+from it2hys.effects._statistics import UM, Columns, Ground, lagged, modelled, readable, rms, scaled
 
 #: Degree of the curve that a fit of the rules can bend to, and levels and their combinations tried.
-_SMOOTH, _TRIED = 5, 18
+_SMOOTH, _TRIED = 5, 49
+#: Lags, in ticks, with which the core may answer.
+_QUICKNESS = (0.1, 5.0, 15.0)
 
 #: What would show the effect apart from others.
 EXPERIMENT = "slow sines of rising amplitude (beyond a limit the displacement stays where it is)"
@@ -68,7 +72,7 @@ def signature(clues: Clues) -> Signature | None:
     The residual is regressed on what lies beyond a level, the best of several at the upper end, at the
     lower end and at both, once what a smooth curve of the displacement can do is taken out; errors
     are spectral and by blocks (HAC), the p-value is corrected for the number of levels. The statistic
-    is the share of the residual's power that is explained.
+    is the share of the residual's power that is explained, less what is linear in the displacement.
     """
     seen, span = readable(clues), clues.extent.voltage_span
     if seen is None or span <= 0.0:
@@ -76,8 +80,12 @@ def signature(clues: Clues) -> Signature | None:
     low, high = clues.extent.voltage
     shares = np.array((0.03, 0.05, 0.08, 0.11, 0.14, 0.18, 0.22, 0.28))
     ground = Ground(seen, [lambda c: chebvander(np.clip(scaled(clues, c), -1.2, 1.2), _SMOOTH)[:, 1:]])
-    ends = [[lambda c, v=v: np.minimum(v - c.voltage, 0.0) for v in high - shares * span]]
-    ends += [[lambda c, v=v: np.maximum(v - c.voltage, 0.0) for v in low + shares * span]]
+    limits = (
+        [(np.minimum, v) for v in high - shares * span],
+        [(np.maximum, v) for v in low + shares * span],
+    )
+    # the core answers to what is missing as quickly or slowly as to anything else
+    ends = [[_missing(*limit, t) for t in _QUICKNESS for limit in end] for end in limits]
     chosen = [ground.best(bank, positive=True)[0] for bank in ends]
     upper, lower = (bank[i] for bank, i in zip(ends, chosen, strict=True))
     tried = {"upper": upper, "lower": lower, "both": lambda c: np.column_stack([upper(c), lower(c)])}
@@ -87,7 +95,8 @@ def signature(clues: Clues) -> Signature | None:
     if not trials:
         return Signature(0.0, 1.0, "At neither end of the voltage does the displacement fall behind.")
     end, trial = min(trials.items(), key=lambda item: (item[1].p_value, -item[1].share))
-    levels = float(high - shares[chosen[0]] * span), float(low + shares[chosen[1]] * span)
+    share = Ground(seen, [modelled]).test(tried[end]).share
+    levels = [float(end[i % len(shares)][1]) for end, i in zip(limits, chosen, strict=True)]
     beyond = [_beyond(c, end, *levels) for c in seen.records]
     inside, outside = (
         rms(
@@ -103,7 +112,12 @@ def signature(clues: Clues) -> Signature | None:
         f"The displacement falls behind the model {place}, the further the voltage goes: residual "
         f"{inside * UM:.2g} um rms there, {outside * UM:.2g} um elsewhere."
     )
-    return Signature(trial.share, min(1.0, _TRIED * trial.p_value), text)
+    return Signature(share, min(1.0, _TRIED * trial.p_value), text)
+
+
+def _missing(limit: Callable, level: float, ticks: float) -> Columns:
+    """Return what a limit takes from the voltage, after a lag; columns by record."""
+    return lambda c: lagged(limit(level - c.voltage, 0.0), ticks)
 
 
 def _beyond(clue: Clue, end: str, upper: float, lower: float) -> np.ndarray:
