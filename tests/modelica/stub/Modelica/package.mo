@@ -22,11 +22,17 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
       type ElectricPotential = Real(final quantity="ElectricPotential", final unit="V");
       type Voltage = ElectricPotential;
       type Length = Real(final quantity="Length", final unit="m");
+      type Velocity = Real(final quantity="Velocity", final unit="m/s");
+      type Angle = Real(final quantity="Angle", final unit="rad");
+      type Frequency = Real(final quantity="Frequency", final unit="Hz");
+      type Force = Real(final quantity="Force", final unit="N");
+      type Temperature = Real(final quantity="ThermodynamicTemperature", final unit="K");
       type Time = Real(final quantity="Time", final unit="s");
     end SI;
   end Units;
 
   package Constants
+    final constant Real inf=1.7976931348623157E+308;
     final constant Real pi=3.141592653589793238462643383279502884;
   end Constants;
 
