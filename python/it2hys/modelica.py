@@ -23,8 +23,8 @@ LIBRARY_VERSION = "0.1.0"
 PACKAGE = "IT2Hysteresis.Parameters"
 C_SOURCES = "Resources/C-Sources"
 
-#: What finds the parameter set of a packaged FMU, and what only the identification calls.
-NOT_COMPILED = {"fmu_location.c", "fmu_parameters.c", "it2_free_run.c", "it2_gradient.c"}
+#: What finds the parameter set of a packaged FMU, and what the FMUs do not call.
+NOT_COMPILED = {"fmu_location.c", "fmu_parameters.c", "it2_free_run.c"}
 
 #: Quantities of the table that `Modelica.Units.SI` has a type for, of the same name and unit.
 SI_QUANTITIES = {
@@ -98,6 +98,24 @@ def format_base() -> str:
         ['defaultComponentPrefixes="parameter"', _documentation(info)],
         PACKAGE,
     )
+
+
+def write_record(parameters: ParameterSet, directory: Path) -> Path:
+    """Write a set as a record class of its own into a directory, which exists; return the file.
+
+    The class is named after the set: ``my stage 2`` gives ``MyStage2.mo``.
+    """
+    name = class_name(parameters.name)
+    path = directory / f"{name}.mo"
+    write_atomically(path, format_record(parameters, name).encode())
+    return path
+
+
+def class_name(text: str) -> str:
+    """Return a Modelica class name made from any text: its words, joined, a capital letter first."""
+    words = re.findall(r"[A-Za-z0-9]+", text)
+    joined = "".join(word[0].upper() + word[1:] for word in words)
+    return joined if joined[:1].isalpha() else f"Set{joined}"
 
 
 def write_library(directory: Path) -> None:

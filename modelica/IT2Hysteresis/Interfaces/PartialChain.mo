@@ -26,12 +26,19 @@ protected
     final unit="K",
     displayUnit="degC")
     "Needed to connect to the conditional connector";
-  final parameter Real creepRate[parameters.creepCount]=
-    {IT2Hysteresis.Functions.Effects.gain(parameters.sampleTime, parameters.creepTimeConstant[i])
-     for i in 1:parameters.creepCount}
+  final parameter Modelica.Units.SI.Voltage playThreshold[parameters.playCount + 1]=
+    cat(1, parameters.playThreshold, {0}) "Thresholds r_j; the last is of an operator without weight";
+  final parameter Real playWeight[parameters.playCount + 1]=cat(1, parameters.playWeight, {0})
+    "Weights w_j; with a neutral element no vector is empty";
+  final parameter Real creepGain[parameters.creepCount + 1]=cat(1, parameters.creepGain, {0})
+    "Gains c_i; the last term is without gain";
+  final parameter Real creepRate[parameters.creepCount + 1]=
+    IT2Hysteresis.Functions.Effects.gains(
+      parameters.sampleTime,
+      cat(1, parameters.creepTimeConstant, {1}))
     "Part of the way that a creep term goes in one tick, g_i";
   final parameter Modelica.Units.SI.Length coreRest=
-    parameters.initialDisplacement/(1 + sum(parameters.creepGain))
+    parameters.initialDisplacement/(1 + sum(creepGain))
     "Displacement behind the fuzzy system, at rest for long at initialDisplacement";
   final parameter Modelica.Units.SI.Voltage playRest=IT2Hysteresis.Functions.inverse(
     parameters.ruleSigmaLower,
@@ -44,9 +51,9 @@ protected
     coreRest)
     "Voltage behind the play operators, at rest";
   final parameter Modelica.Units.SI.Voltage voltageRest=IT2Hysteresis.Functions.Effects.playInverse(
-    parameters.playThreshold,
-    parameters.playWeight,
-    zeros(parameters.playCount),
+    playThreshold,
+    playWeight,
+    zeros(parameters.playCount + 1),
     playRest)
     "Voltage at rest, reached from 0 on the initial loading curve";
   final parameter Boolean saturates=parameters.saturationMinimum < parameters.saturationMaximum

@@ -19,15 +19,15 @@ protected
     "Voltage that the slew limit starts from: at first it may lie beyond the saturation";
   discrete Modelica.Units.SI.Voltage reachedLag(start=voltageRest, fixed=true)
     "What the plant really has behind the lag";
-  discrete Modelica.Units.SI.Voltage p[parameters.playCount](
+  discrete Modelica.Units.SI.Voltage p[parameters.playCount + 1](
     start=IT2Hysteresis.Functions.Effects.playStates(
-      parameters.playThreshold,
-      zeros(parameters.playCount),
+      playThreshold,
+      zeros(parameters.playCount + 1),
       voltageRest),
     each fixed=true) "Play operators of the plant";
   discrete Modelica.Units.SI.Length reached(start=coreRest, fixed=true)
     "What the plant really has behind the fuzzy system";
-  discrete Modelica.Units.SI.Length s[parameters.creepCount](
+  discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
     each start=coreRest,
     each fixed=true) "Creep states of the plant";
   discrete Boolean short(start=false, fixed=true) "The reference was out of reach";
@@ -47,12 +47,12 @@ equation
       resonated);
     target = IT2Hysteresis.Functions.Effects.loadInverse(
       parameters.loadCompliance,
-      IT2Hysteresis.Functions.Effects.creepInverse(parameters.creepGain, creepRate, pre(s), crept),
+      IT2Hysteresis.Functions.Effects.creepInverse(creepGain, creepRate, pre(s), crept),
       forceInternal);
     aim = min(max(target, parameters.displacementMin), parameters.displacementMax);
     lagged = IT2Hysteresis.Functions.Effects.playInverse(
-      parameters.playThreshold,
-      parameters.playWeight,
+      playThreshold,
+      playWeight,
       pre(p),
       IT2Hysteresis.Functions.inverse(
         parameters.ruleSigmaLower,
@@ -76,7 +76,7 @@ equation
       pre(reachedLag),
       IT2Hysteresis.Functions.Effects.saturation(lowest, highest, voltage));
     p = IT2Hysteresis.Functions.Effects.playStates(
-      parameters.playThreshold,
+      playThreshold,
       pre(p),
       if slews or saturates then reachedLag else lagged);
     reached = if slews or saturates then IT2Hysteresis.Functions.step(
@@ -87,7 +87,7 @@ equation
       parameters.ruleQ2,
       parameters.ruleQ3,
       pre(reached),
-      IT2Hysteresis.Functions.Effects.play(parameters.playWeight, p, reachedLag)) else aim;
+      IT2Hysteresis.Functions.Effects.play(playWeight, p, reachedLag)) else aim;
     s = IT2Hysteresis.Functions.Effects.creepStates(
       creepRate,
       pre(s),

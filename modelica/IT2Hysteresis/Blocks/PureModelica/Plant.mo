@@ -14,15 +14,15 @@ protected
   discrete Modelica.Units.SI.Voltage slewed(start=voltageRest, fixed=true) "Behind the slew limit";
   discrete Modelica.Units.SI.Voltage limited(start=voltageRest, fixed=true) "Behind the saturation";
   discrete Modelica.Units.SI.Voltage lagged(start=voltageRest, fixed=true) "Behind the lag";
-  discrete Modelica.Units.SI.Voltage p[parameters.playCount](
+  discrete Modelica.Units.SI.Voltage p[parameters.playCount + 1](
     start=IT2Hysteresis.Functions.Effects.playStates(
-      parameters.playThreshold,
-      zeros(parameters.playCount),
+      playThreshold,
+      zeros(parameters.playCount + 1),
       voltageRest),
     each fixed=true) "Play operators";
   discrete Modelica.Units.SI.Length core(start=coreRest, fixed=true) "Behind the fuzzy system, y_k of (10)";
   discrete Modelica.Units.SI.Length loaded(start=coreRest, fixed=true) "Behind the load";
-  discrete Modelica.Units.SI.Length s[parameters.creepCount](
+  discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
     each start=coreRest,
     each fixed=true) "Creep states";
   discrete Modelica.Units.SI.Length crept(start=parameters.initialDisplacement, fixed=true)
@@ -40,7 +40,7 @@ equation
     slewed = IT2Hysteresis.Functions.Effects.slew(slewStep, pre(slewed), delayed);
     limited = IT2Hysteresis.Functions.Effects.saturation(lowest, highest, slewed);
     lagged = IT2Hysteresis.Functions.Effects.lag(lagRate, pre(lagged), limited);
-    p = IT2Hysteresis.Functions.Effects.playStates(parameters.playThreshold, pre(p), lagged);
+    p = IT2Hysteresis.Functions.Effects.playStates(playThreshold, pre(p), lagged);
     core = IT2Hysteresis.Functions.step(
       parameters.ruleSigmaLower,
       parameters.ruleSigmaUpper,
@@ -49,10 +49,10 @@ equation
       parameters.ruleQ2,
       parameters.ruleQ3,
       pre(core),
-      IT2Hysteresis.Functions.Effects.play(parameters.playWeight, p, lagged));
+      IT2Hysteresis.Functions.Effects.play(playWeight, p, lagged));
     loaded = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, core, forceInternal);
     s = IT2Hysteresis.Functions.Effects.creepStates(creepRate, pre(s), loaded);
-    crept = IT2Hysteresis.Functions.Effects.creep(parameters.creepGain, s, loaded);
+    crept = IT2Hysteresis.Functions.Effects.creep(creepGain, s, loaded);
     resonated = IT2Hysteresis.Functions.Effects.resonance(
       poles,
       pre(resonated),

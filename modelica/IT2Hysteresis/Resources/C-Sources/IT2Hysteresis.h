@@ -18,6 +18,7 @@
 /* --- the FMUs ---------------------------------------------------------------------------------- */
 
 #include "it2_check.c"
+#include "it2_gradient.c"
 #include "it2_inverse.c"
 #include "it2_model.c"
 
