@@ -22,6 +22,7 @@ model DisturbanceForce "A force on the platform: feedforward does not see it, fe
     annotation (Placement(transformation(extent={{-30,-30},{-10,-10}})));
   IT2Hysteresis.Components.PiezoActuator actuator(
     stage(initialDisplacement=0.7e-6),
+    zeta=0.6,
     v(start=0.693, fixed=true),
     s_rel(fixed=true),
     v_rel(fixed=true)) "Stack"

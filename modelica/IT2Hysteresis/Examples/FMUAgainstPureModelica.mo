@@ -4,9 +4,9 @@ model FMUAgainstPureModelica "The FMUs and the blocks in pure Modelica, with all
   parameter IT2Hysteresis.Parameters.Table1 stage(
     initialDisplacement=5e-6,
     delayTime=1.5e-4,
-    slewRate=2e4,
+    slewRate=1e4,
     saturationMinimum=5,
-    saturationMaximum=100,
+    saturationMaximum=90,
     lagTimeConstant=2e-4,
     playCount=2,
     playThreshold={2,8},
@@ -26,16 +26,21 @@ model FMUAgainstPureModelica "The FMUs and the blocks in pure Modelica, with all
     humFrequency=50,
     humPhase=0.5) "Table 1 with every effect";
   Modelica.Blocks.Sources.Sine voltage(
-    amplitude=50,
+    amplitude=45,
     f=40,
-    offset=55) "Voltage; its ends are beyond the saturation"
+    offset=50) "Voltage; it rises faster and higher than the amplifier can"
     annotation (Placement(transformation(extent={{-80,40},{-60,60}})));
   Modelica.Blocks.Sources.Sine reference(
-    amplitude=3e-6,
+    amplitude=2e-6,
     f=20,
-    offset=5e-6) "Desired displacement"
+    phase=-Modelica.Constants.pi/2,
+    offset=7e-6) "Desired displacement"
     annotation (Placement(transformation(extent={{-80,-60},{-60,-40}})));
-  Modelica.Blocks.Sources.Sine force(amplitude=20, f=15) "Force on the stage"
+  Modelica.Blocks.Sources.Sine force(
+    amplitude=20,
+    f=15,
+    phase=-Modelica.Constants.pi/2,
+    offset=20) "Force on the stage"
     annotation (Placement(transformation(extent={{-80,-10},{-60,10}})));
   IT2Hysteresis.Blocks.Plant plantFMU(parameters=stage, useForce=true) "FMU"
     annotation (Placement(transformation(extent={{-20,60},{0,80}})));
@@ -81,11 +86,10 @@ equation
 <p>
 The same voltage and force go to the FMU IT2Plant and to the plant in pure Modelica, the same reference to both inverses,
 with every <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">effect</a> at once. Both compute the same: the differences are
-those of rounding, about 10<sup>-15</sup> of the range.
+those of rounding, below 10<sup>-12</sup> of the range.
 </p>
 <p>
-The voltage leaves the amplifier's range, and the reference asks for more than the slew limit lets through: each block
-warns of it once.
+The voltage goes beyond the amplifier's slew limit and saturation, so that these act too.
 </p>
 <p>
 <img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FMUAgainstPureModelica.png\" alt=\"Displacement of both plants and voltage of both inverses over time\"/>

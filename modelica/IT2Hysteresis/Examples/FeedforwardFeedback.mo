@@ -63,7 +63,8 @@ fuzzy system that the inverse knows. Feedforward alone leaves their share as an 
 displacement of the tick before and corrects the voltage.
 </p>
 <p>
-Both stages are driven by the same inverse; <code>errorFeedforward.y</code> and <code>errorClosed.y</code> compare them.
+Both stages are driven by the same inverse; <code>errorFeedforward.y</code> and <code>errorClosed.y</code> compare them. In the figure a line is as thick as the reference moves within a sample time,
+while the displacement is held.
 </p>
 <p>
 <img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FeedforwardFeedback.png\" alt=\"Tracking errors with and without feedback over time, and the correction\"/>

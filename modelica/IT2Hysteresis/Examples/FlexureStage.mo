@@ -2,20 +2,21 @@ within IT2Hysteresis.Examples;
 model FlexureStage "Actuator, amplifier and gauge: a mass moved against a spring through a flexure"
   extends Modelica.Icons.Example;
   Modelica.Blocks.Sources.Sine command(
-    amplitude=3.5,
+    amplitude=3.3,
     f=25,
     phase=-Modelica.Constants.pi/2,
-    offset=3.5) "Voltage at the amplifier's input, 0 to 7 V"
+    offset=3.5) "Voltage at the amplifier's input, 0.2 to 6.8 V"
     annotation (Placement(transformation(extent={{-80,30},{-60,50}})));
-  IT2Hysteresis.Components.VoltageAmplifier amplifier "Amplifier"
+  IT2Hysteresis.Components.VoltageAmplifier amplifier(vStart=3) "Amplifier"
     annotation (Placement(transformation(extent={{-40,30},{-20,50}})));
   Modelica.Electrical.Analog.Basic.Ground ground
     annotation (Placement(transformation(extent={{-20,10},{0,30}})));
   Modelica.Mechanics.Translational.Components.Fixed base "Frame at the base of the actuator"
     annotation (Placement(transformation(extent={{-30,-30},{-10,-10}})));
   IT2Hysteresis.Components.PiezoActuator actuator(
-    stage(initialDisplacement=0),
-    v(start=0, fixed=true),
+    stage(initialDisplacement=1.0762e-6),
+    zeta=0.6,
+    v(start=3, fixed=true),
     s_rel(fixed=true),
     v_rel(fixed=true)) "Stack"
     annotation (Placement(transformation(extent={{0,-10},{20,10}})));
@@ -27,7 +28,7 @@ model FlexureStage "Actuator, amplifier and gauge: a mass moved against a spring
   Modelica.Mechanics.Translational.Components.Mass platform(
     m=0.2,
     L=0,
-    s(start=actuator.length + 0, fixed=true),
+    s(start=actuator.length + 1.0762e-6, fixed=true),
     v(start=0, fixed=true)) "Platform"
     annotation (Placement(transformation(extent={{56,-10},{76,10}})));
   Modelica.Mechanics.Translational.Components.SpringDamper spring(
@@ -37,7 +38,7 @@ model FlexureStage "Actuator, amplifier and gauge: a mass moved against a spring
     annotation (Placement(transformation(extent={{80,-10},{100,10}})));
   Modelica.Mechanics.Translational.Components.Fixed wall(s0=actuator.length + 10e-3) "Frame"
     annotation (Placement(transformation(extent={{90,-40},{110,-20}})));
-  IT2Hysteresis.Components.StrainGauge gauge(offset=actuator.length, y(start=0)) "Strain gauge on the stack"
+  IT2Hysteresis.Components.StrainGauge gauge(offset=actuator.length, y(start=1.0762e-6)) "Strain gauge on the stack"
     annotation (Placement(transformation(extent={{0,-50},{20,-30}})));
 equation
   connect(command.y, amplifier.u)
@@ -71,7 +72,7 @@ takes a part of the stroke: about the ratio of its stiffness to that of the stac
 stiffness of stack and flexure, excited by the steps of the sampled free stroke.
 </p>
 <p>
-The amplifier's current is what charges the capacitance and moves the stack. A strain gauge reads the stack's displacement
+The amplifier's current is what charges the capacitance and moves the stack; it ripples with those steps. A strain gauge reads the stack's displacement
 with 16 bits and 5 nm of noise.
 </p>
 <p>
