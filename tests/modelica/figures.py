@@ -2,8 +2,8 @@
 
     python tests/modelica/figures.py
 
-Run it when an example changes, and look at what it draws. `Blocks.Plant` and `Blocks.Inverse` need external
-C, which rumoca does not call: for the picture the pure Modelica blocks stand in their places.
+Run it when an example changes, and look at what it draws. rumoca does not call external C, so what
+is drawn of FMUAgainstPureModelica is the pure Modelica.
 """
 
 import sys
@@ -13,14 +13,14 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # what pytest does for the tests
 
-import rumoca  # noqa: E402
-from library import LIBRARY  # noqa: E402
-from matplotlib import rc_context  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
-from test_simulation import PREAMBLE, compile_model  # noqa: E402
+import rumoca
+from library import LIBRARY
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from test_simulation import PREAMBLE, compile_model
 
-from it2hys.figures import STYLE, UM, png  # noqa: E402
-from it2hys.files import write_atomically  # noqa: E402
+from it2hys.figures import MEASURED, MODEL, STYLE, UM, png
+from it2hys.files import write_atomically
 
 TIME, MICROMETRES, VOLTS = "time in s", "displacement in µm", "voltage in V"
 EXAMPLES = "IT2Hysteresis.Examples"
@@ -35,15 +35,13 @@ def simulate(example: str, stop: float, step: float = 1e-4) -> rumoca.Result:
 
 
 def draw(panels: list[tuple], example: str, height: float = 4.6, columns: int = 1) -> None:
-    """Draw panels of (x label, y label, curves of (x, y, legend or None)) below or beside each other."""
+    """Draw panels: x label, y label, curves of (x, y, legend or None)."""
     with rc_context(STYLE):
         figure = Figure(figsize=(6.4 if columns == 1 else 7.2, height))
         axes = figure.subplots(-(-len(panels) // columns), columns, squeeze=False).ravel()
         for axis, (x_label, y_label, curves) in zip(axes, panels, strict=True):
-            for number, (x, y, legend) in enumerate(curves):
-                axis.plot(
-                    x, y, label=legend, color=("0.25", "#1f77b4", "#d95f02")[number], linewidth=1.1
-                )
+            for (x, y, legend), style in zip(curves, (MEASURED, MODEL), strict=False):
+                axis.plot(x, y, label=legend, **style)
             axis.set(xlabel=x_label, ylabel=y_label)
             if any(legend for _, _, legend in curves):
                 axis.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1)
@@ -82,7 +80,7 @@ def flexure_stage() -> None:
 
 
 def disturbance_force() -> None:
-    """Reference and displacement, correction and force."""
+    """Draw reference and displacement, correction and force."""
     r = simulate("DisturbanceForce", 0.25, 1e-5)
     t = np.asarray(r.time)
     tracked = [(t, r["reference.y"] * UM, "reference"), (t, r["actuator.s_rel"] * UM, "displacement")]
@@ -98,7 +96,7 @@ def disturbance_force() -> None:
 
 
 def fmu_against_pure_modelica() -> None:
-    """What both realisations compute."""
+    """Draw what both realisations compute."""
     r = simulate("FMUAgainstPureModelica", 0.1)
     t = np.asarray(r.time)
     plant = [(t, r["plantPure.displacement"] * UM, None)]

@@ -43,7 +43,7 @@ model DisturbanceForce "A force on the platform: feedforward does not see it, fe
     width=50,
     period=0.1,
     nperiod=1,
-    startTime=0.1) "Force, from 0.1 s to 0.15 s"
+    startTime=0.125) "Force, from 0.125 s to 0.175 s"
     annotation (Placement(transformation(extent={{60,30},{80,50}})));
   Modelica.Mechanics.Translational.Sources.Force disturbance "Force on the platform"
     annotation (Placement(transformation(extent={{-10,-10},{10,10}}, rotation=180, origin={100,0})));
@@ -86,7 +86,7 @@ equation
     experiment(StopTime=0.25, Interval=1e-4, Tolerance=1e-6),
     Documentation(info="<html>
 <p>
-A stack follows a reference, by the inverse and a PI controller that reads the strain gauge. From 0.1 s to 0.15 s a force of
+A stack follows a reference, by the inverse and a PI controller that reads the strain gauge. From 0.125 s to 0.175 s a force of
 40 N presses on the platform and shortens the stack by force over stiffness, 2 &#181;m. The inverse cannot know; the
 controller raises the voltage until the displacement is back, and takes it away again when the force ends.
 </p>

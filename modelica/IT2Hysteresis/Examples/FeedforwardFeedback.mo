@@ -1,10 +1,10 @@
 within IT2Hysteresis.Examples;
 model FeedforwardFeedback "Feedforward by the inverse, and a PI controller for what it does not know"
   extends Modelica.Icons.Example;
-  parameter IT2Hysteresis.Parameters.Table1 known(initialDisplacement=0.7e-6)
+  parameter IT2Hysteresis.Parameters.Table1 known(initialDisplacement=2.7e-6)
     "What the inverse knows: the fuzzy system";
   parameter IT2Hysteresis.Parameters.Table1 stage(
-    initialDisplacement=0.7e-6,
+    initialDisplacement=2.7e-6,
     playCount=2,
     playThreshold={2,8},
     playWeight={0.04,0.06},
@@ -12,10 +12,10 @@ model FeedforwardFeedback "Feedforward by the inverse, and a PI controller for w
     creepGain={0.03},
     creepTimeConstant={0.05}) "What the stage is: memory and creep besides";
   Modelica.Blocks.Sources.Sine reference(
-    amplitude=6e-6,
+    amplitude=5.5e-6,
     f=20,
     phase=-Modelica.Constants.pi/2,
-    offset=6.7e-6) "Desired displacement"
+    offset=8.2e-6) "Desired displacement"
     annotation (Placement(transformation(extent={{-90,-10},{-70,10}})));
   IT2Hysteresis.Blocks.PureModelica.Inverse inverse(parameters=known) "Feedforward"
     annotation (Placement(transformation(extent={{-50,20},{-30,40}})));
