@@ -91,6 +91,23 @@ def test_an_example_says_how_to_run_and_plot_it(name):
     assert "/Resources/Images/Examples/" in text
 
 
+DECLARATION = re.compile(
+    r"^  parameter (?P<type>Real|Integer|Modelica\.Units\.\S+) \w+(?:\[\w+\])?\s*(?P<attributes>\(.*?\))?=",
+    re.MULTILINE | re.DOTALL,
+)
+
+
+@each_class
+def test_numeric_parameters_have_bounds_and_units(name):
+    text = CLASSES[name].read_text(encoding="utf-8")
+    if name in EXAMPLES:
+        return  # their parameters are records
+    for declared in DECLARATION.finditer(text):
+        attributes = declared["attributes"] or ""
+        assert "min=" in attributes and "max=" in attributes, declared[0]
+        assert declared["type"] != "Real" or "unit=" in attributes, declared[0]
+
+
 def test_every_resource_is_used():
     texts = "".join(f.read_text(encoding="utf-8") for f in FILES)
     images = (LIBRARY / "Resources" / "Images").rglob("*.*")

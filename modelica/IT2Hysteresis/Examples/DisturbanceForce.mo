@@ -84,6 +84,7 @@ equation
     annotation (Line(points={{90,0},{76,0}}, color={0,127,0}));
   annotation (
     experiment(StopTime=0.25, Interval=1e-4, Tolerance=1e-6),
+    Diagram(coordinateSystem(preserveAspectRatio=true, extent={{-180,-80},{140,80}})),
     Documentation(info="<html>
 <p>
 A stack follows a reference, by the inverse and a PI controller that reads the strain gauge. From 0.125 s to 0.175 s a force of

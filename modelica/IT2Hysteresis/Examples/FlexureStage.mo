@@ -65,6 +65,7 @@ equation
     annotation (Line(points={{100,0},{100,-30}}, color={0,127,0}));
   annotation (
     experiment(StopTime=0.12, Interval=1e-4, Tolerance=1e-6),
+    Diagram(coordinateSystem(preserveAspectRatio=true, extent={{-100,-80},{120,80}})),
     Documentation(info="<html>
 <p>
 An amplifier drives a stack, which moves a platform of 0.2 kg through a flexure, against a spring to the frame. The spring
