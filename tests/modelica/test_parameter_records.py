@@ -12,6 +12,7 @@ from it2hys.errors import InputError
 from it2hys.modelica import (
     C_SOURCES,
     LIBRARY_VERSION,
+    class_name,
     field,
     format_base,
     format_record,
@@ -87,3 +88,12 @@ def test_a_name_of_a_set_may_hold_anything():
 def test_a_name_that_is_no_class_name_is_refused(name):
     with pytest.raises(InputError, match="capital letter"):
         format_record(table_1(), name)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [("my stage 2", "MyStage2"), ("Table 1", "Table1"), ("20VS12-a", "Set20VS12A"), ("µ", "Set")],
+)
+def test_a_class_is_named_after_its_set(text, name):
+    assert class_name(text) == name
+    format_record(make_set(1, 1, text), name)

@@ -30,9 +30,12 @@ model StrainGauge "Sampled displacement sensor with noise and quantisation"
 protected
   final parameter Modelica.Units.SI.Length quantum=(yMax - yMin)/(2^bits - 1)
     "Smallest difference of two readings";
+  final parameter Integer firstState[2]=
+    Modelica.Math.Random.Generators.Xorshift64star.initialState(seed, 30020)
+    "Of the random number generator";
   discrete Real uniform(start=0.5, fixed=true) "Random number between 0 and 1";
   discrete Integer state[2](
-    start=Modelica.Math.Random.Generators.Xorshift64star.initialState(seed, 30020),
+    start=firstState,
     each fixed=true) "State of the random number generator";
 algorithm
   when sample(0, sampleTime) then

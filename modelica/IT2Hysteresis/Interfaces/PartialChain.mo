@@ -40,7 +40,7 @@ protected
   final parameter Modelica.Units.SI.Length coreRest=
     parameters.initialDisplacement/(1 + sum(creepGain))
     "Displacement behind the fuzzy system, at rest for long at initialDisplacement";
-  final parameter Modelica.Units.SI.Voltage playRest=IT2Hysteresis.Functions.inverse(
+  final parameter Modelica.Units.SI.Voltage coreInputRest=IT2Hysteresis.Functions.inverse(
     parameters.ruleSigmaLower,
     parameters.ruleSigmaUpper,
     parameters.ruleCentre,
@@ -54,8 +54,14 @@ protected
     playThreshold,
     playWeight,
     zeros(parameters.playCount + 1),
-    playRest)
+    coreInputRest)
     "Voltage at rest, reached from 0 on the initial loading curve";
+  final parameter Modelica.Units.SI.Voltage playRest[parameters.playCount + 1]=
+    IT2Hysteresis.Functions.Effects.playStates(
+      playThreshold,
+      zeros(parameters.playCount + 1),
+      voltageRest)
+    "Play operators at rest";
   final parameter Boolean saturates=parameters.saturationMinimum < parameters.saturationMaximum
     "= true, if the amplifier has limits";
   final parameter Boolean slews=parameters.slewRate > 0 "= true, if the amplifier has a slew limit";

@@ -20,10 +20,7 @@ protected
   discrete Modelica.Units.SI.Voltage reachedLag(start=voltageRest, fixed=true)
     "What the plant really has behind the lag";
   discrete Modelica.Units.SI.Voltage p[parameters.playCount + 1](
-    start=IT2Hysteresis.Functions.Effects.playStates(
-      playThreshold,
-      zeros(parameters.playCount + 1),
-      voltageRest),
+    start=playRest,
     each fixed=true) "Play operators of the plant";
   discrete Modelica.Units.SI.Length reached(start=coreRest, fixed=true)
     "What the plant really has behind the fuzzy system";

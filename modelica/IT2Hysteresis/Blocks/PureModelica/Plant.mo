@@ -15,10 +15,7 @@ protected
   discrete Modelica.Units.SI.Voltage limited(start=voltageRest, fixed=true) "Behind the saturation";
   discrete Modelica.Units.SI.Voltage lagged(start=voltageRest, fixed=true) "Behind the lag";
   discrete Modelica.Units.SI.Voltage p[parameters.playCount + 1](
-    start=IT2Hysteresis.Functions.Effects.playStates(
-      playThreshold,
-      zeros(parameters.playCount + 1),
-      voltageRest),
+    start=playRest,
     each fixed=true) "Play operators";
   discrete Modelica.Units.SI.Length core(start=coreRest, fixed=true) "Behind the fuzzy system, y_k of (10)";
   discrete Modelica.Units.SI.Length loaded(start=coreRest, fixed=true) "Behind the load";
