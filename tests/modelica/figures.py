@@ -1,18 +1,12 @@
 """Figures of the Modelica library's examples, drawn from their simulations in rumoca.
 
-    python tests/modelica/figures.py
+    PYTHONPATH=tests python tests/modelica/figures.py
 
 Run it when an example changes, and look at what it draws. rumoca does not call external C, so what
 is drawn of FMUAgainstPureModelica is the pure Modelica.
 """
 
-import sys
-from pathlib import Path
-
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[1]))  # what pytest does for the tests
-
 import rumoca
 from library import LIBRARY
 from matplotlib import rc_context

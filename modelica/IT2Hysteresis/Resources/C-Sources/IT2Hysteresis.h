@@ -193,9 +193,10 @@ static bool it2m_add_scalars(struct it2m_object *object, const double *scalars, 
         if (v->causality == FMU_PARAMETER && v->base == FMU_REAL && v->index == 0 && n++ < count)
             it2m_add(&object->parameters, v, scalars[n - 1]);
     }
-    snprintf(object->error, sizeof object->error,
-             "the C sources have %d scalar parameters, the Modelica library hands over %d; they belong "
-             "to different versions", (int)n, (int)count);
+    if (n != count)
+        snprintf(object->error, sizeof object->error,
+                 "the C sources have %d scalar parameters, the Modelica library hands over %d; they belong "
+                 "to different versions", (int)n, (int)count);
     return n == count;
 }
 
@@ -284,7 +285,8 @@ static void *it2m_construct(const struct it2m_fmu *fmu, const struct it2m_parame
     object->fmu = fmu;
     if (it2m_instantiate(object, parameters))
         return object;
-    memcpy(message, object->error, sizeof message);
+    if (object->error[0])
+        memcpy(message, object->error, sizeof message);
     it2m_free(object);
     ModelicaFormatError("%s: %s\n", fmu->name, message);
     return NULL; /* not reached */
