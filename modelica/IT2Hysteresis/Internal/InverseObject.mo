@@ -35,6 +35,16 @@ class InverseObject "An instance of the FMU IT2Inverse"
     annotation (
       Include="#include \"IT2Hysteresis.h\"",
       IncludeDirectory="modelica://IT2Hysteresis/Resources/C-Sources");
+    annotation (Documentation(info="<html>
+<p>
+Calls fmi2Instantiate, fmi2SetInteger and fmi2SetReal for the parameters, fmi2SetupExperiment,
+fmi2EnterInitializationMode and fmi2ExitInitializationMode of IT2Inverse. Vectors have the lengths that the record's counts say.
+</p>
+</html>", revisions="<html>
+<ul>
+<li><em>Version 0.1.0:</em> first version.</li>
+</ul>
+</html>"));
   end constructor;
 
   function destructor "Terminates the FMU and frees it"
@@ -44,6 +54,15 @@ class InverseObject "An instance of the FMU IT2Inverse"
     annotation (
       Include="#include \"IT2Hysteresis.h\"",
       IncludeDirectory="modelica://IT2Hysteresis/Resources/C-Sources");
+    annotation (Documentation(info="<html>
+<p>
+Calls fmi2Terminate, fmi2FreeFMUstate and fmi2FreeInstance of IT2Inverse.
+</p>
+</html>", revisions="<html>
+<ul>
+<li><em>Version 0.1.0:</em> first version.</li>
+</ul>
+</html>"));
   end destructor;
   annotation (Documentation(info="<html>
 <p>
