@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import TS
+from conftest import TS, package_models
 from effects import surroundings, with_effects
 from library import CLASSES, LIBRARY
 
@@ -21,6 +21,7 @@ from it2hys import core
 from it2hys.chain import EFFECTS
 from it2hys.modelica import C_SOURCES, field
 from it2hys.parameters import ParameterSet, table_1
+from it2hys.simulation import simulate
 from it2hys.variables import load_table
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
@@ -181,6 +182,24 @@ def test_the_inverse_is_the_c_core(host, effects):
     got = outputs([a for a in answers if not a.startswith("warning")])
     assert got[:, 0] == pytest.approx(voltage, rel=1e-12)
     assert np.array_equal(got[:, 1] != 0.0, saturated)
+
+
+@pytest.mark.parametrize("kind", ["plant", "inverse"])
+def test_what_modelica_gets_is_what_the_packaged_fmu_gives(host, tmp_path, kind):
+    parameters = with_effects(tuple(EFFECTS), seed=8)
+    fmu = package_models(parameters, tmp_path)[kind].path
+    n = 120
+    wave = np.sin(250.0 * TS * np.arange(n))
+    name, signal = ("voltage", 50 + 40 * wave) if kind == "plant" else ("reference", 5e-6 + 2e-6 * wave)
+    force, temperature = surroundings(n)
+    ticks = [tick(0, k, signal[k], force[k], temperature[k]) for k in range(n)]
+    answers = talk(host, new(0, kind, parameters), *ticks, "free 0")
+    outside, messages = simulate(fmu, {name: signal, "force": force, "temperature": temperature})
+    got = outputs([a for a in answers if not a.startswith("warning")])
+    columns = ("displacement", "measured") if kind == "plant" else ("voltage", "saturated")
+    assert got == pytest.approx(np.column_stack([outside[c] for c in columns]), rel=1e-9, abs=1e-15)
+    warnings = [a for a in answers if a.startswith("warning")]
+    assert len(warnings) == len(messages)
 
 
 def test_instances_live_beside_each_other(host):
