@@ -166,10 +166,6 @@ def _declaration(variable: Variable) -> str:
     attributes = _attributes(variable.type, each="each " if size else "")
     annotations = _place_in_dialog(variable)
     if variable.name in counts.values():
-        # a start and no binding: a tool that evaluates sizes might prefer a binding of Base to
-        # that of the set which is handed over
-        attributes = attributes.replace("(", f"(\n    start={_literal(variable.start)},", 1)
-        start = ""
         annotations.append("Evaluate=true")
     annotation = f"\n    annotation ({', '.join(annotations)})" if annotations else ""
     return (

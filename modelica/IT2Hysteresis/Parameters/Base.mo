@@ -36,10 +36,9 @@ record Base "Parameters of plant and inverse"
     nominal=1e-05)=1.6e-05
     "Upper end of the displacement range in which the model is invertible and contracting; the inverse keeps to it";
   parameter Integer ruleCount(
-    start=3,
     final quantity="Count",
     min=1,
-    max=16)
+    max=16)=3
     "Number of rules L"
     annotation (Evaluate=true);
   parameter Modelica.Units.SI.Length ruleSigmaLower[ruleCount](
@@ -88,10 +87,9 @@ record Base "Parameters of plant and inverse"
     "Consequent's constant q_l3 (7)"
     annotation (Dialog(group="Rule"));
   parameter Integer playCount(
-    start=0,
     final quantity="Count",
     min=0,
-    max=16)
+    max=16)=0
     "Number of play operators in front of the core; 0 for none"
     annotation (Dialog(tab="Effects", group="Play"), Evaluate=true);
   parameter Modelica.Units.SI.ElectricPotential playThreshold[playCount](
@@ -109,10 +107,9 @@ record Base "Parameters of plant and inverse"
     "Weight w_j of a play operator in h = x + sum w_j play_j(x)"
     annotation (Dialog(tab="Effects", group="Play"));
   parameter Integer creepCount(
-    start=0,
     final quantity="Count",
     min=0,
-    max=16)
+    max=16)=0
     "Number of creep terms; 0 for none"
     annotation (Dialog(tab="Effects", group="Creep"), Evaluate=true);
   parameter Real creepGain[creepCount](
