@@ -1,4 +1,4 @@
-/* As much of the standard's header as the library's C sources use; glue_host.c stands in for the tool. */
+/* As much of the standard's header as the library's C sources use. glue_host.c is the tool. */
 #ifndef MODELICA_UTILITIES_H
 #define MODELICA_UTILITIES_H
 

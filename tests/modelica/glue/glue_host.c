@@ -103,7 +103,8 @@ int main(void)
         else if (strcmp(command, "tick") == 0)
             tick(id);
         else {
-            (object[id].inverse ? InverseObject_destructor : PlantObject_destructor)(object[id].instance);
+            (object[id].inverse ? InverseObject_destructor
+                                : PlantObject_destructor)(object[id].instance);
             puts("ok");
         }
     }

@@ -195,8 +195,8 @@ static bool it2m_add_scalars(struct it2m_object *object, const double *scalars, 
     }
     if (n != count)
         snprintf(object->error, sizeof object->error,
-                 "the C sources have %d scalar parameters, the Modelica library hands over %d; they belong "
-                 "to different versions", (int)n, (int)count);
+                 "the C sources have %d scalar parameters, the Modelica library hands over %d; they "
+                 "belong to different versions", (int)n, (int)count);
     return n == count;
 }
 
