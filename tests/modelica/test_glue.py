@@ -1,8 +1,8 @@
 """The C that a tool compiles for `Blocks.Plant` and `Blocks.Inverse`, called as the library says.
 
-The `external` clauses are read, and turned into C function pointers of the types that they declare:
-where clause and C differ, the compiler refuses. The program that calls them is built with
-AddressSanitizer.
+The `external` clauses are read, and turned into C functions that call what they name, with the
+arguments and the types that they declare: where these differ from the C, the compiler refuses or the
+numbers are wrong. The program around them is built with AddressSanitizer.
 """
 
 import re
@@ -48,24 +48,39 @@ def external_functions() -> Iterator[tuple[str, re.Match]]:
             yield (short if own == short else f"{short}_{own}"), clause
 
 
-def c_pointer(name: str, clause: re.Match) -> str:
-    """Return a C pointer to an external function, of the type that the standard maps the clause to."""
-    declared = {n: (way, t, bool(array)) for way, t, n, array in DECLARED.findall(clause["body"])}
+def c_type(way: str, modelica: str, array: str) -> str:
+    """Return the C type that the standard maps an argument of an external function to."""
+    base = modelica.rsplit(".", 1)[-1]
+    if base.endswith("Object"):
+        return "void *"
+    kind = C_TYPES.get(base, "double" if modelica.startswith("Modelica.Units.SI.") else None)
+    assert kind, f"{modelica} has no C type here"
+    return f"const {kind} *" if array else f"{kind} *" if way == "output" else kind
 
-    def c_type(argument: str) -> str:
-        if argument.startswith("size("):
-            return "size_t"
-        way, modelica, array = declared[argument]
-        base = modelica.rsplit(".", 1)[-1]
-        if base.endswith("Object"):
-            return "void *"
-        kind = C_TYPES.get(base, "double" if modelica.startswith("Modelica.Units.SI.") else None)
-        assert kind, f"{modelica} has no C type here"
-        return f"const {kind} *" if array else f"{kind} *" if way == "output" else kind
 
-    arguments = re.findall(r"size\(\w+, 1\)|\w+", clause["arguments"])
-    result = c_type(clause["result"]) if clause["result"] else "void"
-    return f"static {result} (*const {name})({', '.join(map(c_type, arguments))}) = {clause['c_name']};"
+def c_call(name: str, clause: re.Match) -> str:
+    """Return a C function that calls an external function as its clause does.
+
+    Its arguments are those of the Modelica function in the order of their declarations, a vector
+    followed by its size. The pointer inside has exactly the types that the clause declares.
+    """
+    declared = {n: c_type(way, t, array) for way, t, n, array in DECLARED.findall(clause["body"])}
+    result = clause["result"]
+    parameters = [
+        f"{kind} {n}" + (f", size_t {n}_size" if kind.startswith("const") else "")
+        for n, kind in declared.items()
+        if n != result
+    ]
+    arguments = re.findall(r"size\((\w+), 1\)|(\w+)", clause["arguments"])
+    types = ", ".join("size_t" if size else declared[n] for size, n in arguments)
+    values = ", ".join(f"{size}_size" if size else n for size, n in arguments)
+    unused = "".join(f" (void){n}_size;" for n, k in declared.items() if k.startswith("const"))
+    returned = declared[result] if result else "void"
+    return (
+        f"static {returned} {name}({', '.join(parameters)})\n{{\n"
+        f"    {returned} (*const function)({types}) = {clause['c_name']};\n   {unused}\n"
+        f"    {'return ' if result else ''}function({values});\n}}"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +89,8 @@ def host(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if not COMPILER:
         pytest.skip("no C compiler (cc, gcc, clang) on the path")
     directory = tmp_path_factory.mktemp("glue")
-    pointers = [c_pointer(name, clause) for name, clause in external_functions()]
-    (directory / "external.h").write_text("\n".join([*pointers, ""]))
+    calls = [c_call(name, clause) for name, clause in external_functions()]
+    (directory / "external.h").write_text("\n\n".join([*calls, ""]))
     binary = directory / "host"
     sources = LIBRARY / C_SOURCES
     command = [COMPILER, *FLAGS, *SANITIZE, f"-I{sources}", f"-I{HOST}", f"-I{directory}"]

@@ -1,5 +1,5 @@
 /* A Modelica tool as the glue sees it, driven by lines on stdin. external.h is generated from the
- * library's external clauses: a typed pointer for each function, of the types that the clause declares.
+ * library's external clauses: a function for each, with the arguments of the Modelica function.
  *
  *     new ID plant|inverse SCALARS RULES PLAYS CREEPS then all numbers, column by column
  *     tick ID TIME INPUT FORCE TEMPERATURE
@@ -66,8 +66,9 @@ static void construct(int id, int inverse)
     object[id].instance = NULL;
     if (setjmp(on_error) == 0) {
         object[id].instance = (inverse ? InverseObject_constructor : PlantObject_constructor)(
-            column[0], count[0], column[1], column[2], column[3], column[4], column[5], column[6],
-            count[1], column[7], column[8], count[2], column[9], column[10], count[3]);
+            column[0], count[0], column[1], count[1], column[2], count[1], column[3], count[1],
+            column[4], count[1], column[5], count[1], column[6], count[1], column[7], count[2],
+            column[8], count[2], column[9], count[3], column[10], count[3]);
         puts("ok");
     }
     for (int i = 0; i < 11; i++)
