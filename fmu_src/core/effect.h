@@ -17,6 +17,8 @@
 #include <stddef.h>
 #include <stdio.h>
 
+#define TWO_PI 6.283185307179586
+
 /* Writes why a parameter set cannot be used; returns false. */
 static inline bool refuse(char *message, size_t size, const char *format, ...)
 {

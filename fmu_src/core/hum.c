@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-static const double TWO_PI = 6.283185307179586;
-
 bool hum_check(const struct hum_parameters *parameters, char *message, size_t size)
 {
     if (!(parameters->amplitude >= 0.0))

@@ -3,16 +3,16 @@
 #include <math.h>
 
 /* A slower pole would leave too few digits for the inverse. */
-#define SLOWEST 1e9 /* sample times */
+#define LAG_SLOWEST 1e9 /* sample times */
 
 bool lag_check(const struct lag_parameters *parameters, double sample_time, char *message, size_t size)
 {
     if (!(parameters->timeConstant >= 0.0))
         return refuse(message, size, "lag.timeConstant is %g s; it must be positive, or 0 for no lag",
                       parameters->timeConstant);
-    if (!(parameters->timeConstant <= SLOWEST * sample_time))
+    if (!(parameters->timeConstant <= LAG_SLOWEST * sample_time))
         return refuse(message, size, "lag.timeConstant is %g s; at a sampleTime of %g s it must be at "
-                      "most %g s", parameters->timeConstant, sample_time, SLOWEST * sample_time);
+                      "most %g s", parameters->timeConstant, sample_time, LAG_SLOWEST * sample_time);
     return true;
 }
 

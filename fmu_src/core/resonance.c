@@ -2,10 +2,8 @@
 
 #include <math.h>
 
-static const double TWO_PI = 6.283185307179586;
-
 /* A slower pair of poles would leave too few digits in 1 - a1 - a2. */
-#define SLOWEST 1e-5 /* per sample time */
+#define RESONANCE_SLOWEST 1e-5 /* per sample time */
 
 bool resonance_check(const struct resonance_parameters *parameters, double sample_time, char *message,
                      size_t size)
@@ -14,10 +12,10 @@ bool resonance_check(const struct resonance_parameters *parameters, double sampl
 
     if (frequency == 0.0)
         return true;
-    if (!(frequency >= SLOWEST / sample_time && frequency < 0.5 / sample_time))
+    if (!(frequency >= RESONANCE_SLOWEST / sample_time && frequency < 0.5 / sample_time))
         return refuse(message, size, "resonance.frequency is %g Hz; at a sampleTime of %g s it must be "
                       "%g Hz to below %g Hz (Nyquist), or 0 for none", frequency, sample_time,
-                      SLOWEST / sample_time, 0.5 / sample_time);
+                      RESONANCE_SLOWEST / sample_time, 0.5 / sample_time);
     if (!(parameters->damping > 0.0 && parameters->damping < 1.0))
         return refuse(message, size, "resonance.damping is %g; it must be above 0 and below 1",
                       parameters->damping);

@@ -1,5 +1,6 @@
 /* The functions of FMI 2.0 for the model MODEL (a const struct fmu_model), under the prefix that
- * FMI2_FUNCTION_PREFIX sets. Included once by each model; several models can live in one program. */
+ * FMI2_FUNCTION_PREFIX sets. Included once by each model; several models can live in one program, and in
+ * one translation unit too: file-scope names of the sources differ (the Modelica library needs it). */
 #include "fmi2_prefix.h"
 #include "fmu.h"
 
@@ -186,3 +187,5 @@ fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2S
 {
     return fmu_get_status(c, "fmi2GetStringStatus", kind, value);
 }
+
+#undef MODEL

@@ -26,7 +26,8 @@ form for feedforward.
 <ul>
 <li><a href=\"modelica://IT2Hysteresis.UsersGuide\">UsersGuide</a> explains the model, its equations and its timing.</li>
 <li><a href=\"modelica://IT2Hysteresis.Examples\">Examples</a> shows it at work.</li>
-<li><a href=\"modelica://IT2Hysteresis.Blocks\">Blocks</a> are what is dragged into a model.</li>
+<li><a href=\"modelica://IT2Hysteresis.Blocks\">Blocks</a> are what is dragged into a model: plant and inverse, as FMUs or in pure Modelica.</li>
+<li><a href=\"modelica://IT2Hysteresis.Components\">Components</a> are the actuator with pins and flanges, its amplifier and its sensor.</li>
 </ul>
 <p>
 All quantities at interfaces are in SI units: V, m, N, K, s. Micrometres are display units.

@@ -66,6 +66,9 @@ def _parser() -> argparse.ArgumentParser:
     package.add_argument(
         "--c-header", action="store_true", help="write the model as a C header too, into DIR/embedded"
     )
+    package.add_argument(
+        "--modelica", action="store_true", help="write the set as a record for the Modelica library too"
+    )
 
     simulate = _command(commands, "simulate", _simulate, "run an FMU over signals from a CSV")
     simulate.add_argument("fmu", metavar="FMU", type=Path)
@@ -174,6 +177,10 @@ def _package(options: argparse.Namespace) -> int:
         directory = make_directory(options.output / "embedded")
         write_embedded(parameters, directory, native_directory())
         _say(options, directory / HEADER)
+    if options.modelica:
+        from it2hys.modelica import write_record
+
+        _say(options, write_record(parameters, options.output))
     return 0
 
 

@@ -2,9 +2,10 @@
 
 `Parameters/Base.mo` declares what the table declares, `Parameters/Table1.mo` holds the paper's
 values, and `format_record` writes any parameter set as a record beside them. Structured names
-become vectors: ``rule[2].centre`` is ``ruleCentre[2]``. After a change of the table,
-``python -m it2hys.modelica modelica/IT2Hysteresis`` brings the library up to date. The library's
-blocks are the paper's model: they have no effects, and so have the records.
+become vectors: ``rule[2].centre`` is ``ruleCentre[2]``, ``lag.timeConstant`` is ``lagTimeConstant``.
+The library also holds the C sources of the FMUs, because a tool that compiles them has the library
+only, not this repository. After a change of the table or of the C sources,
+``python -m it2hys.modelica modelica/IT2Hysteresis`` brings the library up to date.
 """
 
 import re
@@ -12,7 +13,7 @@ import sys
 from html import escape
 from pathlib import Path
 
-from it2hys.chain import active_effects
+from it2hys.core import native_directory
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
 from it2hys.parameters import ParameterSet, table_1
@@ -20,6 +21,10 @@ from it2hys.variables import DeclaredType, Variable, load_table
 
 LIBRARY_VERSION = "0.1.0"
 PACKAGE = "IT2Hysteresis.Parameters"
+C_SOURCES = "Resources/C-Sources"
+
+#: What finds the parameter set of a packaged FMU, and what the FMUs do not call.
+NOT_COMPILED = {"fmu_location.c", "fmu_parameters.c", "it2_free_run.c"}
 
 #: Quantities of the table that `Modelica.Units.SI` has a type for, of the same name and unit.
 SI_QUANTITIES = {
@@ -48,16 +53,13 @@ def format_record(parameters: ParameterSet, name: str, within: str | None = None
     Raises
     ------
     InputError
-        If the name is not a class name, or the set has effects.
+        If the name is not a class name.
     """
     if not re.fullmatch(r"[A-Z][A-Za-z0-9_]*", name):
         raise InputError(
             f"{name!r} is not a name for a Modelica record; "
             "use letters, digits and underscores, a capital letter first"
         )
-    effects = active_effects(parameters)
-    if effects:
-        raise InputError(f"the Modelica library has no effects; this set has {', '.join(effects)}")
     modifiers = [f"    {field}={value}" for field, value in _values(parameters).items()]
     annotations = ['defaultComponentPrefixes="parameter"']
     if within is None:
@@ -77,12 +79,14 @@ def format_record(parameters: ParameterSet, name: str, within: str | None = None
 
 def format_base() -> str:
     """Return the record that every parameter set extends: the table's parameters, declared."""
-    parameters = _declared()
+    parameters = load_table().parameters().values()
     info = (
         "<p>\nWhat identifies an actuator, plant and inverse alike. Names are those of the FMUs'\n"
         "parameters, with a vector for every column of a structured one: "
-        "<code>ruleCentre[l]</code>\nis the FMUs' <code>rule[l].centre</code>. "
-        "The rules have no default.\n</p>"
+        "<code>ruleCentre[l]</code>\nis the FMUs' <code>rule[l].centre</code>, "
+        "<code>lagTimeConstant</code> their <code>lag.timeConstant</code>.\n"
+        "The rules have no default. Effects are off by default, see\n"
+        '<a href="modelica://IT2Hysteresis.UsersGuide.Effects">Effects</a>.\n</p>'
     )
     return _record(
         "Base",
@@ -96,23 +100,46 @@ def format_base() -> str:
     )
 
 
+def write_record(parameters: ParameterSet, directory: Path) -> Path:
+    """Write a set as a record class of its own into a directory, which exists; return the file.
+
+    The class is named after the set: ``my stage 2`` gives ``MyStage2.mo``.
+    """
+    name = class_name(parameters.name)
+    path = directory / f"{name}.mo"
+    write_atomically(path, format_record(parameters, name).encode())
+    return path
+
+
+def class_name(text: str) -> str:
+    """Return a Modelica class name made from any text: its words, joined, a capital letter first."""
+    words = re.findall(r"[A-Za-z0-9]+", text)
+    joined = "".join(word[0].upper() + word[1:] for word in words)
+    return joined if joined[:1].isalpha() else f"Set{joined}"
+
+
 def write_library(directory: Path) -> None:
-    """Write the generated records of the library whose `package.mo` is in `directory`."""
-    records = {"Base": format_base(), "Table1": format_record(table_1(), "Table1", PACKAGE)}
-    for name, text in records.items():
-        write_atomically(directory / "Parameters" / f"{name}.mo", text.encode())
+    """Write what is generated of the library whose `package.mo` is in `directory`."""
+    for place, content in generated_files().items():
+        (directory / place).parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(directory / place, content)
 
 
-def _declared() -> list[Variable]:
-    """Return the parameters of the paper's model."""
-    return [v for v in load_table().parameters().values() if v.effect is None]
+def generated_files() -> dict[str, bytes]:
+    """Return records and C sources by their place in the library."""
+    native = native_directory()
+    sources = [p for p in sorted((native / "sources").glob("*.[ch]")) if p.name not in NOT_COMPILED]
+    return {
+        "Parameters/Base.mo": format_base().encode(),
+        "Parameters/Table1.mo": format_record(table_1(), "Table1", PACKAGE).encode(),
+        **{f"{C_SOURCES}/{path.name}": path.read_bytes() for path in [*sources, native / "LICENSE"]},
+    }
 
 
-def _field(variable: Variable) -> str:
-    """Return a parameter's name in the record."""
-    if variable.group is None:
-        return variable.name
-    return variable.group + variable.field[0].upper() + variable.field[1:]
+def field(name: str) -> str:
+    """Return a parameter's name in the record: ``resonance.frequency`` is ``resonanceFrequency``."""
+    first, *others = re.sub(r"\[\d+\]", "", name).split(".")
+    return first + "".join(part[0].upper() + part[1:] for part in others)
 
 
 def _values(parameters: ParameterSet) -> dict[str, str]:
@@ -120,31 +147,38 @@ def _values(parameters: ParameterSet) -> dict[str, str]:
     known = load_table().parameters()
     scalars, vectors = {}, {}
     for name, value in parameters.items():
-        variable = known[name]
-        if variable.effect is not None:
-            continue
         text = _literal(value)
-        if variable.group is None:
-            scalars[name] = text
+        if known[name].group is None:
+            scalars[field(name)] = text
         else:
-            vectors.setdefault(_field(variable), []).append(text)
+            vectors.setdefault(field(name), []).append(text)
     return scalars | {name: "{" + ", ".join(texts) + "}" for name, texts in vectors.items()}
 
 
 def _declaration(variable: Variable) -> str:
     """Return the declaration of a parameter, or of a vector of them for a group's first element."""
     counts = {group: entry["variable"] for group, entry in load_table().counts.items()}
+    size, start = "", f"={_literal(variable.start)}"
     if variable.group is not None:
-        size, start = f"[{counts[variable.group]}]", ""
-        annotation = f"\n    annotation (Dialog(group={_string(variable.group.capitalize())}))"
-    else:
-        size, start = "", f"={_literal(variable.start)}"
-        annotation = "\n    annotation (Evaluate=true)" if variable.name in counts.values() else ""
+        size = f"[{counts[variable.group]}]"
+        # a vector that may be empty needs a default, so that a set without it is complete
+        start = f"=fill(0.0, {counts[variable.group]})" if variable.effect else ""
     attributes = _attributes(variable.type, each="each " if size else "")
+    annotations = _place_in_dialog(variable)
+    if variable.name in counts.values():
+        annotations.append("Evaluate=true")
+    annotation = f"\n    annotation ({', '.join(annotations)})" if annotations else ""
     return (
-        f"  parameter {_type(variable.type)} {_field(variable)}{size}{attributes}{start}\n"
+        f"  parameter {_type(variable.type)} {field(variable.name)}{size}{attributes}{start}\n"
         f"    {_string(variable.description)}{annotation};"
     )
+
+
+def _place_in_dialog(variable: Variable) -> list[str]:
+    """Return the annotation that groups parameters in a tool's dialog, if there is any."""
+    if variable.effect:
+        return [f'Dialog(tab="Effects", group={_string(variable.effect.capitalize())})']
+    return [f"Dialog(group={_string(variable.group.capitalize())})"] if variable.group else []
 
 
 def _type(kind: DeclaredType) -> str:

@@ -7,7 +7,7 @@ LIBRARY = Path(__file__).parents[2] / "modelica" / "IT2Hysteresis"
 FILES = sorted(LIBRARY.rglob("*.mo"))
 HEADER = re.compile(
     r"^(?:within(?P<within>[ \w.]*);\n)"
-    r"(?:partial )?(?P<kind>package|class|model|block|record|function) (?P<name>\w+)"
+    r"(?:partial |impure )?(?P<kind>package|class|model|block|record|function) (?P<name>\w+)"
     r"\s+\"(?P<description>[^\"]+)\"\n",
 )
 STRING = r'\s*=\s*"((?:[^"\\]|\\.)*)"'

@@ -27,19 +27,21 @@ def test_the_file_holds_the_class_of_its_name_with_a_description(name):
 
 @each_class
 def test_info_and_revisions_are_well_formed_html(name):
+    nested = len(
+        re.findall(r"^  function \w+", CLASSES[name].read_text(encoding="utf-8"), re.MULTILINE)
+    )
     for attribute in ("info", "revisions"):
         texts = html(CLASSES[name], attribute)
-        assert len(texts) == 1, attribute
-        root = etree.fromstring(texts[0])
-        assert root.tag == "html"
-        assert "".join(root.itertext()).strip()
+        assert len(texts) == 1 + nested, attribute
+        for root in map(etree.fromstring, texts):
+            assert root.tag == "html"
+            assert "".join(root.itertext()).strip()
 
 
 @each_class
 def test_links_resolve(name):
-    root = etree.fromstring(html(CLASSES[name], "info")[0])
-    links = [*root.xpath("//a/@href"), *root.xpath("//img/@src")]
-    for link in links:
+    roots = [etree.fromstring(text) for text in html(CLASSES[name], "info")]
+    for link in (link for root in roots for link in root.xpath("//a/@href | //img/@src")):
         scheme, _, target = link.partition("://")
         assert scheme in ("modelica", "https")
         if scheme == "modelica":
@@ -89,6 +91,26 @@ def test_an_example_says_how_to_run_and_plot_it(name):
     assert re.search(r"experiment\(StopTime=[\d.]+, Interval=1e-4, Tolerance=1e-6\)", text)
     assert "preferred=true" in text
     assert "/Resources/Images/Examples/" in text
+
+
+DECLARATION = re.compile(
+    r"^  parameter (?P<type>Real|Integer|Modelica\.Units\.\S+) \w+(?:\[\w+\])?\s*"
+    r"(?P<attributes>\(.*?\))?=",
+    re.MULTILINE | re.DOTALL,
+)
+
+
+@each_class
+def test_numeric_parameters_have_bounds_and_units(name):
+    text = CLASSES[name].read_text(encoding="utf-8")
+    if name in EXAMPLES:
+        return  # their parameters are records
+    found = list(DECLARATION.finditer(text))
+    assert found or ".Components." not in name
+    for declared in found:
+        attributes = declared["attributes"] or ""
+        assert "min=" in attributes and "max=" in attributes, declared[0]
+        assert declared["type"] != "Real" or "unit=" in attributes, declared[0]
 
 
 def test_every_resource_is_used():

@@ -4,31 +4,52 @@ import re
 
 import pytest
 from conftest import make_set
+from effects import with_effects
 from library import LIBRARY
 
+from it2hys.chain import EFFECTS
 from it2hys.errors import InputError
-from it2hys.modelica import LIBRARY_VERSION, format_base, format_record, write_library
+from it2hys.modelica import (
+    C_SOURCES,
+    LIBRARY_VERSION,
+    class_name,
+    field,
+    format_base,
+    format_record,
+    generated_files,
+    write_library,
+)
 from it2hys.parameters import table_1
 from it2hys.variables import load_table
 
 
-@pytest.mark.parametrize("name", ["Base", "Table1"])
-def test_the_committed_records_are_the_generated_ones(name, tmp_path):
-    (tmp_path / "Parameters").mkdir()
-    write_library(tmp_path)
-    place = f"Parameters/{name}.mo"
-    assert (LIBRARY / place).read_bytes() == (tmp_path / place).read_bytes(), (
-        "run `python -m it2hys.modelica modelica/IT2Hysteresis`"
-    )
+def test_the_committed_files_are_the_generated_ones():
+    stale = [
+        place
+        for place, content in generated_files().items()
+        if not (LIBRARY / place).is_file() or (LIBRARY / place).read_bytes() != content
+    ]
+    assert not stale, "run `python -m it2hys.modelica modelica/IT2Hysteresis`"
+
+
+def test_the_c_sources_are_the_generated_ones_and_the_glue():
+    present = {f"{C_SOURCES}/{p.name}" for p in (LIBRARY / C_SOURCES).iterdir()}
+    assert present - set(generated_files()) == {f"{C_SOURCES}/IT2Hysteresis.h"}
+
+
+def test_the_library_is_written_where_there_is_none_yet(tmp_path):
+    write_library(tmp_path / "IT2Hysteresis")
+    for place, content in generated_files().items():
+        assert (tmp_path / "IT2Hysteresis" / place).read_bytes() == content
 
 
 def test_every_parameter_is_declared_with_unit_and_bounds():
     declarations = re.findall(r"^  parameter .*?;$", format_base(), re.MULTILINE | re.DOTALL)
     rows = {re.sub(r"\[\d+\]", "", n): v for n, v in load_table().parameters().items()}
-    rows = {n: v for n, v in rows.items() if v.effect is None}  # the library has no effects
     assert len(declarations) == len(rows)
     for declaration, variable in zip(declarations, rows.values(), strict=True):
         kind = variable.type
+        assert f" {field(variable.name)}" in declaration
         assert f'"{variable.description}"' in declaration
         assert f"min={kind.min!r}" in declaration
         assert f"max={kind.max!r}" in declaration
@@ -36,20 +57,18 @@ def test_every_parameter_is_declared_with_unit_and_bounds():
         assert not kind.displayUnit or f'displayUnit="{kind.displayUnit}"' in declaration
 
 
-def test_a_record_reads_back_to_the_same_bits():
-    parameters = make_set(7, 4)
+@pytest.mark.parametrize("parameters", [make_set(7, 4), with_effects(tuple(EFFECTS), seed=1)])
+def test_a_record_reads_back_to_the_same_bits(parameters):
     text = format_record(parameters, "Stage")
+    columns: dict[str, list] = {}
     for name, value in parameters.items():
-        if "[" not in name and load_table().parameters()[name].effect is None:
-            assert float(re.search(rf"\b{name}=([^,)]+)", text)[1]) == value
-    for column, field in enumerate(("SigmaLower", "SigmaUpper", "Centre", "Q1", "Q2", "Q3")):
-        numbers = re.search(rf"rule{field}={{([^}}]+)}}", text)[1].split(", ")
-        assert [float(n) for n in numbers] == list(parameters.rules[:, column])
-
-
-def test_a_set_with_effects_is_refused():
-    with pytest.raises(InputError, match="no effects; this set has lag"):
-        format_record(table_1().replace(**{"lag.timeConstant": 1e-3}), "Stage")
+        if "[" in name:
+            columns.setdefault(field(name), []).append(value)
+        else:
+            assert float(re.search(rf"\b{field(name)}=([^,)]+)", text)[1]) == value
+    for name, values in columns.items():
+        numbers = re.search(rf"\b{name}={{([^}}]+)}}", text)[1].split(", ")
+        assert [float(n) for n in numbers] == values
 
 
 def test_a_record_of_its_own_says_what_it_uses():
@@ -69,3 +88,12 @@ def test_a_name_of_a_set_may_hold_anything():
 def test_a_name_that_is_no_class_name_is_refused(name):
     with pytest.raises(InputError, match="capital letter"):
         format_record(table_1(), name)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [("my stage 2", "MyStage2"), ("Table 1", "Table1"), ("20VS12-a", "Set20VS12A"), ("µ", "Set")],
+)
+def test_a_class_is_named_after_its_set(text, name):
+    assert class_name(text) == name
+    format_record(make_set(1, 1, text), name)

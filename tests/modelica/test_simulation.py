@@ -1,20 +1,29 @@
 """The library in rumoca: every class is instantiated, and the numbers are those of the C core.
 
 rumoca has no Modelica Standard Library; `stub` stands in for what the library uses of it. rumoca
-loads packages whose names stand in the source, hence the import in `PREAMBLE`.
+loads packages whose names stand in the source, hence the import in `PREAMBLE`. Nor does it call
+external C: `overlaid` puts records and Modelica functions of the same names and arguments in the
+place of those of `Internal`. That checks how the blocks are wired and sampled, not the C.
 """
 
+import re
+import shutil
+import tempfile
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import make_set
+from effects import with_effects
 from library import CLASSES, LIBRARY, kind
 
 from it2hys import core
+from it2hys.chain import EFFECTS
 from it2hys.excitations import identification, time_grid, tracking_reference
 from it2hys.modelica import format_record
-from it2hys.parameters import table_1
+from it2hys.parameters import ParameterSet, table_1
 from it2hys.variables import load_table
 
 rumoca = pytest.importorskip("rumoca", reason="rumoca, the Modelica compiler, is not installed")
@@ -23,35 +32,90 @@ STUB = LIBRARY.parents[1] / "tests" / "modelica" / "stub"
 PREAMBLE = "import Modelica.Units.SI;"
 PLANT = "IT2Hysteresis.Blocks.PureModelica.Plant"
 INVERSE = "IT2Hysteresis.Blocks.PureModelica.Inverse"
+FMU_PLANT = "IT2Hysteresis.Blocks.Plant"
+FMU_INVERSE = "IT2Hysteresis.Blocks.Inverse"
 TABLE_1 = "IT2Hysteresis.Parameters.Table1"
 RTOL = 1e-12
 
 # how a class of each kind is instantiated in a model M
 WRAPPERS = {
     "package": "package P {pre} extends {name}; end P; model M end M;",
-    "class": "model M {pre} {name} item; end M;",
+    "class": "model M {pre} {name} item {rest}; end M;",
     "record": "model M {pre} {name} item; end M;",
     "block": "block M {pre} extends {name}; {rest} end M;",
     "model": "model M {pre} extends {name}; end M;",
-    "function": "model M {pre} parameter {table_1} p; Real y = {rest}; end M;",
+    "function": "model M {pre} Real y = sum({{{rest}}}); end M;",
 }
 CENTRES = "p.ruleSigmaLower, p.ruleSigmaUpper, p.ruleCentre"
 RULES = f"{CENTRES}, p.ruleQ1, p.ruleQ2, p.ruleQ3"
 FUNCTIONS = "IT2Hysteresis.Functions"
 INTERFACES = "IT2Hysteresis.Interfaces"
-# what is missing to instantiate a partial block or a function
+# what is missing to instantiate a partial block
 REST = {
     f"{INTERFACES}.PartialPlant": "equation displacement = voltage; measured = voltage;",
     f"{INTERFACES}.PartialInverse": "equation voltage = reference; saturated = false;",
-    f"{FUNCTIONS}.memberships": f"sum({FUNCTIONS}.memberships({CENTRES}, 1e-6))",
-    f"{FUNCTIONS}.step": f"{FUNCTIONS}.step({RULES}, 1e-6, 50)",
-    f"{FUNCTIONS}.inverse": f"{FUNCTIONS}.inverse({RULES}, 1e-6, 2e-6)",
 }
+INPUT = re.compile(r"^  input (?P<type>[\w.]+) (?P<name>\w+)(?P<size>\[[^\]]*\])?", re.MULTILINE)
+
+
+def construct(name: str) -> str:
+    """Return the construction of an external object."""
+    return f"{name}({', '.join(['{0.0}'] * 11)})"
+
+
+def call(name: str) -> str:
+    """Return a call of a function with arguments of the declared types and some sizes."""
+    arguments = []
+    for declared in INPUT.finditer(CLASSES[name].read_text(encoding="utf-8")):
+        if declared["type"].endswith("Object"):
+            arguments.append(construct(declared["type"]))
+            continue
+        value = "1" if declared["type"] == "Integer" else "0.5"
+        size = declared["size"] and (re.search(r"\d+(?=\]$)", declared["size"]) or ["3"])[0]
+        arguments.append(f"fill({value}, {size})" if size else value)
+    return f"{name}({', '.join(arguments)})"
+
+
+DECLARED = re.compile(r"^ *(input|output) ([\w.]+ \w+)((?:\[:\])?)", re.MULTILINE)
+EXTERNAL = re.compile(r'external"C".*?;\n', re.DOTALL)
+#: What the overlaid tick functions compute: every argument has a digit of its own.
+TICKS = {
+    "plantTick": "displacement := 1e-7*voltage + 1e-3*t; measured := 1e-9*force + 1e-12*temperature;",
+    "inverseTick": "voltage := 1e7*reference + t + 1e-3*force + 1e-6*temperature; "
+    "saturated := t > 5e-4;",
+}
+
+
+def overlay_of(file: Path) -> str:
+    """Return what stands for a class with external C, with the same inputs and outputs."""
+    text, name = file.read_text(encoding="utf-8"), file.stem
+    if name in TICKS:
+        text = text.replace("impure function", "function")
+        return EXTERNAL.sub(f"algorithm {TICKS[name]}\n", text)
+    constructor = text[text.index("function constructor") : text.index("end constructor")]
+    fields = [
+        f"parameter {what}{size};"
+        for way, what, size in DECLARED.findall(constructor)
+        if way == "input"
+    ]
+    return f'within IT2Hysteresis.Internal;\nrecord {name} "overlay" {" ".join(fields)} end {name};\n'
+
+
+@cache
+def overlaid() -> tempfile.TemporaryDirectory:
+    """Return a directory with the library and its overlay; it lasts as long as the tests."""
+    directory = tempfile.TemporaryDirectory()
+    root = Path(directory.name)
+    shutil.copytree(LIBRARY, root / LIBRARY.name, ignore=shutil.ignore_patterns("Resources"))
+    for file in (root / LIBRARY.name / "Internal").glob("*.mo"):
+        if 'external"C"' in file.read_text(encoding="utf-8"):
+            file.write_text(overlay_of(file), encoding="utf-8")
+    return directory
 
 
 def compile_model(source: str) -> "rumoca.Model":
     """Compile the model M of a source text."""
-    session = rumoca.Session(roots=[str(LIBRARY.parent), str(STUB)])
+    session = rumoca.Session(roots=[overlaid().name, str(STUB)])
     return session.loads(source, model="M", filename="M.mo")
 
 
@@ -82,13 +146,17 @@ def relative(actual: np.ndarray, expected: np.ndarray) -> float:
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_every_class_is_instantiated_and_balanced(name):
-    source = WRAPPERS[kind(name)].format(
-        pre=PREAMBLE, name=name, rest=REST.get(name, ""), table_1=TABLE_1
-    )
+    rest = call(name) if kind(name) == "function" else REST.get(name, "")
+    if name.endswith("Object"):
+        rest = f"= {construct(name)}"
+    source = WRAPPERS[kind(name)].format(pre=PREAMBLE, name=name, rest=rest)
     assert compile_model(source).structure().is_balanced
 
 
-@pytest.mark.parametrize(("which", "block"), [("plant", PLANT), ("inverse", INVERSE)])
+@pytest.mark.parametrize(
+    ("which", "block"),
+    [("plant", PLANT), ("inverse", INVERSE), ("plant", FMU_PLANT), ("inverse", FMU_INVERSE)],
+)
 def test_connectors_are_the_variables_of_the_table(which, block):
     source = f"block M {PREAMBLE} extends {block}(useForce=true, useTemperature=true); end M;"
     found = {
@@ -196,3 +264,84 @@ def test_functions_near_and_far_from_all_centres(parameters):
     assert np.isfinite(y).all() and np.isfinite(x).all()
     assert y == pytest.approx(core.one_step(parameters.rules, previous, 50.0), rel=RTOL)
     assert x == pytest.approx(core.solve(parameters.rules, previous, 5e-6), rel=RTOL)
+
+
+# --- effects -------------------------------------------------------------------------------------
+
+SOME = ("slew", "saturation", "play", "creep")
+EFFECT_SETS = [*((effect,) for effect in EFFECTS), tuple(EFFECTS), SOME]
+SURROUNDINGS = "f = 10*sin(190*time); T = 293 + 5*cos(80*time);"
+
+
+def run_block(block: str, parameters: ParameterSet, signal: str, ticks: int = 400):
+    """Simulate a block under an input, force and temperature; returns it and the surroundings."""
+    first = "voltage" if block.endswith("Plant") else "reference"
+    source = format_record(parameters, "Stage") + model(
+        f"parameter Stage p; Real f; Real T; "
+        f"{block} block1(parameters=p, useForce=true, useTemperature=true);",
+        f"{SURROUNDINGS} block1.{first} = {signal}; block1.force = f; block1.temperature = T;",
+    )
+    at = run(source, ticks)
+    return (lambda name: at(f"block1.{name}")), (at("f"), at("T"))
+
+
+@pytest.mark.parametrize("effects", EFFECT_SETS, ids="-".join)
+def test_the_plant_with_effects_is_the_c_core(effects):
+    parameters = with_effects(effects, seed=11)
+    at, around = run_block(PLANT, parameters, "52.5 + 42*sin(250*time) + 10*sin(1700*time)")
+    displacement, measured = core.chain_free_run(parameters, at("voltage"), *around)
+    assert relative(at("displacement"), displacement) < 1e-10
+    assert relative(at("measured"), measured) < 1e-10
+
+
+@pytest.mark.parametrize("effects", EFFECT_SETS, ids="-".join)
+def test_the_inverse_with_effects_is_the_c_core(effects):
+    parameters = with_effects(effects, seed=11)
+    signal = "5e-6 + (1 - exp(-1e6*time^2))*(2e-6*sin(250*time) + 0.5e-6*sin(1700*time))"
+    at, around = run_block(INVERSE, parameters, signal)
+    voltage, saturated = core.chain_inverse_run(parameters, at("reference"), *around)
+    assert relative(at("voltage"), voltage) < 1e-10
+    assert np.array_equal(at("saturated").astype(bool), saturated)
+
+
+@pytest.mark.parametrize("effects", [("slew",), ("saturation",), tuple(EFFECTS)], ids="-".join)
+def test_the_inverse_beyond_the_amplifiers_limits_is_the_c_core(effects):
+    parameters = with_effects(effects, seed=3)
+    at, around = run_block(INVERSE, parameters, "7e-6 + 8e-6*sin(150*time)*cos(40*time)")
+    voltage, saturated = core.chain_inverse_run(parameters, at("reference"), *around)
+    assert saturated.any() and not saturated.all()
+    assert relative(at("voltage"), voltage) < 1e-10
+    assert np.array_equal(at("saturated").astype(bool), saturated)
+
+
+@pytest.mark.parametrize("ticks", [1.0, 0.5, 3.25, 64.0])
+def test_delays_of_whole_and_broken_ticks(ticks):
+    parameters = table_1().replace(**{"delay.time": ticks * 1e-4})
+    at, _ = run_block(PLANT, parameters, "52.5 + 42*sin(250*time)", ticks=150)
+    expected, _ = core.chain_free_run(parameters, at("voltage"))
+    assert relative(at("displacement"), expected) < 1e-10
+
+
+# --- blocks around the FMUs: wiring and sampling ---------------------------------------------------
+
+
+def test_the_fmus_tick_at_the_sample_times_with_all_inputs():
+    at, (force, temperature) = run_block(FMU_PLANT, table_1(), "50 + 3e4*time", ticks=10)
+    t = np.arange(10) * 1e-4
+    assert at("displacement") == pytest.approx(1e-7 * at("voltage") + 1e-3 * t, rel=1e-12)
+    assert at("measured") == pytest.approx(1e-9 * force + 1e-12 * temperature, rel=1e-12)
+    at, (force, temperature) = run_block(FMU_INVERSE, table_1(), "5e-6 + 1e-3*time", ticks=10)
+    expected = 1e7 * at("reference") + t + 1e-3 * force + 1e-6 * temperature
+    assert at("voltage") == pytest.approx(expected, rel=1e-12)
+    assert np.array_equal(at("saturated").astype(bool), t > 5e-4)
+
+
+@pytest.mark.parametrize("effects", [("play",), ("creep",), ("resonance", "lag", "play", "creep")])
+def test_at_rest_the_chain_has_the_states_that_hold_it(effects):
+    parameters = with_effects(effects, seed=2, initialDisplacement=6e-6)
+    source = format_record(parameters, "Stage") + (
+        f"block M {PREAMBLE} extends {INTERFACES}.PartialChain(parameters=p); parameter Stage p; "
+        "output Real v = voltageRest; end M;"
+    )
+    held, _ = core.chain_inverse_run(parameters, np.full(1, 6e-6))
+    assert run(source, 2)("v")[0] == pytest.approx(held[0], rel=1e-10)

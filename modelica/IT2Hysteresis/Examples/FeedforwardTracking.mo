@@ -1,7 +1,10 @@
 within IT2Hysteresis.Examples;
 model FeedforwardTracking "The inverse in front of the plant cancels the hysteresis"
   extends Modelica.Icons.Example;
-  parameter IT2Hysteresis.Parameters.Table1 stage(initialDisplacement=0.7e-6)
+  replaceable record Stage = IT2Hysteresis.Parameters.Table1
+    constrainedby IT2Hysteresis.Parameters.Base "Parameter set"
+    annotation (choicesAllMatching=true);
+  parameter Stage stage(initialDisplacement=0.7e-6)
     "Actuator of the paper, at rest where the reference begins";
   Modelica.Blocks.Sources.Sine reference(
     amplitude=7e-6,
@@ -32,6 +35,15 @@ y<sub>d</sub> = 7.0 sin(2 &#960; 20 t - &#960;/2) + 7.7 &#181;m.
 The inverse computes the voltage, which bends and lags so that the displacement does not: at every tick the displacement
 equals the reference, and holds that value until the next tick.
 </p>
+<p>
+To run it with an identified actuator, write the parameter set as a record with
+<code>it2hys package PARAMETERS.ssv --modelica -o DIR</code>, load that record and redeclare:
+</p>
+<pre>
+model Mine
+  extends IT2Hysteresis.Examples.FeedforwardTracking(redeclare record Stage = MyStage);
+end Mine;
+</pre>
 <p>
 <img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FeedforwardTracking.png\" alt=\"Reference and displacement over time, and displacement over voltage\"/>
 </p>

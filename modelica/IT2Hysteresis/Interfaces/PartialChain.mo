@@ -26,6 +26,64 @@ protected
     final unit="K",
     displayUnit="degC")
     "Needed to connect to the conditional connector";
+  final parameter Modelica.Units.SI.Voltage playThreshold[parameters.playCount + 1]=
+    cat(1, parameters.playThreshold, {0}) "Thresholds r_j; the last is of an operator without weight";
+  final parameter Real playWeight[parameters.playCount + 1]=cat(1, parameters.playWeight, {0})
+    "Weights w_j; with a neutral element no vector is empty";
+  final parameter Real creepGain[parameters.creepCount + 1]=cat(1, parameters.creepGain, {0})
+    "Gains c_i; the last term is without gain";
+  final parameter Real creepRate[parameters.creepCount + 1]=
+    IT2Hysteresis.Functions.Effects.gains(
+      parameters.sampleTime,
+      cat(1, parameters.creepTimeConstant, {1}))
+    "Part of the way that a creep term goes in one tick, g_i";
+  final parameter Modelica.Units.SI.Length coreRest=
+    parameters.initialDisplacement/(1 + sum(creepGain))
+    "Displacement behind the fuzzy system, at rest for long at initialDisplacement";
+  final parameter Modelica.Units.SI.Voltage coreInputRest=IT2Hysteresis.Functions.inverse(
+    parameters.ruleSigmaLower,
+    parameters.ruleSigmaUpper,
+    parameters.ruleCentre,
+    parameters.ruleQ1,
+    parameters.ruleQ2,
+    parameters.ruleQ3,
+    coreRest,
+    coreRest)
+    "Voltage behind the play operators, at rest";
+  final parameter Modelica.Units.SI.Voltage voltageRest=IT2Hysteresis.Functions.Effects.playInverse(
+    playThreshold,
+    playWeight,
+    zeros(parameters.playCount + 1),
+    coreInputRest)
+    "Voltage at rest, reached from 0 on the initial loading curve";
+  final parameter Modelica.Units.SI.Voltage playRest[parameters.playCount + 1]=
+    IT2Hysteresis.Functions.Effects.playStates(
+      playThreshold,
+      zeros(parameters.playCount + 1),
+      voltageRest)
+    "Play operators at rest";
+  final parameter Boolean saturates=parameters.saturationMinimum < parameters.saturationMaximum
+    "= true, if the amplifier has limits";
+  final parameter Boolean slews=parameters.slewRate > 0 "= true, if the amplifier has a slew limit";
+  final parameter Modelica.Units.SI.Voltage lowest=
+    if saturates then parameters.saturationMinimum else -Modelica.Constants.inf
+    "Lowest voltage of the amplifier";
+  final parameter Modelica.Units.SI.Voltage highest=
+    if saturates then parameters.saturationMaximum else Modelica.Constants.inf
+    "Highest voltage of the amplifier";
+  final parameter Modelica.Units.SI.Voltage slewStep=
+    if slews then parameters.slewRate*parameters.sampleTime else Modelica.Constants.inf
+    "Largest change of the amplifier's voltage in one tick";
+  final parameter Real lagRate=
+    if parameters.lagTimeConstant > 0 then
+      IT2Hysteresis.Functions.Effects.gain(parameters.sampleTime, parameters.lagTimeConstant)
+    else 1 "Part of the way that the lag goes in one tick, g";
+  final parameter Real poles[2]=
+    if parameters.resonanceFrequency > 0 then IT2Hysteresis.Functions.Effects.resonancePoles(
+      parameters.resonanceFrequency,
+      parameters.resonanceDamping,
+      parameters.sampleTime)
+    else zeros(2) "Coefficients of the resonance; without one it passes its input on";
 equation
   connect(force, forceInternal);
   connect(temperature, temperatureInternal);
@@ -38,7 +96,7 @@ equation
   annotation (Documentation(info="<html>
 <p>
 The parameter set, and the two inputs beside the signal path. They are off by default, so that a block without them
-needs no connection.
+needs no connection. Before the first tick the chain rests for long at <code>initialDisplacement</code>.
 </p>
 </html>", revisions="<html>
 <ul>

@@ -13,15 +13,7 @@ partial block PartialInverse "Feedforward: from desired displacement to voltage"
     final quantity="ElectricPotential",
     final unit="V",
     nominal=100,
-    start=IT2Hysteresis.Functions.inverse(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ1,
-      parameters.ruleQ2,
-      parameters.ruleQ3,
-      parameters.initialDisplacement,
-      parameters.initialDisplacement),
+    start=IT2Hysteresis.Functions.Effects.saturation(lowest, highest, voltageRest),
     fixed=true)
     "Voltage that takes the plant to the reference, x_inv(k) of (30)"
     annotation (Placement(transformation(extent={{100,-10},{120,10}})));

@@ -21,13 +21,15 @@ partial block PartialPlant "Actuator: from voltage to displacement"
     final quantity="Length",
     final unit="m",
     displayUnit="um",
-    nominal=1e-5)
+    nominal=1e-5,
+    start=parameters.initialDisplacement,
+    fixed=true)
     "What the sensor reads of the displacement"
     annotation (Placement(transformation(extent={{100,-70},{120,-50}})));
   annotation (Documentation(info="<html>
 <p>
-Interface of the plant. A realisation computes <code>displacement</code> at every tick, see
-<a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a>, and <code>measured</code> from it.
+Interface of the plant. A realisation computes <code>displacement</code> and <code>measured</code> at every tick, see
+<a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a>. Before the first tick both are <code>initialDisplacement</code>.
 </p>
 </html>", revisions="<html>
 <ul>

@@ -86,13 +86,170 @@ record Base "Parameters of plant and inverse"
     each nominal=1e-05)
     "Consequent's constant q_l3 (7)"
     annotation (Dialog(group="Rule"));
+  parameter Integer playCount(
+    final quantity="Count",
+    min=0,
+    max=16)=0
+    "Number of play operators in front of the core; 0 for none"
+    annotation (Dialog(tab="Effects", group="Play"), Evaluate=true);
+  parameter Modelica.Units.SI.ElectricPotential playThreshold[playCount](
+    each min=0.0,
+    each max=4000.0,
+    each nominal=10.0)=fill(0.0, playCount)
+    "Threshold r_j of a play operator; thresholds rise from operator to operator"
+    annotation (Dialog(tab="Effects", group="Play"));
+  parameter Real playWeight[playCount](
+    each final quantity="Ratio",
+    each final unit="1",
+    each min=-10.0,
+    each max=10.0,
+    each nominal=1.0)=fill(0.0, playCount)
+    "Weight w_j of a play operator in h = x + sum w_j play_j(x)"
+    annotation (Dialog(tab="Effects", group="Play"));
+  parameter Integer creepCount(
+    final quantity="Count",
+    min=0,
+    max=16)=0
+    "Number of creep terms; 0 for none"
+    annotation (Dialog(tab="Effects", group="Creep"), Evaluate=true);
+  parameter Real creepGain[creepCount](
+    each final quantity="Ratio",
+    each final unit="1",
+    each min=-10.0,
+    each max=10.0,
+    each nominal=1.0)=fill(0.0, creepCount)
+    "Creep in the end, per displacement without it"
+    annotation (Dialog(tab="Effects", group="Creep"));
+  parameter Modelica.Units.SI.Time creepTimeConstant[creepCount](
+    each displayUnit="ms",
+    each min=0.0,
+    each max=1000000.0,
+    each nominal=0.001)=fill(0.0, creepCount)
+    "Time constant of a creep term"
+    annotation (Dialog(tab="Effects", group="Creep"));
+  parameter Modelica.Units.SI.Time delayTime(
+    displayUnit="ms",
+    min=0.0,
+    max=1000000.0,
+    nominal=0.001)=0.0
+    "Delay of the voltage, at most 64 sample times; 0 for none. The inverse does not look ahead: hand it the reference that much earlier"
+    annotation (Dialog(tab="Effects", group="Delay"));
+  parameter Real slewRate(
+    final quantity="SlewRate",
+    final unit="V/s",
+    min=0.0,
+    max=1000000000000.0,
+    nominal=100000.0)=0.0
+    "Largest rate of the amplifier's voltage; 0 for no limit"
+    annotation (Dialog(tab="Effects", group="Slew"));
+  parameter Modelica.Units.SI.ElectricPotential saturationMinimum(
+    min=-2000.0,
+    max=2000.0,
+    nominal=100.0)=0.0
+    "Lowest voltage of the amplifier; minimum and maximum both 0 for no limits"
+    annotation (Dialog(tab="Effects", group="Saturation"));
+  parameter Modelica.Units.SI.ElectricPotential saturationMaximum(
+    min=-2000.0,
+    max=2000.0,
+    nominal=100.0)=0.0
+    "Highest voltage of the amplifier; minimum and maximum both 0 for no limits"
+    annotation (Dialog(tab="Effects", group="Saturation"));
+  parameter Modelica.Units.SI.Time lagTimeConstant(
+    displayUnit="ms",
+    min=0.0,
+    max=1000000.0,
+    nominal=0.001)=0.0
+    "Time constant of the amplifier's first-order lag; 0 for none"
+    annotation (Dialog(tab="Effects", group="Lag"));
+  parameter Real loadCompliance(
+    final quantity="Compliance",
+    final unit="m/N",
+    min=0.0,
+    max=1.0,
+    nominal=1e-08)=0.0
+    "Displacement lost per compressive force; 0 for a rigid actuator"
+    annotation (Dialog(tab="Effects", group="Load"));
+  parameter Modelica.Units.SI.Frequency resonanceFrequency(
+    min=0.0,
+    max=1000000000.0,
+    nominal=1000.0)=0.0
+    "Undamped natural frequency of the mechanics; 0 for none"
+    annotation (Dialog(tab="Effects", group="Resonance"));
+  parameter Real resonanceDamping(
+    final quantity="Ratio",
+    final unit="1",
+    min=0.0,
+    max=1.0,
+    nominal=0.1)=0.0
+    "Damping of the resonance, of critical; between 0 and 1 where there is a resonance"
+    annotation (Dialog(tab="Effects", group="Resonance"));
+  parameter Real driftTemperatureCoefficient(
+    final quantity="TemperatureCoefficient",
+    final unit="m/K",
+    min=-0.001,
+    max=0.001,
+    nominal=1e-08)=0.0
+    "Displacement per temperature above 293.15 K; 0 for none"
+    annotation (Dialog(tab="Effects", group="Drift"));
+  parameter Real driftRate(
+    final quantity="Velocity",
+    final unit="m/s",
+    min=-0.001,
+    max=0.001,
+    nominal=1e-08)=0.0
+    "Displacement per time since time 0; 0 for none"
+    annotation (Dialog(tab="Effects", group="Drift"));
+  parameter Modelica.Units.SI.Length nonlinearityQuadratic(
+    displayUnit="um",
+    min=-0.1,
+    max=0.1,
+    nominal=1e-05)=0.0
+    "Bow of the reading: (1 - z^2) times this, z from -1 at displacementMin to 1 at displacementMax; acts on measured only"
+    annotation (Dialog(tab="Effects", group="Nonlinearity"));
+  parameter Modelica.Units.SI.Length nonlinearityCubic(
+    displayUnit="um",
+    min=-0.1,
+    max=0.1,
+    nominal=1e-05)=0.0
+    "S-shape of the reading: (1 - z^2) z times this; acts on measured only"
+    annotation (Dialog(tab="Effects", group="Nonlinearity"));
+  parameter Modelica.Units.SI.Length nonlinearityQuartic(
+    displayUnit="um",
+    min=-0.1,
+    max=0.1,
+    nominal=1e-05)=0.0
+    "Double bow of the reading: (1 - z^2) z^2 times this; acts on measured only"
+    annotation (Dialog(tab="Effects", group="Nonlinearity"));
+  parameter Modelica.Units.SI.Length humAmplitude(
+    displayUnit="um",
+    min=-0.1,
+    max=0.1,
+    nominal=1e-05)=0.0
+    "Amplitude of a line on measured that is not in the voltage; 0 for none"
+    annotation (Dialog(tab="Effects", group="Hum"));
+  parameter Modelica.Units.SI.Frequency humFrequency(
+    min=0.0,
+    max=1000000000.0,
+    nominal=1000.0)=0.0
+    "Frequency of the hum"
+    annotation (Dialog(tab="Effects", group="Hum"));
+  parameter Real humPhase(
+    final quantity="Angle",
+    final unit="rad",
+    min=-100.0,
+    max=100.0,
+    nominal=1.0)=0.0
+    "Phase of the hum at time 0"
+    annotation (Dialog(tab="Effects", group="Hum"));
   annotation (
     defaultComponentPrefixes="parameter",
     Documentation(info="<html>
 <p>
 What identifies an actuator, plant and inverse alike. Names are those of the FMUs'
 parameters, with a vector for every column of a structured one: <code>ruleCentre[l]</code>
-is the FMUs' <code>rule[l].centre</code>. The rules have no default.
+is the FMUs' <code>rule[l].centre</code>, <code>lagTimeConstant</code> their <code>lag.timeConstant</code>.
+The rules have no default. Effects are off by default, see
+<a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">Effects</a>.
 </p>
 </html>",
       revisions="<html>

@@ -4,8 +4,8 @@ package Parameters "Parameter records"
   annotation (Documentation(info="<html>
 <p>
 A parameter set is a record that extends <a href=\"modelica://IT2Hysteresis.Parameters.Base\">Base</a>.
-<a href=\"modelica://IT2Hysteresis.Parameters.Table1\">Table1</a> is the paper's. The Python package it2hys writes an identified
-set as such a record.
+<a href=\"modelica://IT2Hysteresis.Parameters.Table1\">Table1</a> is the paper's. <code>it2hys package PARAMETERS.ssv --modelica -o DIR</code>
+writes an identified set as such a record, a class of its own that stands beside the library.
 </p>
 <p>
 The records of this package are generated from the table of variables that the FMUs are generated from; changes belong

@@ -10,9 +10,10 @@ has an inverse in closed form. The plant walks the chain forwards, from <code>vo
 </p>
 <p><code>reference &#8594; inverse &#8594; voltage &#8594; plant &#8594; displacement = reference</code></p>
 <p>
-In this version the chain has one stage, the fuzzy system of the
-<a href=\"modelica://IT2Hysteresis.UsersGuide.Equations\">equations</a>. The inputs <code>force</code> and
-<code>temperature</code> are part of the interface and do not act yet.
+In the middle of the chain is the fuzzy system of the
+<a href=\"modelica://IT2Hysteresis.UsersGuide.Equations\">equations</a>; the stages around it are
+<a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">effects</a>, off by default. The inputs <code>force</code> and
+<code>temperature</code> act through the effects load and drift.
 </p>
 <h4>Parameters</h4>
 <p>
@@ -23,8 +24,8 @@ record once and hand it to both:
 </p>
 <pre>
 parameter IT2Hysteresis.Parameters.Table1 stage(initialDisplacement=1e-6);
-IT2Hysteresis.Blocks.PureModelica.Inverse inverse(parameters=stage);
-IT2Hysteresis.Blocks.PureModelica.Plant plant(parameters=stage);
+IT2Hysteresis.Blocks.Inverse inverse(parameters=stage);
+IT2Hysteresis.Blocks.Plant plant(parameters=stage);
 </pre>
 <h4>Range</h4>
 <p>

@@ -5,6 +5,11 @@ class ReleaseNotes "Release notes"
 <h4>Version 0.1.0</h4>
 <ul>
 <li>The fuzzy model (10) and its inverse (30) as functions and as sampled blocks in pure Modelica.</li>
+<li>The co-simulation FMUs IT2Plant and IT2Inverse as blocks, compiled from their C sources.</li>
+<li>Effects around the fuzzy system: delay, slew limit, saturation, lag, play, load, creep, resonance, drift,
+nonlinearity and hum.</li>
+<li>Components for mechatronic models: a piezo actuator with electrical pins and translational flanges, a voltage
+amplifier and a strain gauge.</li>
 <li>Parameter records, generated from the table of variables that the FMUs are generated from.</li>
 </ul>
 </html>", revisions="<html>

@@ -16,7 +16,8 @@ them until the next: y(t) = y<sub>k</sub> for t<sub>k</sub> &#8804; t &lt; t<sub
 one that holds the plant there. If a simulation starts at a tick, that value is replaced at once.</li>
 <li>Output and input of the same tick depend on each other directly. An inverse followed by a plant gives
 displacement = reference at every tick, without delay. A controller that feeds the displacement back must be
-sampled itself, or read <code>pre(displacement)</code>, to break the algebraic loop.</li>
+sampled itself, or read <code>pre(displacement)</code>, to break the algebraic loop, as
+<a href=\"modelica://IT2Hysteresis.Components.SampledPI\">SampledPI</a> does.</li>
 <li>A co-simulation FMU of the same model ticks at the same times. What its master reads at the end of a communication
 step is the value held since the last tick before it.</li>
 </ul>

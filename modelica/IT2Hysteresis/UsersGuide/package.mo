@@ -9,7 +9,9 @@ and a desired displacement into the voltage that yields it.
 <ol>
 <li><a href=\"modelica://IT2Hysteresis.UsersGuide.Concept\">Concept</a>: a chain of stages, walked forwards and backwards.</li>
 <li><a href=\"modelica://IT2Hysteresis.UsersGuide.Equations\">Equations</a>: the model and its inverse.</li>
+<li><a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">Effects</a>: what surrounds the fuzzy system.</li>
 <li><a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a>: what is sampled when.</li>
+<li><a href=\"modelica://IT2Hysteresis.UsersGuide.ExternalCode\">External code</a>: how the FMUs come into a model.</li>
 <li><a href=\"modelica://IT2Hysteresis.UsersGuide.References\">References</a></li>
 <li><a href=\"modelica://IT2Hysteresis.UsersGuide.ReleaseNotes\">Release notes</a></li>
 <li><a href=\"modelica://IT2Hysteresis.UsersGuide.Contact\">Contact</a></li>

@@ -5,6 +5,7 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
     partial package ExamplesPackage end ExamplesPackage;
     partial package FunctionsPackage end FunctionsPackage;
     partial package IconsPackage end IconsPackage;
+    partial package InternalPackage end InternalPackage;
     partial package InterfacesPackage end InterfacesPackage;
     partial package RecordsPackage end RecordsPackage;
     partial package VariantsPackage end VariantsPackage;
@@ -22,13 +23,155 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
       type ElectricPotential = Real(final quantity="ElectricPotential", final unit="V");
       type Voltage = ElectricPotential;
       type Length = Real(final quantity="Length", final unit="m");
+      type Mass = Real(final quantity="Mass", final unit="kg", min=0);
+      type TranslationalSpringConstant = Real(final quantity="TranslationalSpringConstant", final unit="N/m");
+      type TranslationalDampingConstant = Real(final quantity="TranslationalDampingConstant", final unit="N.s/m");
+      type Acceleration = Real(final quantity="Acceleration", final unit="m/s2");
+      type Capacitance = Real(final quantity="Capacitance", final unit="F", min=0);
+      type Current = Real(final quantity="ElectricCurrent", final unit="A");
+      type Charge = Real(final quantity="ElectricCharge", final unit="C");
+      type Resistance = Real(final quantity="Resistance", final unit="Ohm");
+      type Power = Real(final quantity="Power", final unit="W");
+      type Velocity = Real(final quantity="Velocity", final unit="m/s");
+      type Angle = Real(final quantity="Angle", final unit="rad");
+      type Frequency = Real(final quantity="Frequency", final unit="Hz");
+      type Force = Real(final quantity="Force", final unit="N");
+      type Temperature = Real(final quantity="ThermodynamicTemperature", final unit="K");
       type Time = Real(final quantity="Time", final unit="s");
     end SI;
   end Units;
 
   package Constants
+    final constant Real inf=1.7976931348623157E+308;
     final constant Real pi=3.141592653589793238462643383279502884;
   end Constants;
+
+  package Math
+    package Random
+      package Generators
+        package Xorshift64star "Other numbers than the standard library's: that one is external C"
+          constant Integer nState=2;
+          function initialState
+            input Integer localSeed;
+            input Integer globalSeed;
+            output Integer state[2];
+          algorithm
+            state := {localSeed, globalSeed};
+          end initialState;
+          function random
+            input Integer stateIn[2];
+            output Real result;
+            output Integer stateOut[2];
+          algorithm
+            result := mod(0.6180339887498949*stateIn[1] + 0.5, 1);
+            stateOut := {stateIn[1] + 1, stateIn[2]};
+          end random;
+        end Xorshift64star;
+      end Generators;
+    end Random;
+
+    package Distributions
+      package Normal
+        function quantile "A logistic distribution's, of the same mean and deviation"
+          input Real u;
+          input Real mu=0;
+          input Real sigma=1;
+          output Real y;
+        algorithm
+          y := mu + sigma*sqrt(3)/Constants.pi*log(u/(1 - u));
+        end quantile;
+      end Normal;
+    end Distributions;
+  end Math;
+
+  package Electrical
+    package Analog
+      package Interfaces
+        connector PositivePin
+          Real v;
+          flow Real i;
+        end PositivePin;
+        connector NegativePin
+          Real v;
+          flow Real i;
+        end NegativePin;
+      end Interfaces;
+
+      package Basic
+        model Ground
+          Interfaces.PositivePin p;
+        equation
+          p.v = 0;
+        end Ground;
+      end Basic;
+    end Analog;
+  end Electrical;
+
+  package Mechanics
+    package Translational
+      package Interfaces
+        connector Flange_a
+          Real s;
+          flow Real f;
+        end Flange_a;
+        connector Flange_b
+          Real s;
+          flow Real f;
+        end Flange_b;
+      end Interfaces;
+
+      package Components
+        model Fixed
+          parameter Real s0=0;
+          Interfaces.Flange_b flange;
+        equation
+          flange.s = s0;
+        end Fixed;
+
+        model Mass
+          parameter Real m;
+          parameter Real L=0;
+          Interfaces.Flange_a flange_a;
+          Interfaces.Flange_b flange_b;
+          Real s;
+          Real v;
+          Real a;
+        equation
+          flange_a.s = s - L/2;
+          flange_b.s = s + L/2;
+          v = der(s);
+          a = der(v);
+          m*a = flange_a.f + flange_b.f;
+        end Mass;
+
+        model SpringDamper
+          parameter Real c;
+          parameter Real d;
+          parameter Real s_rel0=0;
+          Interfaces.Flange_a flange_a;
+          Interfaces.Flange_b flange_b;
+          Real s_rel;
+          Real v_rel;
+          Real f;
+        equation
+          s_rel = flange_b.s - flange_a.s;
+          v_rel = der(s_rel);
+          f = c*(s_rel - s_rel0) + d*v_rel;
+          flange_b.f = f;
+          flange_a.f = -f;
+        end SpringDamper;
+      end Components;
+
+      package Sources
+        model Force
+          Blocks.Interfaces.RealInput f;
+          Interfaces.Flange_b flange;
+        equation
+          flange.f = -f;
+        end Force;
+      end Sources;
+    end Translational;
+  end Mechanics;
 
   package Blocks
     package Interfaces
@@ -38,6 +181,22 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
     end Interfaces;
 
     package Math
+      block Gain
+        parameter Real k;
+        Interfaces.RealInput u;
+        Interfaces.RealOutput y;
+      equation
+        y = k*u;
+      end Gain;
+
+      block Feedback
+        Interfaces.RealInput u1;
+        Interfaces.RealInput u2;
+        Interfaces.RealOutput y;
+      equation
+        y = u1 - u2;
+      end Feedback;
+
       block Add
         Interfaces.RealInput u1;
         Interfaces.RealInput u2;
@@ -48,6 +207,25 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
     end Math;
 
     package Sources
+      block Constant
+        parameter Real k;
+        Interfaces.RealOutput y;
+      equation
+        y = k;
+      end Constant;
+
+      block Pulse
+        parameter Real amplitude=1;
+        parameter Real width=50;
+        parameter Real period;
+        parameter Integer nperiod=-1;
+        parameter Real offset=0;
+        parameter Real startTime=0;
+        Interfaces.RealOutput y;
+      equation
+        y = offset + (if time >= startTime and time < startTime + width/100*period then amplitude else 0);
+      end Pulse;
+
       block Sine
         parameter Real amplitude=1;
         parameter Real f;

@@ -1,0 +1,64 @@
+within IT2Hysteresis.Blocks;
+block Inverse "Feedforward by the FMU IT2Inverse: from desired displacement to voltage"
+  extends IT2Hysteresis.Interfaces.PartialInverse;
+protected
+  IT2Hysteresis.Internal.InverseObject fmu=IT2Hysteresis.Internal.InverseObject(
+    {parameters.sampleTime,
+      parameters.initialDisplacement,
+      parameters.voltageMin,
+      parameters.voltageMax,
+      parameters.displacementMin,
+      parameters.displacementMax,
+      parameters.delayTime,
+      parameters.slewRate,
+      parameters.saturationMinimum,
+      parameters.saturationMaximum,
+      parameters.lagTimeConstant,
+      parameters.loadCompliance,
+      parameters.resonanceFrequency,
+      parameters.resonanceDamping,
+      parameters.driftTemperatureCoefficient,
+      parameters.driftRate,
+      parameters.nonlinearityQuadratic,
+      parameters.nonlinearityCubic,
+      parameters.nonlinearityQuartic,
+      parameters.humAmplitude,
+      parameters.humFrequency,
+      parameters.humPhase},
+    parameters.ruleSigmaLower,
+    parameters.ruleSigmaUpper,
+    parameters.ruleCentre,
+    parameters.ruleQ1,
+    parameters.ruleQ2,
+    parameters.ruleQ3,
+    parameters.playThreshold,
+    parameters.playWeight,
+    parameters.creepGain,
+    parameters.creepTimeConstant) "The FMU";
+algorithm
+  when sample(0, parameters.sampleTime) then
+    (voltage,saturated) := IT2Hysteresis.Internal.inverseTick(
+      fmu,
+      time,
+      reference,
+      forceInternal,
+      temperatureInternal);
+  end when;
+  annotation (defaultComponentName="inverse", Documentation(info="<html>
+<p>
+The co-simulation FMU <code>IT2Inverse</code>, compiled from its C sources: at every tick
+t<sub>k</sub> = k <code>parameters.sampleTime</code> the block hands its inputs to the FMU and lets it make one step, see
+<a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a>. The same in pure Modelica is
+<a href=\"modelica://IT2Hysteresis.Blocks.PureModelica.Inverse\">PureModelica.Inverse</a>.
+</p>
+<p>
+A reference that the plant cannot reach is replaced by the nearest that it can, and <code>saturated</code> is true; the FMU
+warns of it once. A parameter set that the FMU refuses stops the simulation at its initialization with the FMU's
+message.
+</p>
+</html>", revisions="<html>
+<ul>
+<li><em>Version 0.1.0:</em> first version.</li>
+</ul>
+</html>"));
+end Inverse;

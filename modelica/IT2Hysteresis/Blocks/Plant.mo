@@ -1,0 +1,64 @@
+within IT2Hysteresis.Blocks;
+block Plant "Actuator with hysteresis, by the FMU IT2Plant: from voltage to displacement"
+  extends IT2Hysteresis.Interfaces.PartialPlant;
+protected
+  IT2Hysteresis.Internal.PlantObject fmu=IT2Hysteresis.Internal.PlantObject(
+    {parameters.sampleTime,
+      parameters.initialDisplacement,
+      parameters.voltageMin,
+      parameters.voltageMax,
+      parameters.displacementMin,
+      parameters.displacementMax,
+      parameters.delayTime,
+      parameters.slewRate,
+      parameters.saturationMinimum,
+      parameters.saturationMaximum,
+      parameters.lagTimeConstant,
+      parameters.loadCompliance,
+      parameters.resonanceFrequency,
+      parameters.resonanceDamping,
+      parameters.driftTemperatureCoefficient,
+      parameters.driftRate,
+      parameters.nonlinearityQuadratic,
+      parameters.nonlinearityCubic,
+      parameters.nonlinearityQuartic,
+      parameters.humAmplitude,
+      parameters.humFrequency,
+      parameters.humPhase},
+    parameters.ruleSigmaLower,
+    parameters.ruleSigmaUpper,
+    parameters.ruleCentre,
+    parameters.ruleQ1,
+    parameters.ruleQ2,
+    parameters.ruleQ3,
+    parameters.playThreshold,
+    parameters.playWeight,
+    parameters.creepGain,
+    parameters.creepTimeConstant) "The FMU";
+algorithm
+  when sample(0, parameters.sampleTime) then
+    (displacement,measured) := IT2Hysteresis.Internal.plantTick(
+      fmu,
+      time,
+      voltage,
+      forceInternal,
+      temperatureInternal);
+  end when;
+  annotation (defaultComponentName="plant", Documentation(info="<html>
+<p>
+The co-simulation FMU <code>IT2Plant</code>, compiled from its C sources: at every tick
+t<sub>k</sub> = k <code>parameters.sampleTime</code> the block hands its inputs to the FMU and lets it make one step, see
+<a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a>. All effects of the
+<a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">chain</a> are there. The same in pure Modelica is
+<a href=\"modelica://IT2Hysteresis.Blocks.PureModelica.Plant\">PureModelica.Plant</a>.
+</p>
+<p>
+A parameter set that the FMU refuses stops the simulation at its initialization with the FMU's message. Leaving the range
+that the parameters are valid for is a warning, which the FMU gives once.
+</p>
+</html>", revisions="<html>
+<ul>
+<li><em>Version 0.1.0:</em> first version.</li>
+</ul>
+</html>"));
+end Plant;

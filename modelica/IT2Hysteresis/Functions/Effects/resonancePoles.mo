@@ -1,0 +1,29 @@
+within IT2Hysteresis.Functions.Effects;
+function resonancePoles "Coefficients of the mechanical resonance"
+  extends Modelica.Icons.Function;
+  input Modelica.Units.SI.Frequency f "Undamped natural frequency";
+  input Real D(unit="1") "Damping, of critical";
+  input Modelica.Units.SI.Time Ts "Sample time";
+  output Real a[2](each unit="1") "Coefficients a1, a2";
+protected
+  Real angle=2*Modelica.Constants.pi*f*Ts;
+  Real radius=exp(-D*angle);
+algorithm
+  a := {2*radius*cos(angle*sqrt(1 - D^2)), -radius^2};
+  annotation (Documentation(info="<html>
+<h4>Syntax</h4>
+<pre>
+a = Functions.Effects.<strong>resonancePoles</strong>(f, D, Ts);
+</pre>
+<h4>Description</h4>
+<p>
+The poles are those of the continuous oscillator: a<sub>1</sub> = 2 &#961; cos(&#969; T<sub>s</sub> &#8730;(1 - D<sup>2</sup>)),
+a<sub>2</sub> = -&#961;<sup>2</sup> with &#961; = exp(-D &#969; T<sub>s</sub>). Without a resonance (f = 0) both cancel in
+<a href=\"modelica://IT2Hysteresis.Functions.Effects.resonance\">resonance</a>, which is then not used.
+</p>
+</html>", revisions="<html>
+<ul>
+<li><em>Version 0.1.0:</em> first version.</li>
+</ul>
+</html>"));
+end resonancePoles;

@@ -1,0 +1,190 @@
+/* The plant as a chain of invertible stages, walked forwards by the plant and backwards by the inverse.
+ *
+ *     voltage -> [delay] -> [slew] -> [saturation] -> [lag] -> [play] -> IT2 core
+ *             -> [load] -> [creep] -> [resonance] -> [drift] -> displacement
+ *             -> [nonlinearity] -> [hum] -> measured
+ *
+ * Stages in brackets are effects (effect.h). Those that are off are passed by: the chain without
+ * effects is the IT2 core bit for bit. Constants are set once by chain_prepare; the state is a small
+ * value that can be copied. Nothing is allocated and nothing is global.
+ *
+ * Delay, slew limit and saturation lose information, and the core is invertible within its range only.
+ * Where they cut off what a reference asks for, the inverse gives the nearest voltage. What remembers
+ * for long is then kept on what the plant really reaches: the amplifier's voltage, the play operators
+ * and creep. The inverses of core, lag and resonance remember one or two ticks, and of those what was
+ * aimed at: the plant comes back to it by its own contraction. (To take the plant back in one tick from
+ * what it reached would make a limit cycle of lag, core and slew limit.) So nothing winds up. */
+#ifndef IT2HYS_CHAIN_H
+#define IT2HYS_CHAIN_H
+
+#include "creep.h"
+#include "delay.h"
+#include "drift.h"
+#include "hum.h"
+#include "it2.h"
+#include "lag.h"
+#include "load.h"
+#include "nonlinearity.h"
+#include "play.h"
+#include "resonance.h"
+#include "saturation.h"
+#include "slew.h"
+
+/* Names are those of the variable table (python/it2hys/variables.toml). */
+struct chain_parameters {
+    double sampleTime;
+    double initialDisplacement;
+    double voltageMin;
+    double voltageMax;
+    double displacementMin;
+    double displacementMax;
+    int ruleCount;
+    int playCount;
+    int creepCount;
+    struct it2_rule rule[IT2_MAX_RULES];
+    struct play_element play[PLAY_MAX];
+    struct creep_element creep[CREEP_MAX];
+    struct delay_parameters delay;
+    struct slew_parameters slew;
+    struct saturation_parameters saturation;
+    struct lag_parameters lag;
+    struct load_parameters load;
+    struct resonance_parameters resonance;
+    struct drift_parameters drift;
+    struct nonlinearity_parameters nonlinearity;
+    struct hum_parameters hum;
+};
+
+enum chain_effect {
+    CHAIN_DELAY = 1,
+    CHAIN_SLEW = 2,
+    CHAIN_SATURATION = 4,
+    CHAIN_LAG = 8,
+    CHAIN_PLAY = 16,
+    CHAIN_LOAD = 32,
+    CHAIN_CREEP = 64,
+    CHAIN_RESONANCE = 128,
+    CHAIN_DRIFT = 256,
+    CHAIN_NONLINEARITY = 512,
+    CHAIN_HUM = 1024,
+    CHAIN_READING = CHAIN_NONLINEARITY | CHAIN_HUM
+};
+
+struct chain {
+    unsigned effects; /* that are on, between voltage and displacement (enum chain_effect, or-ed) */
+    unsigned reading; /* that are on, between displacement and measured */
+    struct it2 core;
+    struct it2_range displacement; /* where the core is invertible */
+    struct delay delay;
+    struct slew slew;
+    struct saturation_parameters saturation;
+    struct lag lag;
+    struct play play;
+    struct load_parameters load;
+    struct creep creep;
+    struct resonance resonance;
+    struct drift_parameters drift;
+    struct nonlinearity nonlinearity;
+    struct hum_parameters hum;
+};
+
+/* Doubles only. The core's comes first: without effects it is the only one in use. */
+struct chain_state {
+    struct it2_state core;
+    struct slew_state slew;
+    struct lag_state lag;
+    struct resonance_state resonance;
+    struct play_state play;
+    struct creep_state creep;
+    struct delay_state delay;
+    struct { /* by the plant, in the inverse; its other states are what it aimed at */
+        struct it2_state core;
+        struct lag_state lag;
+    } reached;
+};
+
+/* What acts on the chain beside its input. */
+struct chain_surroundings {
+    double force;
+    double temperature;
+    double time; /* of the tick */
+};
+
+/* Why the inverse could not give what was asked for. */
+enum chain_limit {
+    CHAIN_CORE_RANGE = 1, /* displacementMin..displacementMax */
+    CHAIN_AMPLIFIER = 2   /* slew limit or saturation */
+};
+
+/* A state and what the last step made of it, or their derivatives along one direction. */
+struct chain_point {
+    struct chain_state state;
+    double output;
+};
+
+HIDDEN_BEGIN
+
+bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
+void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
+
+/* At rest for long at initialDisplacement, without force, at drift's reference temperature, time 0;
+ * play operators are on the initial loading curve. */
+void chain_reset(const struct chain *chain, struct chain_state *state,
+                 const struct chain_parameters *parameters);
+
+/* Copies what is in use: without effects the core's state only. */
+static inline void chain_copy(const struct chain *chain, struct chain_state *to,
+                              const struct chain_state *from)
+{
+    if (chain->effects)
+        *to = *from;
+    else
+        to->core = from->core;
+}
+
+/* Without effects, one branch is all that the chain adds to the core. */
+double chain_step_effects(const struct chain *chain, struct chain_state *state, double voltage,
+                          const struct chain_surroundings *around);
+static inline double chain_step(const struct chain *chain, struct chain_state *state, double voltage,
+                                const struct chain_surroundings *around)
+{
+    return chain->effects ? chain_step_effects(chain, state, voltage, around)
+                          : it2_step(&chain->core, &state->core, voltage);
+}
+
+/* What the sensor reads of the displacement. */
+double chain_measure_effects(const struct chain *chain, double displacement, double time);
+static inline double chain_measure(const struct chain *chain, double displacement, double time)
+{
+    return chain->reading ? chain_measure_effects(chain, displacement, time) : displacement;
+}
+
+/* Voltage that takes the plant to `displacement`. Where that cannot be, `*limits` says why (enum
+ * chain_limit, or-ed; otherwise 0), and the voltage is the nearest that can be given. */
+double chain_inverse(const struct chain *chain, struct chain_state *state, double displacement,
+                     const struct chain_surroundings *around, unsigned *limits);
+
+/* Directional derivatives of chain_step and chain_inverse at `state`, before either advances it:
+ * from derivatives of state, input and surroundings to those of the next state and the output. */
+struct chain_point chain_step_tangent(const struct chain *chain, const struct chain_state *state,
+                                      double voltage, const struct chain_surroundings *around,
+                                      struct chain_state d_state, double d_voltage,
+                                      const struct chain_surroundings *d_around);
+struct chain_point chain_inverse_tangent(const struct chain *chain, const struct chain_state *state,
+                                         double displacement, const struct chain_surroundings *around,
+                                         struct chain_state d_state, double d_displacement,
+                                         const struct chain_surroundings *d_around);
+
+/* Derivative of the reading. */
+double chain_measure_tangent(const struct chain *chain, double displacement, double d_displacement);
+
+/* Voltage that holds the plant where it is. */
+double chain_equilibrium(const struct chain *chain, const struct chain_state *state);
+
+/* Derivative of chain_equilibrium right after chain_reset, in the direction of `d_parameters`. */
+double chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
+                                 const struct chain_parameters *d_parameters);
+
+HIDDEN_END
+
+#endif

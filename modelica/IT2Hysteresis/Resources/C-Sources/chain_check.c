@@ -1,0 +1,37 @@
+/* What makes a parameter set usable. */
+#include "chain.h"
+
+static bool check_amplifier(const struct chain_parameters *p, char *message, size_t size)
+{
+    return delay_check(&p->delay, p->sampleTime, message, size) &&
+           slew_check(&p->slew, message, size) && saturation_check(&p->saturation, message, size) &&
+           lag_check(&p->lag, p->sampleTime, message, size);
+}
+
+static bool check_actuator(const struct chain_parameters *p, char *message, size_t size)
+{
+    return play_check(p->play, p->playCount, message, size) && load_check(&p->load, message, size) &&
+           creep_check(p->creep, p->creepCount, message, size) &&
+           resonance_check(&p->resonance, p->sampleTime, message, size);
+}
+
+static bool check_reading(const struct chain_parameters *p, char *message, size_t size)
+{
+    return nonlinearity_check(&p->nonlinearity, p->displacementMin, p->displacementMax, message,
+                              size) &&
+           hum_check(&p->hum, message, size);
+}
+
+bool chain_check(const struct chain_parameters *parameters, char *message, size_t size)
+{
+    const struct it2_range range = { parameters->displacementMin, parameters->displacementMax };
+
+    if (!(parameters->sampleTime > 0.0))
+        return refuse(message, size, "sampleTime is %g s; it must be positive", parameters->sampleTime);
+    if (!(parameters->voltageMin < parameters->voltageMax))
+        return refuse(message, size, "voltageMin, %g V, must be below voltageMax, %g V",
+                      parameters->voltageMin, parameters->voltageMax);
+    return it2_check(parameters->rule, parameters->ruleCount, range, message, size) &&
+           check_amplifier(parameters, message, size) && check_actuator(parameters, message, size) &&
+           check_reading(parameters, message, size);
+}

@@ -1,0 +1,34 @@
+/* Delay of the voltage: y_k = u at the time t_k - delay.time, straight between ticks.
+ *
+ * A whole number of ticks is exact. The inverse cannot look ahead, so it has no part of this stage:
+ * it drives the chain behind the delay, and the plant follows the reference that much later. Where
+ * the reference is known ahead, a master hands it over delay.time early (with the force and the
+ * temperature of that later time), and the plant follows it on time. */
+#ifndef IT2HYS_DELAY_H
+#define IT2HYS_DELAY_H
+
+#include "effect.h"
+
+#define DELAY_MAX_TICKS 64
+
+struct delay_parameters {
+    double time;
+};
+
+struct delay {
+    int ticks;       /* whole ones */
+    double fraction; /* of a tick beyond them */
+    double time;
+};
+
+struct delay_state {
+    double u[DELAY_MAX_TICKS]; /* u_{k-1}, u_{k-2}, ... */
+};
+
+bool delay_check(const struct delay_parameters *parameters, double sample_time, char *message,
+                 size_t size);
+void delay_prepare(struct delay *stage, const struct delay_parameters *parameters, double sample_time);
+void delay_reset(struct delay_state *state, double u);
+double delay_step(const struct delay *stage, struct delay_state *state, double u);
+
+#endif

@@ -1,0 +1,181 @@
+/* The FMU state is a plain value: copying it is saving it. Serialized, it is preceded by a header
+ * that says which binary layout and model it belongs to and guards against damage. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmu.h"
+
+struct header {
+    char magic[8];
+    uint64_t order; /* tells byte orders apart */
+    uint64_t table_hash;
+    uint64_t size;
+    uint64_t checksum;
+};
+
+static const char MAGIC[8] = "it2hys1";
+static const uint64_t ORDER = 0x0102030405060708u;
+
+uint64_t fmu_hash(const void *bytes, size_t size)
+{
+    const unsigned char *byte = bytes;
+    uint64_t hash = 14695981039346656037u;
+
+    for (size_t i = 0; i < size; i++)
+        hash = (hash ^ byte[i]) * 1099511628211u;
+    return hash;
+}
+
+static struct header header_of(const struct fmu *fmu, const struct fmu_snapshot *snapshot)
+{
+    struct header header = { .order = ORDER,
+                             .table_hash = fmu->model->table_hash,
+                             .size = sizeof *snapshot,
+                             .checksum = fmu_hash(snapshot, sizeof *snapshot) };
+
+    memcpy(header.magic, MAGIC, sizeof MAGIC);
+    return header;
+}
+
+fmi2Status fmu_get_state(struct fmu *fmu, fmi2FMUstate *state)
+{
+    if (!fmu_may(fmu, "fmi2GetFMUstate", FMU_ANY_PHASE))
+        return fmi2Error;
+    if (!state)
+        return fmu_say(fmu, fmi2Error, "fmi2GetFMUstate: FMUstate is a null pointer.");
+    if (!*state)
+        *state = malloc(sizeof fmu->now);
+    if (!*state)
+        return fmu_say(fmu, fmi2Error, "fmi2GetFMUstate: out of memory.");
+    memcpy(*state, &fmu->now, sizeof fmu->now);
+    return fmi2OK;
+}
+
+static void adopt(struct fmu *fmu, const struct fmu_snapshot *snapshot)
+{
+    memcpy(&fmu->now, snapshot, sizeof fmu->now);
+    /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
+    fmu->outputs_stale = fmu->now.phase < FMU_STEP_COMPLETE;
+    if (!fmu->outputs_stale)
+        chain_prepare(&fmu->chain, &fmu->now.values.parameter);
+}
+
+fmi2Status fmu_set_state(struct fmu *fmu, fmi2FMUstate state)
+{
+    if (!fmu_may(fmu, "fmi2SetFMUstate", FMU_ANY_PHASE))
+        return fmi2Error;
+    if (!state)
+        return fmu_say(fmu, fmi2Error, "fmi2SetFMUstate: FMUstate is a null pointer.");
+    adopt(fmu, state);
+    return fmi2OK;
+}
+
+fmi2Status fmu_free_state(struct fmu *fmu, fmi2FMUstate *state)
+{
+    if (!fmu_may(fmu, "fmi2FreeFMUstate", FMU_ANY_PHASE))
+        return fmi2Error;
+    if (state) {
+        free(*state);
+        *state = NULL;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmu_state_size(struct fmu *fmu, fmi2FMUstate state, size_t *size)
+{
+    if (!fmu_may(fmu, "fmi2SerializedFMUstateSize", FMU_ANY_PHASE))
+        return fmi2Error;
+    if (!state || !size)
+        return fmu_say(fmu, fmi2Error, "fmi2SerializedFMUstateSize: a null pointer.");
+    *size = sizeof(struct header) + sizeof(struct fmu_snapshot);
+    return fmi2OK;
+}
+
+fmi2Status fmu_serialize(struct fmu *fmu, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    if (!fmu_may(fmu, "fmi2SerializeFMUstate", FMU_ANY_PHASE))
+        return fmi2Error;
+    if (!state || !bytes)
+        return fmu_say(fmu, fmi2Error, "fmi2SerializeFMUstate: a null pointer.");
+    const struct header header = header_of(fmu, state);
+    if (size < sizeof header + sizeof(struct fmu_snapshot))
+        return fmu_say(fmu, fmi2Error, "fmi2SerializeFMUstate: %zu bytes are too few; %zu are needed.",
+                       size, sizeof header + sizeof(struct fmu_snapshot));
+    memcpy(bytes, &header, sizeof header);
+    memcpy(bytes + sizeof header, state, sizeof(struct fmu_snapshot));
+    return fmi2OK;
+}
+
+static bool doubles_finite(const void *first, size_t size)
+{
+    const double *value = first;
+
+    for (size_t i = 0; i < size / sizeof *value; i++)
+        if (!isfinite(value[i]))
+            return false;
+    return true;
+}
+
+/* Ticks follow from time: a step from invented ones would not return. */
+static bool ticks_plausible(const struct fmu_snapshot *s)
+{
+    const double sample_time = s->values.parameter.sampleTime;
+    const struct fmu_span *last = &s->last_step.span;
+    const int64_t due = fmu_first_tick(s->time, sample_time);
+    const int64_t last_due = fmu_first_tick(last->start, sample_time);
+
+    if (s->next_tick < due || s->next_tick > due + 1)
+        return false;
+    if (last->first_tick == last->end_tick)
+        return true;
+    return last->end_tick == s->next_tick && last->first_tick >= last_due - 1 &&
+           last->first_tick <= last_due + 1;
+}
+
+/* A checksum stops damage, not invention: what a step relies on is checked too. */
+static bool plausible(const struct fmu_snapshot *s)
+{
+    const struct chain_parameters *p = &s->values.parameter;
+    const bool one_phase = s->phase == FMU_INSTANTIATED || s->phase == FMU_INITIALIZATION ||
+                           s->phase == FMU_STEP_COMPLETE || s->phase == FMU_TERMINATED;
+    char message[512];
+
+    if (!one_phase || !isfinite(s->time) || !isfinite(s->stop_time) ||
+        s->last_step.span.end_tick < s->last_step.span.first_tick || s->last_status < 0 ||
+        s->last_status > fmi2Discard)
+        return false;
+    if (!doubles_finite(&s->values.input, sizeof s->values.input) ||
+        !doubles_finite(&s->slope, sizeof s->slope) || !doubles_finite(&s->chain, sizeof s->chain))
+        return false;
+    return s->phase < FMU_STEP_COMPLETE ||
+           (fmu_within_bounds(p, message, sizeof message) && chain_check(p, message, sizeof message) &&
+            ticks_plausible(s));
+}
+
+fmi2Status fmu_deserialize(struct fmu *fmu, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+{
+    static const char function[] = "fmi2DeSerializeFMUstate";
+    struct fmu_snapshot *snapshot;
+    struct header header;
+
+    if (!fmu_may(fmu, function, FMU_ANY_PHASE))
+        return fmi2Error;
+    if (!bytes || !state)
+        return fmu_say(fmu, fmi2Error, "%s: a null pointer.", function);
+    if (size != sizeof header + sizeof *snapshot)
+        return fmu_say(fmu, fmi2Error, "%s: %zu bytes are no state of %s, which has %zu.", function,
+                       size, fmu->model->identifier, sizeof header + sizeof *snapshot);
+    snapshot = malloc(sizeof *snapshot);
+    if (!snapshot)
+        return fmu_say(fmu, fmi2Error, "%s: out of memory.", function);
+    memcpy(snapshot, bytes + sizeof header, sizeof *snapshot);
+    header = header_of(fmu, snapshot);
+    if (memcmp(&header, bytes, sizeof header) != 0 || !plausible(snapshot)) {
+        free(snapshot);
+        return fmu_say(fmu, fmi2Error, "%s: these bytes are damaged or not a state of this version of "
+                       "%s.", function, fmu->model->identifier);
+    }
+    *state = snapshot; /* never read before: masters pass it uninitialised */
+    return fmi2OK;
+}

@@ -1,0 +1,95 @@
+/* The simplified interval type-2 Takagi-Sugeno fuzzy model: the core of the chain.
+ *
+ * One file per group of equations of the paper:
+ *   it2_membership.h   (8), (9), (11), (12)   the memberships and their sum
+ *   it2_model.c        (7), (10)              one step forward
+ *   it2_inverse.c      (30)                   one step backward
+ *   it2_gradient.c     (13) to (18)           partial derivatives
+ *   it2_free_run.c     (10) over a record, with forward sensitivities
+ *   it2_check.c        what makes a parameter set usable
+ *
+ * Units are the caller's; the FMUs use V and m. */
+#ifndef IT2HYS_IT2_H
+#define IT2HYS_IT2_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "hidden.h"
+
+enum {
+    IT2_MAX_RULES = 16,
+    IT2_RULE_PARAMETERS = 6
+};
+
+/* One rule, in the order of the paper's Table 1: antecedent (s1, s2, c), consequent (q1, q2, q3). */
+struct it2_rule {
+    double sigmaLower;
+    double sigmaUpper;
+    double centre;
+    double q1;
+    double q2;
+    double q3;
+};
+
+/* The rules, and -1 / (2 s_l1^2), -1 / (2 s_l2^2) in the scale of exponential.h. Set by it2_prepare. */
+struct it2 {
+    int rules;
+    struct it2_rule rule[IT2_MAX_RULES];
+    double exponent[IT2_MAX_RULES][2];
+};
+
+struct it2_state {
+    double y; /* y_{k-1} */
+};
+
+/* Partial derivatives of (10) with respect to its two arguments. */
+struct it2_partials {
+    double dx; /* dy_k / dx_k */
+    double dy; /* dy_k / dy_{k-1}: the contraction of a free run */
+};
+
+HIDDEN_BEGIN
+
+void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count);
+
+/* The four operations that every stage of the chain has. step and inverse advance the state. */
+void it2_reset(struct it2_state *state, double y);
+double it2_step(const struct it2 *stage, struct it2_state *state, double x);
+double it2_inverse(const struct it2 *stage, struct it2_state *state, double y);
+double it2_derivative(const struct it2 *stage, const struct it2_state *state, double x);
+
+/* Eq. (10) without a state, and what is derived from it. */
+double it2_evaluate(const struct it2 *stage, double y_previous, double x);
+double it2_solve(const struct it2 *stage, double y_previous, double y);
+struct it2_partials it2_partials(const struct it2 *stage, double y_previous, double x);
+
+/* Eqs. (13) to (18): gradient[6 l + i] = dy_k / d(parameter i of rule l), in the order of it2_rule.
+ * Returns y_k and, where `partials` is given, the partial derivatives too. */
+double it2_gradient(const struct it2 *stage, double y_previous, double x, double *gradient,
+                    struct it2_partials *partials);
+
+/* y[k] = F(y[k-1], x[k]), k = 0..n-1, y[-1] = y_initial. Where `sensitivity` (n rows of 6 L + 1,
+ * row-major) is given: the derivatives of y[k] with respect to all parameters and y_initial.
+ * Returns the number of samples computed: less than n if a value is not finite. */
+size_t it2_free_run(const struct it2_rule *rules, int count, const double *x, size_t n,
+                    double y_initial, double *y, double *sensitivity);
+
+/* The range of displacement over which a parameter set is to be used. */
+struct it2_range {
+    double minimum;
+    double maximum;
+};
+
+/* Is the parameter set usable over the range? On a grid of y: the sum of q_l2 memberships is positive
+ * (invertible) and |dy_k/dy_{k-1}| < 1 on the equilibrium curve (a free run cannot diverge).
+ * Otherwise false, and `message` names the culprit and the mend. */
+bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message,
+               size_t size);
+
+/* The largest |dy_k/dy_{k-1}| on the equilibrium curve and the displacement where it occurs. */
+double it2_contraction(const struct it2 *stage, struct it2_range range, double *where);
+
+HIDDEN_END
+
+#endif

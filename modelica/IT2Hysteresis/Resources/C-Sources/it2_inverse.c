@@ -1,0 +1,25 @@
+/* Eq. (30): the voltage that takes the model from y_{k-1} to the desired y_k. */
+#include "it2.h"
+#include "it2_membership.h"
+
+double it2_solve(const struct it2 *stage, double y_previous, double y)
+{
+    struct it2_memberships m;
+    double free_response = 0.0;
+    double slope = 0.0;
+
+    it2_memberships(stage, y_previous, &m);
+    for (int l = 0; l < stage->rules; l++) {
+        const struct it2_rule *rule = &stage->rule[l];
+        free_response += (rule->q1 * y_previous + rule->q3) * m.weight[l];
+        slope += rule->q2 * m.weight[l];
+    }
+    return (y * m.sum - free_response) / slope;
+}
+
+double it2_inverse(const struct it2 *stage, struct it2_state *state, double y)
+{
+    const double x = it2_solve(stage, state->y, y);
+    state->y = y;
+    return x;
+}

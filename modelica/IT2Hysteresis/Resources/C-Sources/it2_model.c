@@ -1,0 +1,88 @@
+/* Eqs. (7) and (10): the rules' consequents, weighted by the memberships, without type reduction. */
+#include "it2.h"
+#include "it2_membership.h"
+
+/* Its square times an exponent is finite: the widest rule stays the nearest one. */
+#define FARTHEST 1e140
+
+void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count)
+{
+    *stage = (struct it2){ .rules = count };
+    for (int l = 0; l < count; l++) {
+        stage->rule[l] = rules[l];
+        stage->exponent[l][0] = -0.5 * EXP_SCALE / (rules[l].sigmaLower * rules[l].sigmaLower);
+        stage->exponent[l][1] = -0.5 * EXP_SCALE / (rules[l].sigmaUpper * rules[l].sigmaUpper);
+    }
+}
+
+/* exp of the differences of both scaled exponents to the largest, finite however narrow the rule is. */
+static void relative(const double exponent[2], double square, double largest, double result[2])
+{
+    double difference[2];
+
+    for (int i = 0; i < 2; i++)
+        difference[i] = fmax(square * exponent[i], -DBL_MAX) - largest;
+    exp_scaled_pair(difference, result);
+}
+
+void it2_memberships_far(const struct it2 *stage, double y_previous, struct it2_memberships *m)
+{
+    double square[IT2_MAX_RULES];
+    double largest = -DBL_MAX;
+
+    for (int l = 0; l < stage->rules; l++) {
+        const double distance = fmin(fmax(y_previous - stage->rule[l].centre, -FARTHEST), FARTHEST);
+        square[l] = distance * distance;
+        largest = fmax(largest, square[l] * stage->exponent[l][1]);
+    }
+    m->sum = 0.0;
+    for (int l = 0; l < stage->rules; l++) {
+        double membership[2];
+        relative(stage->exponent[l], square[l], largest, membership);
+        m->lower[l] = membership[0];
+        m->upper[l] = membership[1];
+        m->weight[l] = m->lower[l] + m->upper[l];
+        m->sum += m->weight[l];
+    }
+}
+
+static double consequent(const struct it2_rule *rule, double y_previous, double x)
+{
+    return rule->q1 * y_previous + (rule->q2 * x + rule->q3);
+}
+
+static double evaluate_far(const struct it2 *stage, double y_previous, double x)
+{
+    struct it2_memberships m;
+    double numerator = 0.0;
+
+    it2_memberships_far(stage, y_previous, &m);
+    for (int l = 0; l < stage->rules; l++)
+        numerator += consequent(&stage->rule[l], y_previous, x) * m.weight[l];
+    return numerator / m.sum;
+}
+
+double it2_evaluate(const struct it2 *stage, double y_previous, double x)
+{
+    double lower, upper; /* not of interest here */
+    double sum = it2_membership(stage, 0, y_previous, &lower, &upper);
+    double numerator = consequent(&stage->rule[0], y_previous, x) * sum;
+
+    for (int l = 1; l < stage->rules; l++) {
+        const double weight = it2_membership(stage, l, y_previous, &lower, &upper);
+        numerator += consequent(&stage->rule[l], y_previous, x) * weight;
+        sum += weight;
+    }
+    return sum >= IT2_SUM_UNDERFLOW ? numerator / sum : evaluate_far(stage, y_previous, x);
+}
+
+void it2_reset(struct it2_state *state, double y)
+{
+    state->y = y;
+}
+
+double it2_step(const struct it2 *stage, struct it2_state *state, double x)
+{
+    state->y = it2_evaluate(stage, state->y, x);
+    return state->y;
+}

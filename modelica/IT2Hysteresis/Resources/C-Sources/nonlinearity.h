@@ -1,0 +1,31 @@
+/* Static curve between displacement and reading: z maps displacementMin..displacementMax to -1..1, and
+ *     reading = y + (1 - z^2) (quadratic + cubic z + quartic z^2),
+ * zero at both ends and beyond. It rises with y. No state.
+ *
+ * It acts on `measured` only, so that the inverse, which aims at the displacement, has no part of it. */
+#ifndef IT2HYS_NONLINEARITY_H
+#define IT2HYS_NONLINEARITY_H
+
+#include "effect.h"
+
+struct nonlinearity_parameters {
+    double quadratic; /* m, as the others */
+    double cubic;
+    double quartic;
+};
+
+struct nonlinearity {
+    struct nonlinearity_parameters coefficient;
+    double centre;
+    double half_range;
+};
+
+bool nonlinearity_is_on(const struct nonlinearity_parameters *parameters);
+bool nonlinearity_check(const struct nonlinearity_parameters *parameters, double minimum,
+                        double maximum, char *message, size_t size);
+void nonlinearity_prepare(struct nonlinearity *stage, const struct nonlinearity_parameters *parameters,
+                          double minimum, double maximum);
+double nonlinearity_step(const struct nonlinearity *stage, double y);
+double nonlinearity_derivative(const struct nonlinearity *stage, double y);
+
+#endif

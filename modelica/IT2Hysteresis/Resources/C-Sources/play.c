@@ -1,0 +1,135 @@
+#include "play.h"
+
+bool play_check(const struct play_element *elements, int count, char *message, size_t size)
+{
+    double slope = 1.0;
+
+    if (count < 0 || count > PLAY_MAX)
+        return refuse(message, size, "playCount is %d; it must be 0 to %d", count, PLAY_MAX);
+    for (int j = 0; j < count; j++) {
+        const double least = j > 0 ? elements[j - 1].threshold : 0.0;
+        if (!(elements[j].threshold >= least))
+            return refuse(message, size, "play[%d].threshold is %g V; thresholds must rise, so it must be "
+                          "at least %g V", j + 1, elements[j].threshold, least);
+        slope += elements[j].weight;
+        if (!(slope > 0.0))
+            return refuse(message, size, "1 plus the weights up to play[%d].weight is %g; it must be "
+                          "positive: the play operators would not be monotone and could not be inverted",
+                          j + 1, slope);
+    }
+    return true;
+}
+
+void play_prepare(struct play *stage, const struct play_element *elements, int count)
+{
+    stage->count = count;
+    for (int j = 0; j < count; j++)
+        stage->element[j] = elements[j];
+}
+
+double play_reset(const struct play *stage, struct play_state *state, double h)
+{
+    *state = (struct play_state){ { 0.0 } };
+    return play_inverse(stage, state, h);
+}
+
+double play_step(const struct play *stage, struct play_state *state, double x)
+{
+    double h = x;
+
+    for (int j = 0; j < stage->count; j++) {
+        const double r = stage->element[j].threshold;
+        state->p[j] = clamp(state->p[j], x - r, x + r);
+        h += stage->element[j].weight * state->p[j];
+    }
+    return h;
+}
+
+/* Walks from the segment in which no operator moves, upwards (side 1) or downwards (side -1), to the
+ * segment that holds h. On a segment: slope x = sum. */
+static double walk(const struct play *stage, const struct play_state *state, double sum, double side)
+{
+    double slope = 1.0;
+    double x = sum;
+
+    for (int j = 0; j < stage->count; j++) {
+        const double corner = state->p[j] + side * stage->element[j].threshold;
+        if (!(side * (x - corner) > 0.0))
+            break;
+        sum += stage->element[j].weight * corner;
+        slope += stage->element[j].weight;
+        x = sum / slope;
+    }
+    return x;
+}
+
+double play_solve(const struct play *stage, const struct play_state *state, double h)
+{
+    double sum = h;
+
+    if (stage->count == 0)
+        return h;
+    for (int j = 0; j < stage->count; j++)
+        sum -= stage->element[j].weight * state->p[j];
+    return walk(stage, state, sum, sum > state->p[0] ? 1.0 : -1.0);
+}
+
+double play_inverse(const struct play *stage, struct play_state *state, double h)
+{
+    const double x = play_solve(stage, state, h);
+
+    play_step(stage, state, x);
+    return x;
+}
+
+/* Does x move operator j? */
+static bool engaged(const struct play *stage, const struct play_state *state, int j, double x)
+{
+    const double r = stage->element[j].threshold;
+
+    return state->p[j] < x - r || state->p[j] > x + r;
+}
+
+double play_step_tangent(const struct play *stage, const struct play_state *state, double x,
+                         struct play_state *d_state, double d_x)
+{
+    double d_h = d_x;
+
+    for (int j = 0; j < stage->count; j++) {
+        if (engaged(stage, state, j, x))
+            d_state->p[j] = d_x;
+        d_h += stage->element[j].weight * d_state->p[j];
+    }
+    return d_h;
+}
+
+double play_solve_tangent(const struct play *stage, const struct play_state *state, double x,
+                          const struct play_state *d_state, double d_h)
+{
+    double slope = 1.0;
+
+    for (int j = 0; j < stage->count; j++) {
+        if (engaged(stage, state, j, x))
+            slope += stage->element[j].weight;
+        else
+            d_h -= stage->element[j].weight * d_state->p[j];
+    }
+    return d_h / slope;
+}
+
+double play_reset_tangent(const struct play *stage, double h, const struct play_element *d, double d_h)
+{
+    struct play_state origin = { { 0.0 } };
+    const double x = play_solve(stage, &origin, h);
+    const double side = x > 0.0 ? 1.0 : -1.0;
+    double slope = 1.0;
+
+    for (int j = 0; j < stage->count; j++) {
+        if (!engaged(stage, &origin, j, x))
+            continue;
+        const double p = x - side * stage->element[j].threshold;
+        slope += stage->element[j].weight;
+        d_h -= d[j].weight * p - stage->element[j].weight * side * d[j].threshold;
+    }
+    return d_h / slope;
+}

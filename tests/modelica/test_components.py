@@ -1,0 +1,215 @@
+"""Components and examples, simulated in rumoca against what their equations say."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from effects import with_effects
+from library import CLASSES, LIBRARY
+from test_simulation import PREAMBLE, compile_model, model, relative, rumoca, run
+
+from it2hys import core
+from it2hys.cli import main
+from it2hys.parameters import read_ssv, table_1, write_ssv
+
+COMPONENTS = "IT2Hysteresis.Components"
+EXAMPLES = "IT2Hysteresis.Examples"
+CIRCUIT = (
+    f"Modelica.Electrical.Analog.Basic.Ground ground; {COMPONENTS}.VoltageAmplifier amplifier(k=1); "
+    f"{COMPONENTS}.PiezoActuator actuator(v(start=0, fixed=true), {{changes}}); "
+    "Modelica.Mechanics.Translational.Components.Fixed base;"
+)
+WIRES = (
+    "connect(amplifier.p, actuator.p); connect(amplifier.n, actuator.n); "
+    "connect(amplifier.n, ground.p); connect(base.flange, actuator.flange_a);"
+)
+BLOCKED = "Modelica.Mechanics.Translational.Components.Fixed tip(s0=actuator.length);"
+HELD = "connect(tip.flange, actuator.flange_b);"
+FREE = ""  # a flange that nothing is connected to has no force
+AT_REST = "s_rel(fixed=true), v_rel(fixed=true), zeta=0.7"
+
+
+def circuit(drive: str, mechanics: str, changes: str = "zeta=0.05", more: str = "") -> str:
+    """Return a model of an amplifier and an actuator."""
+    equations = f"amplifier.u = {drive}; {WIRES} {mechanics}"
+    return model(CIRCUIT.format(changes=changes) + more, equations)
+
+
+@cache
+def simulate(example: str, stop: float, step: float = 1e-4) -> "rumoca.Result":
+    """Simulate an example of the library."""
+    source = f"model M {PREAMBLE} extends {EXAMPLES}.{example}; end M;"
+    return compile_model(source).simulate(
+        t=(0.0, stop), dt=step, config=rumoca.SimConfig(solver="rk-like")
+    )
+
+
+# --- actuator and amplifier ------------------------------------------------------------------------
+
+
+def test_the_blocked_actuator_pushes_with_its_stiffness_times_the_free_stroke():
+    at = run(
+        circuit("40 - 40*cos(300*time)", HELD, more=BLOCKED + "Real most = actuator.blockedForce;"), 150
+    )
+    free, _ = core.chain_free_run(table_1(), at("actuator.v"))
+    assert relative(at("actuator.f"), 2e7 * free) < 1e-9
+    assert at("actuator.s_rel") == pytest.approx(0.0, abs=1e-18)
+    assert relative(at("tip.flange.f"), at("actuator.f")) < 1e-9
+    assert at("actuator.q") == pytest.approx(1.5e-6 * at("actuator.v"), rel=1e-12)
+    assert at("most")[0] == pytest.approx(320.0)
+
+
+def test_the_free_actuator_settles_at_its_free_stroke_and_has_drawn_its_charge():
+    at = run(circuit("min(60, 6e3*time)", FREE, AT_REST), 800)
+    free, _ = core.chain_free_run(table_1(), at("actuator.v"))
+    assert at("actuator.s_rel")[-1] == pytest.approx(free[-1], rel=1e-4)
+    alpha = 2e7 * 16e-6 / 150.0
+    charge = 1.5e-6 * at("actuator.v") + alpha * at("actuator.s_rel")
+    assert at("actuator.q") == pytest.approx(charge, rel=1e-9)
+
+
+def test_the_charge_is_the_integral_of_the_current():
+    at = run(circuit("min(60, 6e3*time)", FREE, AT_REST, "Real drawn(start=0, fixed=true);")
+             .replace("equation", "equation der(drawn) = actuator.i;", 1), 400)  # fmt: skip
+    assert at("drawn") == pytest.approx(at("actuator.q") - at("actuator.q")[0], rel=1e-3, abs=1e-8)
+
+
+def test_the_current_limit_makes_a_slew_limit():
+    at = run(circuit("100", HELD, "zeta=0.05", BLOCKED + "Real i = amplifier.i;"), 12)
+    assert at("i")[2] == pytest.approx(0.3)
+    slew = np.diff(at("actuator.v"))[2:4] / 1e-4
+    assert slew == pytest.approx(0.3 / 1.5e-6, rel=1e-6)
+
+
+def test_the_amplifier_keeps_to_its_voltages():
+    at = run(circuit("200*sin(700*time)", HELD, "zeta=0.05", BLOCKED), 100)
+    voltage = at("actuator.v")
+    assert voltage.max() == pytest.approx(150.0, rel=1e-6)
+    assert voltage.min() > -1e-3
+
+
+# --- gauge and controller ----------------------------------------------------------------------------
+
+
+def gauge(parameters: str, ticks: int = 600):
+    """Simulate a gauge between two points; returns reading and distance at the ticks."""
+    mover = (
+        "model Mover Modelica.Mechanics.Translational.Interfaces.Flange_b flange; Real s; "
+        "equation flange.s = s; end Mover; "
+    )
+    source = mover + model(
+        f"{COMPONENTS}.StrainGauge gauge(offset=1e-3{parameters}); Real distance; "
+        "Modelica.Mechanics.Translational.Components.Fixed base(s0=0.5); "
+        "Mover mover;",
+        "distance = 8e-6 + 9e-6*sin(120*time); mover.s = 0.501 + distance; "
+        "connect(base.flange, gauge.flange_a); connect(mover.flange, gauge.flange_b);",
+    )
+    at = run(source, ticks)
+    return at("gauge.y"), at("distance")
+
+
+def test_the_gauge_reads_in_steps_and_within_its_range():
+    reading, distance = gauge(", bits=6, sigma=0")
+    quantum = 16e-6 / 63
+    assert np.rint(reading / quantum) * quantum == pytest.approx(reading, abs=1e-15)
+    assert np.abs(reading - np.clip(distance, 0, 16e-6)).max() <= quantum / 2 + 1e-12
+    assert reading.max() == pytest.approx(16e-6) and reading.min() == 0.0
+
+
+def test_the_gauges_noise_has_its_deviation_and_its_seed():
+    reading, distance = gauge(", yMin=-1e-5, yMax=3e-5, sigma=5e-8, bits=24")
+    noise = reading - distance
+    assert 0.7 * 5e-8 < noise.std() < 1.3 * 5e-8
+    assert abs(noise.mean()) < 1e-8
+    other, _ = gauge(", yMin=-1e-5, yMax=3e-5, sigma=5e-8, bits=24, seed=7")
+    assert not np.array_equal(other, reading)
+
+
+def test_the_controller_is_its_equations_with_the_error_of_the_tick_before():
+    source = model(
+        f"{COMPONENTS}.SampledPI pi(k=3e6, Ti=4e-4, yMax=20);",
+        "pi.reference = 5e-6*sin(300*time); pi.measured = 3e-6*sin(500*time);",
+    )
+    at = run(source, 200)
+    error = np.concatenate([[0.0], (at("pi.reference") - at("pi.measured"))[:-1]])
+    integral, expected = 0.0, []
+    for e in error:
+        integral = np.clip(integral + 3e6 * 1e-4 / 4e-4 * e, -20.0, 20.0)
+        expected.append(np.clip(3e6 * e + integral, -20.0, 20.0))
+    assert np.abs(expected).max() == 20.0
+    assert at("pi.y") == pytest.approx(np.array(expected), abs=1e-9)
+
+
+# --- examples ----------------------------------------------------------------------------------------
+
+
+SIMULATED = {
+    "HysteresisLoop": (0.12, 1e-4),
+    "FeedforwardTracking": (0.1, 1e-4),
+    "FeedforwardFeedback": (0.2, 1e-4),
+    "FlexureStage": (0.12, 1e-5),
+    "DisturbanceForce": (0.25, 1e-5),
+    "FMUAgainstPureModelica": (0.1, 1e-4),
+}
+
+
+def test_every_example_is_simulated():
+    assert {n.rsplit(".", 1)[-1] for n in CLASSES if n.startswith(f"{EXAMPLES}.")} == set(SIMULATED)
+
+
+@pytest.mark.parametrize("example", SIMULATED)
+def test_an_example_has_its_reference_signals_and_stays_in_range(example):
+    result = simulate(example, *SIMULATED[example])
+    listed = LIBRARY / f"Resources/Reference/IT2Hysteresis/Examples/{example}/comparisonSignals.txt"
+    for name in listed.read_text().split()[1:]:
+        assert (np.isfinite(result[name]).all() and np.ptp(result[name]) > 0.0) or "Difference" in name
+    ranges = [n for n in result.names if n.endswith((".left", ".short"))]
+    assert ranges
+    assert not any(np.asarray(result[n]).any() for n in ranges)
+
+
+def rms(values: np.ndarray) -> float:
+    """Return the root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def test_feedback_corrects_what_the_inverse_does_not_know():
+    result = simulate("FeedforwardFeedback", 0.2)
+    assert rms(result["errorClosed.y"]) < 0.25 * rms(result["errorFeedforward.y"])
+
+
+def test_feedback_brings_the_displacement_back_under_a_force():
+    result = simulate("DisturbanceForce", 0.25, 1e-5)
+    error = np.abs(np.asarray(result["actuator.s_rel"]) - np.asarray(result["reference.y"]))
+    time = np.asarray(result.time)
+    taken = 40.0 / 2e7
+    assert error[(time > 0.125) & (time < 0.127)].max() > 0.8 * taken
+    assert error[(time > 0.165) & (time < 0.175)].max() < 0.2 * taken
+    assert error[time < 0.125].max() < 0.1 * taken
+
+
+def test_the_spring_takes_its_part_of_the_stroke():
+    at = simulate("FlexureStage", 0.12, 1e-5)
+    stack, platform = (np.asarray(at[n]) for n in ("actuator.s_rel", "platform.s"))
+    moved = platform - 18e-3
+    # flexure 50 N/um between, spring 2 N/um to the frame: in series
+    assert moved.max() / stack.max() == pytest.approx(50.0 / 52.0, rel=0.01)
+
+
+def test_an_exported_set_runs_in_an_example(tmp_path, capsys):
+    parameters = with_effects(("play", "creep", "resonance"), seed=4, initialDisplacement=0.7e-6)
+    ssv = tmp_path / "my stage.ssv"
+    write_ssv(type(parameters)(dict(parameters), "my stage 2"), ssv)
+    assert main(["package", str(ssv), "--modelica", "-o", str(tmp_path / "out")]) == 0
+    record = tmp_path / "out" / "MyStage2.mo"
+    assert str(record) in capsys.readouterr().out
+    source = record.read_text(encoding="utf-8") + (
+        f"model M {PREAMBLE} extends {EXAMPLES}.FeedforwardTracking("
+        "redeclare record Stage = MyStage2); end M;"
+    )
+    at = run(source, 500)
+    read = read_ssv(ssv)
+    voltage, _ = core.chain_inverse_run(read, at("inverse.reference"))
+    displacement, _ = core.chain_free_run(read, at("inverse.voltage"))
+    assert relative(at("inverse.voltage"), voltage) < 1e-10
+    assert relative(at("plant.displacement"), displacement) < 1e-10
