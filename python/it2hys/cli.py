@@ -187,7 +187,8 @@ def _simulate(options: argparse.Namespace) -> int:
     from tqdm import tqdm
 
     from it2hys.signals import read_signals, write_signals
-    from it2hys.simulation import Slave, simulate
+    from it2hys.simulation import simulate
+    from it2hys.slave import Slave
 
     start = dict(_assignment(text) for text in options.set)
     with Slave(options.fmu, start) as slave:

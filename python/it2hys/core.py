@@ -79,6 +79,11 @@ def _library() -> ctypes.CDLL:
     return library
 
 
+def library_function(name: str) -> ctypes._CFuncPtr:
+    """Return a function of the library, whose arguments the caller declares."""
+    return getattr(_library(), name)
+
+
 def _rules(rules: np.ndarray) -> tuple[np.ndarray, int]:
     rules = np.ascontiguousarray(rules, dtype=np.float64)
     if rules.ndim != 2 or rules.shape[1] != 6 or not 1 <= len(rules) <= MAX_RULES:
