@@ -70,7 +70,7 @@ def simulate(
             [Connection(name, f"fmu.{name}") for name in signals],
             [f"fmu.{name}" for name in outputs],
         )
-        system.initialize({"fmu": start_values or {}})
+        system.initialize({"fmu": start_values or {}}, {n: s[0] for n, s in signals.items() if ticks})
         blocks = [
             system.run({n: s[k : k + BLOCK] for n, s in signals.items()}, min(BLOCK, ticks - k),
                        slave.sample_time)
@@ -131,6 +131,7 @@ def _run_chain(
     outputs = ["inverse.voltage", "inverse.saturated", "plant.displacement"]
     recorded = [name for name in outputs if name.partition(".")[0] in slaves]
     system = System(slaves, connections, recorded)
-    system.initialize(dict.fromkeys(slaves, start_values or {}))
+    first = {"reference": reference[0]} if len(reference) else {}
+    system.initialize(dict.fromkeys(slaves, start_values or {}), first)
     step = slaves["inverse"].sample_time
     return system.run({"reference": reference}, len(reference), step)
