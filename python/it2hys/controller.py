@@ -131,7 +131,6 @@ def suitable_gains(parameters: ParameterSet) -> dict[str, float]:
     gain = by_voltage / (1.0 - by_displacement)
     time_constant = -sample_time / np.log(by_displacement) if 0.0 < by_displacement < 1.0 else 0.0
     integral_gain = CROSSOVER / sample_time / gain
-    start = np.array([parameters["initialDisplacement"]])
     low, high = parameters.voltage_range
     return {
         "sampleTime": sample_time,
@@ -139,5 +138,4 @@ def suitable_gains(parameters: ParameterSet) -> dict[str, float]:
         "integralGain": float(integral_gain),
         "voltageMin": low,
         "voltageMax": high,
-        "initialVoltage": float(np.clip(core.solve(rules, start, start)[0], low, high)),
     }

@@ -1,0 +1,118 @@
+"""What a sweep computes of every case: numbers of one output, or of one against another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from it2hys.errors import InputError
+from it2hys.metrics import max_relative_error, rms_error
+
+#: A gain has fallen by 3 dB where it is below this share of its low-frequency value.
+HALF_POWER = 1.0 / np.sqrt(2.0)
+#: Frequencies with less than this share of the largest power are not excited.
+EXCITED = 1e-4
+#: Segments that the spectra are averaged over.
+SEGMENTS = 4
+
+
+def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
+    """Return the frequency at which the gain from reference to output has fallen by 3 dB.
+
+    The gain is the cross-spectrum over the spectrum of the reference (Welch), which must excite the
+    band: a chirp or a multisine.
+
+    Parameters
+    ----------
+    reference, output : ndarray, shape (N,)
+        Sampled every `step` seconds.
+    step : float
+        In s.
+
+    Returns
+    -------
+    float
+        In Hz; NaN if the gain stays above -3 dB over the whole band that the reference excites.
+
+    Raises
+    ------
+    InputError
+        If the reference is constant or too short for a spectrum.
+    """
+    count = len(reference) // (SEGMENTS // 2 + 1)
+    if count < 16 or np.ptp(reference) == 0.0:
+        raise InputError("bandwidth needs a reference that varies over at least 48 samples")
+    options = {"fs": 1.0 / step, "nperseg": count, "detrend": "constant"}
+    frequency, power = signal.welch(reference, **options)
+    _, cross = signal.csd(reference, output, **options)
+    excited = power > EXCITED * power.max()
+    frequency, gain = frequency[excited], np.abs(cross[excited]) / power[excited]
+    fallen = np.flatnonzero(gain < HALF_POWER * gain[0])
+    return float(frequency[fallen[0]]) if len(fallen) else float("nan")
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        raise InputError(f"the output is not finite, first at sample {bad[0]} of those judged")
+    return values
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of metric.
+
+    Attributes
+    ----------
+    function : callable
+        From the output, what it is compared with or None, and the step in s, to the number.
+    compares : bool
+        Whether it needs something to compare with.
+    unit : str
+        Of the number; ``"same"`` for the output's own.
+    text : str
+        What it is, for the documentation.
+    """
+
+    function: Callable[[np.ndarray, np.ndarray | None, float], float]
+    compares: bool
+    unit: str
+    text: str
+
+
+def _of_one(function: Callable[[np.ndarray], float]) -> Callable:
+    return lambda y, _against, _step: float(function(_finite(y)))
+
+
+KINDS: dict[str, Kind] = {
+    "e_mr": Kind(
+        lambda y, r, _: max_relative_error(r, y), True, "share", "(24), largest error over range"
+    ),
+    "e_rms": Kind(lambda y, r, _: rms_error(r, y), True, "same", "(25), rms error"),
+    "gain": Kind(
+        lambda y, r, _: float(np.ptp(_finite(y)) / np.ptp(r)) if np.ptp(r) else float("nan"),
+        True,
+        "1",
+        "range over the range of what it is compared with",
+    ),
+    "bandwidth": Kind(
+        lambda y, r, step: bandwidth(r, _finite(y), step),
+        True,
+        "Hz",
+        "frequency at which the gain has fallen by 3 dB; empty if it does not",
+    ),
+    "time true": Kind(
+        lambda y, _, step: float(np.count_nonzero(y) * step), False, "s", "time that it is not 0"
+    ),
+    "mean": Kind(_of_one(np.mean), False, "same", "mean"),
+    "std": Kind(_of_one(np.std), False, "same", "standard deviation"),
+    "rms": Kind(_of_one(lambda y: np.sqrt(np.mean(y * y))), False, "same", "root of the mean square"),
+    "min": Kind(_of_one(np.min), False, "same", "least value"),
+    "max": Kind(_of_one(np.max), False, "same", "greatest value"),
+    "range": Kind(_of_one(np.ptp), False, "same", "greatest less least value"),
+    "final": Kind(_of_one(lambda y: y[-1]), False, "same", "last value"),
+    "change": Kind(_of_one(lambda y: y[-1] - y[0]), False, "same", "last value less the first judged"),
+}
