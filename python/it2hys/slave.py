@@ -1,7 +1,6 @@
 """One instance of an FMU through FMPy: unpacking, initialization, values, single steps."""
 
 import ctypes
-import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -54,8 +53,9 @@ class Slave:
     def _open(self) -> None:
         self.description = read_description(self.path)
         self.variables = {v.name: v for v in self.description.modelVariables}
-        self._directory = tempfile.mkdtemp(prefix="it2hys-")
-        self._stack.callback(shutil.rmtree, self._directory, ignore_errors=True)
+        # removed at the end of the process, too
+        directory = tempfile.TemporaryDirectory(prefix="it2hys-", ignore_cleanup_errors=True)
+        self._directory = self._stack.enter_context(directory)
         fmpy.extract(str(self.path), self._directory)
         # kept, because the library holds a pointer to them
         self._callbacks = fmi2.fmi2CallbackFunctions()

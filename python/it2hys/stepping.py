@@ -120,6 +120,7 @@ class System:
         self._values = np.zeros(max(len(self._slots), 1))
         self._recorded = np.array([self._slots[name] for name in self.recorded], dtype=np.int32)
         self._step = 0
+        self._filled: list[int] = []  # instances that the structures hold
         self._kept: list = []  # arrays that the structures point into
         self._structures = (_Slave * len(self.slaves))()
 
@@ -181,6 +182,10 @@ class System:
 
     def _fill(self) -> None:
         """Fill the structures with the addresses that the instances have now."""
+        instances = [slave.instance for slave in self.slaves.values()]
+        if instances == self._filled:
+            return
+        self._filled = instances
         self._kept.clear()
         for structure, (name, slave) in zip(self._structures, self.slaves.items(), strict=True):
             inputs, outputs = self._inputs[name], self._outputs[name]

@@ -196,7 +196,7 @@ def make_plan(scenario: SweepScenario) -> Plan:
     signals = {s.name: _load(s, scenario.folder) for s in scenario.signals}
     lookup = _Lookup(scenario, descriptions, signals)
     setups = tuple(_setup(scenario, variant, lookup) for variant in scenario.variants)
-    axes = tuple(_axis(vary, setups, lookup) for vary in scenario.vary)
+    axes = tuple(_axis(vary, lookup) for vary in scenario.vary)
     matrix = _draw(scenario)
     variant = np.repeat(np.arange(len(setups)), len(matrix))
     for metric in scenario.metrics:
@@ -339,7 +339,9 @@ class _Lookup:
         """Return the SI unit of an output; of a signal, that of the input it goes to."""
         if "." in name:
             variable = self.variable("unit", name)
-            return variable.unit or (variable.declaredType.unit if variable.declaredType else None) or "1"
+            return (
+                variable.unit or (variable.declaredType.unit if variable.declaredType else None) or "1"
+            )
         targets = [c.target for v in self.scenario.variants for c in v.connections if c.source == name]
         return self.unit(targets[0]) if targets else "1"
 
@@ -382,14 +384,18 @@ class _Lookup:
             if not isinstance(value, int | float) or not np.isfinite(value):
                 raise InputError(f"{place}: {target} is {value!r}; it must be a finite number")
             if (low is not None and value < low) or (high is not None and value > high):
-                text = f"{'-∞' if low is None else f'{low:g}'} to {'∞' if high is None else f'{high:g}'}"
+                text = (
+                    f"{'-∞' if low is None else f'{low:g}'} to {'∞' if high is None else f'{high:g}'}"
+                )
                 raise InputError(f"{place}: {target} is {value:g}; it must be {text}")
 
 
 def argument_of_kind(place: str, source: Source, key: str) -> float:
     """Return the value of a signal's argument that is a number, NaN where it is not given."""
     if source.signal == CSV:
-        raise InputError(f"{place}: the signal {source.name!r} is from a CSV and has no argument {key!r}")
+        raise InputError(
+            f"{place}: the signal {source.name!r} is from a CSV and has no argument {key!r}"
+        )
     known = list(inspect.signature(getattr(excitations, source.signal)).parameters)[1:]
     if key not in known:
         raise InputError(
@@ -442,7 +448,7 @@ def _setup(scenario: SweepScenario, variant: Any, lookup: _Lookup) -> Setup:
     return Setup(variant.name, fmus, variant.connections, values)
 
 
-def _axis(vary: Vary, setups: Sequence[Setup], lookup: _Lookup) -> Axis:
+def _axis(vary: Vary, lookup: _Lookup) -> Axis:
     known = vary.values or vary.range or vary.normal[:1]
     bases = []
     for target in vary.targets:
@@ -452,16 +458,11 @@ def _axis(vary: Vary, setups: Sequence[Setup], lookup: _Lookup) -> Axis:
             raise InputError(f"{place}: {target} has no value yet that a factor could multiply")
         bases.append(base if vary.factor else 1.0)
         lookup.check_target(vary.place.rstrip(": "), target, [v * bases[-1] for v in known])
-        if any(target in setup.values and target in vary.targets and not vary.factor
-               and setup.name and target in _set_by_variant(setup, lookup) for setup in setups):  # fmt: skip
-            raise InputError(f"{place}: {target} is set by a variant, too")
+        for variant in lookup.scenario.variants:
+            if target in variant.values:
+                raise InputError(f"{place}: {target} is set by the variant {variant.name!r}, too")
     unit = vary.unit or ("1" if vary.factor else lookup.target_unit(vary.targets[0]))
     return Axis(vary.name, vary.targets, tuple(bases), unit)
-
-
-def _set_by_variant(setup: Setup, lookup: _Lookup) -> set[str]:
-    own = next(v for v in lookup.scenario.variants if v.name == setup.name)
-    return set(own.values)
 
 
 # --- drawing the cases ---------------------------------------------------------------------------
@@ -538,7 +539,9 @@ def _check_signals(plan: Plan) -> None:
     for column in plan.matrix.T:
         ends |= {int(column.argmin()), int(column.argmax())}
     per_variant = plan.cases // len(plan.setups)
-    for case in sorted({e % per_variant + i * per_variant for e in ends for i in range(len(plan.setups))}):
+    for case in sorted(
+        {e % per_variant + i * per_variant for e in ends for i in range(len(plan.setups))}
+    ):
         values = plan.values(case)
         try:
             step, count, skipped = plan.steps(values)

@@ -200,7 +200,9 @@ def _check(scenario: SweepScenario) -> None:
     names = [f.name for f in scenario.fmus] + [s.name for s in scenario.signals]
     for name in names:
         if not name.isidentifier() or name in ("step", "duration"):
-            raise InputError(f"{name!r} is no usable name of an FMU or a signal; use letters, digits, _")
+            raise InputError(
+                f"{name!r} is no usable name of an FMU or a signal; use letters, digits, _"
+            )
         if names.count(name) > 1:
             raise InputError(f"an FMU and a signal are both named {name!r}")
     for key in ("duration", "lead_in"):
@@ -378,9 +380,7 @@ def _identified(place: str, path: Path) -> dict:
     except OSError:
         raise InputError(f"{place}intervals: {path}: no such file, or it cannot be read") from None
     except (ValueError, KeyError, TypeError):
-        raise InputError(
-            f"{place}intervals: {path} is no report.json of `it2hys identify`"
-        ) from None
+        raise InputError(f"{place}intervals: {path} is no report.json of `it2hys identify`") from None
 
 
 def _check_vary(vary: Vary) -> None:

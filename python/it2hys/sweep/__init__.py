@@ -1,0 +1,11 @@
+"""Scenario sweeps: many cases of connected FMUs, in parallel, to one table and a report.
+
+A scenario (`schema`) becomes a plan (`plan`) of cases; workers (`workers`, `worker`) run them on the
+fast path; what is finished is kept (`store`), so that a sweep can be interrupted at any moment; the
+report (`report`) is drawn from the table alone.
+"""
+
+from it2hys.sweep.schema import SweepScenario, is_sweep, parse_sweep, read_sweep
+from it2hys.sweep.sweep import SweepOutcome, run_sweep
+
+__all__ = ["SweepOutcome", "SweepScenario", "is_sweep", "parse_sweep", "read_sweep", "run_sweep"]
