@@ -50,6 +50,12 @@ def _parser() -> argparse.ArgumentParser:
         "--c-header", action="store_true", help="write the model as a C header too, into DIR/embedded"
     )
 
+    package.add_argument(
+        "--ssp",
+        action="store_true",
+        help="write the systems of inverse, plant and controller as SSP too",
+    )
+
     simulate = _command(commands, "simulate", _simulate, "run an FMU over signals from a CSV")
     simulate.add_argument("fmu", metavar="FMU", type=Path)
     simulate.add_argument("--input", required=True, metavar="U.csv", type=Path)
@@ -62,6 +68,20 @@ def _parser() -> argparse.ArgumentParser:
         help="a parameter in SI units, such as initialDisplacement=1e-6; may be repeated",
     )
     _add_columns(simulate)
+
+    sweep = _command(commands, "sweep", _sweep, "run all cases of a sweep scenario, in parallel")
+    sweep.add_argument(
+        "scenario",
+        metavar="SCENARIO",
+        help="a TOML file, a scenario of scenarios/, or a results.parquet to draw the report of",
+    )
+    sweep.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
+    workers = sweep.add_mutually_exclusive_group()
+    workers.add_argument(
+        "--workers", type=int, metavar="N", help="processes (default: one a processor)"
+    )
+    workers.add_argument("--dask", metavar="ADDRESS", help="a Dask scheduler, such as tcp://host:8786")
+    sweep.add_argument("--restart", action="store_true", help="discard what DIR holds")
 
     run = _command(commands, "run", _run, "run a scenario by name")
     run.add_argument("name", metavar="NAME", help="a scenario of scenarios/, or a TOML file")
@@ -157,6 +177,11 @@ def _package(options: argparse.Namespace) -> int:
         directory = make_directory(options.output / "embedded")
         write_embedded(parameters, directory, native_directory())
         _say(options, directory / HEADER)
+    if options.ssp:
+        from it2hys.ssp import write_ssp
+
+        for path in write_ssp(parameters, options.output):
+            _say(options, path)
     return 0
 
 
@@ -219,6 +244,29 @@ def _assignment(text: str) -> tuple[str, float]:
         return name, float(value)
     except ValueError:
         raise InputError(f"--set {text}: must be NAME=VALUE with a number in SI units") from None
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    from it2hys.scenario import find_scenario
+    from it2hys.sweep import read_sweep, run_sweep, write_sweep_report
+
+    if options.scenario.endswith(".parquet"):
+        path = Path(options.scenario)
+        report, _ = write_sweep_report(path, options.output or path.parent)
+        _say(options, f"report: {report}")
+        return 0
+    scenario = read_sweep(find_scenario(options.scenario))
+    outcome = run_sweep(
+        scenario,
+        options.output or Path("out") / scenario.name,
+        options.workers,
+        options.dask,
+        options.restart,
+        options.quiet,
+    )
+    _say(options, f"{outcome.cases} cases, {outcome.failed} failed")
+    _say(options, f"table: {outcome.results}\nreport: {outcome.report}")
+    return 0
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -118,6 +118,8 @@ def read_scenario(path: Path) -> Scenario:
         kind. The message names the file and the key.
     """
     table = read_toml(path)
+    if "fmu" in table:
+        raise InputError(f"{path}: a sweep of FMUs; `it2hys sweep` runs it")
     try:
         return _scenario(path.stem, table)
     except InputError as error:

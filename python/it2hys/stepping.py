@@ -66,8 +66,8 @@ def _run() -> ctypes._CFuncPtr:
     run = library_function("it2core_stepper_run")
     run.restype = ctypes.c_int64
     run.argtypes = [
-        _ADDRESS, ctypes.c_int32, _ADDRESS, _ADDRESS, ctypes.c_int32, _ADDRESS, _ADDRESS, ctypes.c_int32,
-        ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.POINTER(_Fault),
+        _ADDRESS, ctypes.c_int32, _ADDRESS, _ADDRESS, ctypes.c_int32, _ADDRESS, _ADDRESS,
+        ctypes.c_int32, ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.POINTER(_Fault),
     ]  # fmt: skip
     return run
 

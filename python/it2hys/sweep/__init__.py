@@ -5,7 +5,16 @@ fast path; what is finished is kept (`store`), so that a sweep can be interrupte
 report (`report`) is drawn from the table alone.
 """
 
+from it2hys.sweep.report import write_sweep_report
 from it2hys.sweep.schema import SweepScenario, is_sweep, parse_sweep, read_sweep
 from it2hys.sweep.sweep import SweepOutcome, run_sweep
 
-__all__ = ["SweepOutcome", "SweepScenario", "is_sweep", "parse_sweep", "read_sweep", "run_sweep"]
+__all__ = [
+    "SweepOutcome",
+    "SweepScenario",
+    "is_sweep",
+    "parse_sweep",
+    "read_sweep",
+    "run_sweep",
+    "write_sweep_report",
+]

@@ -109,7 +109,7 @@ def _head(figure: Figure, entry: Mapping, fallback: str) -> None:
 
 @_styled
 def heat_map(entry: Mapping, columns: Columns) -> Figure:
-    """Draw a metric over two columns, a panel for each variant; cases that share a cell are averaged."""
+    """Draw a metric over two columns, a panel for each variant; cases sharing a cell are averaged."""
     x, y, value = entry["x"], entry["y"], entry["value"]
     figure, panels = _panels(columns, 4.0)
     all_values = columns.values(value)

@@ -54,6 +54,26 @@ def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
     return float(frequency[fallen[0]]) if len(fallen) else float("nan")
 
 
+def loop_area(voltage: np.ndarray, displacement: np.ndarray) -> float:
+    """Return the area of a hysteresis loop as a share of the rectangle around it.
+
+    Parameters
+    ----------
+    voltage, displacement : ndarray, shape (N,)
+        Whole periods of a periodic input, and the output.
+
+    Returns
+    -------
+    float
+        Mean of the periods; NaN if one of the two is constant.
+    """
+    box = np.ptp(voltage) * np.ptp(displacement)
+    above = voltage > 0.5 * (voltage.min() + voltage.max())
+    periods = np.count_nonzero(~above & np.roll(above, -1))
+    area = 0.5 * np.sum(displacement * (np.roll(voltage, -1) - np.roll(voltage, 1)))
+    return float(abs(area) / (periods * box)) if box and periods else float("nan")
+
+
 def _finite(values: np.ndarray) -> np.ndarray:
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
@@ -97,6 +117,12 @@ KINDS: dict[str, Kind] = {
         True,
         "1",
         "range over the range of what it is compared with",
+    ),
+    "loop area": Kind(
+        lambda y, x, _: loop_area(x, _finite(y)),
+        True,
+        "share",
+        "area of the loop over `against`, as a share of the rectangle around it",
     ),
     "bandwidth": Kind(
         lambda y, r, step: bandwidth(r, _finite(y), step),

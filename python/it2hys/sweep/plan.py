@@ -29,8 +29,8 @@ from it2hys.keys import known_names
 from it2hys.model_description import IDENTIFIERS
 from it2hys.packaging import package, package_version
 from it2hys.parameters import ParameterSet, read_ssv, table_1
-from it2hys.signals import read_signals
 from it2hys.records.units import UNITS
+from it2hys.signals import read_signals
 from it2hys.slave import BASE, read_description
 from it2hys.stepping import Connection
 from it2hys.sweep.metrics import KINDS
@@ -573,9 +573,8 @@ def _check_figures(plan: Plan) -> None:
                 raise InputError(f"figure {number}: {key} is {name!r}; {known_names(name, names)}")
         for name in figure.select:
             if name not in scalars:
-                raise InputError(
-                    f"figure {number}: select: there is no column {name!r}; {known_names(name, scalars)}"
-                )
+                known = known_names(name, scalars)
+                raise InputError(f"figure {number}: select: there is no column {name!r}; {known}")
 
 
 def _with_fingerprint(plan: Plan) -> Plan:

@@ -15,7 +15,7 @@ from it2hys.sweep.store import read_metadata
 
 CAPTIONS = {
     "heat map": "A cell is a case, or the mean of those that share it.",
-    "lines": "A point is a case; where several share one, their median, and 5 to 95 % of them as a band.",
+    "lines": "A point is a case, or the median of those that share it, with a band of 5 to 95 %.",
     "loops": "A curve is a case.",
     "time course": "A curve is a case.",
     "distribution": "Median (solid) and 5 and 95 % (dotted) of the cases.",

@@ -328,8 +328,14 @@ def _vary(number: int, table: object, folder: Path) -> list[Vary]:
     intervals = entry.take("intervals", str | dict, None)
     if intervals is not None:
         method = entry.choose("method", METHODS[2:], METHODS[3])
+        only = tuple(_texts(f"{place}only", entry.take("only", list, [])))
+        width = entry.take("width", float, 1.0)
         entry.done()
-        return _from_intervals(place, targets, method, intervals, folder)
+        draws = _draws(place, intervals, only, width, folder)
+        return [
+            Vary(place, name, tuple(f"{fmu}.{name}" for fmu in targets), method, **draw)
+            for name, draw in draws.items()
+        ]
     vary = Vary(
         place=place,
         name=entry.take("name", str, targets[0]),
@@ -348,29 +354,40 @@ def _vary(number: int, table: object, folder: Path) -> list[Vary]:
     return [vary]
 
 
-def _from_intervals(
-    place: str, fmus: tuple[str, ...], method: str, intervals: str | Mapping, folder: Path
-) -> list[Vary]:
-    """Vary every parameter within its interval: given ones evenly, identified ones normally.
+def _draws(
+    place: str, intervals: str | Mapping, only: tuple[str, ...], width: float, folder: Path
+) -> dict[str, dict]:
+    """Return how every parameter is drawn from its interval.
 
-    The report of an identification gives the value and a 95 % interval of every parameter. What it
-    could not determine has no interval and is left alone.
+    From a given interval evenly, from the 95 % interval of an identification normally. What an
+    identification could not determine has no interval and is left alone. `only` names parameters, or
+    fields of all rules; `width` scales the intervals.
     """
+    if not width > 0.0:
+        raise InputError(f"{place}width is {width}; it must be positive")
     if isinstance(intervals, Mapping):
-        draws = {n: {"range": _pair(place, f"intervals.{n}", v)} for n, v in intervals.items()}
+        spans = {n: _pair(place, f"intervals.{n}", v) for n, v in intervals.items()}
+        values = {n: 0.5 * (low + high) for n, (low, high) in spans.items()}
     else:
-        draws = {
-            name: {"normal": (entry["value"], (entry["ci95"][1] - entry["ci95"][0]) / (2 * NORMAL_95))}
-            for name, entry in _identified(place, folder / intervals).items()
-            if None not in entry["ci95"]
-        }
-    axes = [
-        Vary(place, name, tuple(f"{fmu}.{name}" for fmu in fmus), method, **draw)
-        for name, draw in draws.items()
-    ]
-    for vary in axes:
-        _check_vary(vary)
-    return axes
+        found = _identified(place, folder / intervals)
+        spans = {n: e["ci95"] for n, e in found.items() if None not in e["ci95"]}
+        values = {n: found[n]["value"] for n in spans}
+    known = {*spans, *(n.rpartition(".")[2] for n in spans)}
+    for name in only:
+        if name not in known:
+            raise InputError(f"{place}only: no interval of {name!r}; {known_names(name, sorted(known))}")
+    draws = {}
+    for name, (low, high) in spans.items():
+        half = 0.5 * width * (high - low)
+        if not half >= 0.0:
+            raise InputError(f"{place}intervals.{name} is [{low:g}, {high:g}]; it must be [low, high]")
+        if only and name not in only and name.rpartition(".")[2] not in only:
+            continue
+        if isinstance(intervals, Mapping):
+            draws[name] = {"range": (values[name] - half, values[name] + half)}
+        else:
+            draws[name] = {"normal": (values[name], half / NORMAL_95)}
+    return draws
 
 
 def _identified(place: str, path: Path) -> dict:

@@ -178,7 +178,7 @@ class Runner:
         count: int,
         beside: str = "",
     ) -> np.ndarray | None:
-        """Return a record, or a signal at the times that the values of the output `beside` belong to."""
+        """Return a record, or a signal at the times that the output `beside` belongs to."""
         if "." in name or not name:
             return records.get(name)
         slave = self._slaves.get(beside.partition(".")[0])
