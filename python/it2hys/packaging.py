@@ -48,15 +48,20 @@ def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
         If the directory cannot be written to.
     """
     directory = make_directory(directory)
-    native = native_directory()
-    contents = {
-        f"{identifier}.fmu": _fmu(model, identifier, parameters, native)
-        for model, identifier in IDENTIFIERS.items()
-    }
+    contents = {f"{identifier}.fmu": fmu for identifier, fmu in package_bytes(parameters).items()}
     contents[PARAMETER_FILE] = format_ssv(parameters).encode()
     for name, content in contents.items():
         write_atomically(directory / name, content)
     return [directory / name for name in contents]
+
+
+def package_bytes(parameters: ParameterSet) -> dict[str, bytes]:
+    """Return both FMUs with a parameter set, by model identifier."""
+    native = native_directory()
+    return {
+        identifier: _fmu(model, identifier, parameters, native)
+        for model, identifier in IDENTIFIERS.items()
+    }
 
 
 def make_directory(directory: str | Path) -> Path:

@@ -171,7 +171,8 @@ class Slave:
         """Return the value of a variable."""
         variable = self.variable(name)
         base = BASE.get(variable.type, variable.type)
-        return getattr(self._fmu, f"get{base}")([variable.valueReference])[0]
+        with self._explained():
+            return getattr(self._fmu, f"get{base}")([variable.valueReference])[0]
 
     # --- steps ---------------------------------------------------------------------------------
 

@@ -10,12 +10,19 @@ import numpy as np
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogFormatter
 
 from it2hys.figures import STYLE
 
 #: Units as people read them: label and factor from SI.
-READ_AS = {"m": ("µm", 1e6), "share": ("%", 100.0), "m/V": ("µm/V", 1e6), "1": ("", 1.0)}
-COLOURS = ("#1f77b4", "#d95f02", "#1b9e77", "#7570b3", "#e7298a", "#666666")
+READ_AS = {
+    "m": ("µm", 1e6),
+    "share": ("%", 100.0),
+    "m/V": ("µm/V", 1e6),
+    "m/N": ("µm/N", 1e6),
+    "1": ("", 1.0),
+}
+COLOURS = ("#1f77b4", "#d95f02", "#1b9e77", "#7570b3", "#e7298a", "#666666", "#a6761d", "#000000")
 MAP = "viridis"
 #: Curves of a family that can be told apart, and points of one that a picture can show.
 LARGEST_FAMILY, LARGEST_COUNT = 40, 4000
@@ -104,7 +111,26 @@ def _panels(columns: Columns, height: float) -> tuple[Figure, Iterator[tuple[Axe
 
 
 def _head(figure: Figure, entry: Mapping, fallback: str) -> None:
-    figure.suptitle(entry["title"] or fallback, x=0.01, horizontalalignment="left", fontsize=11)
+    for axis in figure.axes:
+        _plain_numbers(axis)
+    figure.suptitle(
+        entry["title"].rstrip(".") or fallback, x=0.01, horizontalalignment="left", fontsize=11
+    )
+
+
+def _plain_numbers(axis: Axes) -> None:
+    """Write 20 and not 2 x 10^1 on a logarithmic axis."""
+    for side in (axis.xaxis, axis.yaxis):
+        if side.get_scale() == "log":
+            side.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            side.set_minor_formatter(_PlainMinor(minor_thresholds=(1.5, 0.4)))
+
+
+class _PlainMinor(LogFormatter):
+    """Labels the minor ticks that a logarithmic axis labels, in plain numbers."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return f"{x:g}" if super().__call__(x, pos) else ""
 
 
 @_styled
@@ -272,9 +298,10 @@ def distribution(entry: Mapping, columns: Columns) -> Figure:
     figure = Figure(figsize=(6.4, 3.8))
     axis = figure.subplots()
     every = columns.values(value, columns.frame.drop_nulls(value))
-    log = entry["x_scale"] == "log" and every.min() > 0
-    space = np.geomspace if log else np.linspace
-    low, high = every.min(), every.max()
+    # a few cases that ran away would leave nothing to be seen of the others
+    low, high = np.percentile(every, [0.0, 99.0])
+    outside = np.count_nonzero(every > high)
+    space = np.geomspace if entry["x_scale"] == "log" and low > 0 else np.linspace
     bins = space(low, high if high > low else low + 1.0, min(60, max(10, int(np.sqrt(len(every))) * 2)))
     for (name, frame), colour in zip(columns.variants(), cycle(COLOURS), strict=False):
         values = columns.values(value, frame.drop_nulls(value))
@@ -283,7 +310,8 @@ def distribution(entry: Mapping, columns: Columns) -> Figure:
         axis.hist(values, bins, color=colour, alpha=0.45, label=name or None)
         for share, style in ((5, ":"), (50, "-"), (95, ":")):
             axis.axvline(np.percentile(values, share), color=colour, linestyle=style, linewidth=1.0)
-    axis.set(xlabel=columns.label(value), ylabel="cases", xscale=entry["x_scale"])
+    beyond = f" ({outside} greater ones are not shown)" if outside else ""
+    axis.set(xlabel=columns.label(value) + beyond, ylabel="cases", xscale=entry["x_scale"])
     if axis.get_legend_handles_labels()[1]:
         axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1)
     _head(figure, entry, f"Distribution of {value}")

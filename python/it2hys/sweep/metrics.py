@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
 
 from it2hys.errors import InputError
 from it2hys.metrics import max_relative_error, rms_error
@@ -14,16 +13,17 @@ from it2hys.metrics import max_relative_error, rms_error
 #: A gain has fallen by 3 dB where it is below this share of its low-frequency value.
 HALF_POWER = 1.0 / np.sqrt(2.0)
 #: Frequencies with less than this share of the largest power are not excited.
-EXCITED = 1e-4
-#: Segments that the spectra are averaged over.
-SEGMENTS = 4
+EXCITED = 1e-3
+#: Fourier components that a gain is smoothed over.
+NEIGHBOURS = 3
 
 
 def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
     """Return the frequency at which the gain from reference to output has fallen by 3 dB.
 
-    The gain is the cross-spectrum over the spectrum of the reference (Welch), which must excite the
-    band: a chirp or a multisine.
+    The gain is that of the Fourier transforms, at the frequencies that the reference excites, smoothed
+    over neighbours: best a multisine over whole periods, well enough a chirp. The first frequency
+    counts as low; between frequencies the gain is interpolated.
 
     Parameters
     ----------
@@ -40,18 +40,23 @@ def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
     Raises
     ------
     InputError
-        If the reference is constant or too short for a spectrum.
+        If the reference is constant.
     """
-    count = len(reference) // (SEGMENTS // 2 + 1)
-    if count < 16 or np.ptp(reference) == 0.0:
-        raise InputError("bandwidth needs a reference that varies over at least 48 samples")
-    options = {"fs": 1.0 / step, "nperseg": count, "detrend": "constant"}
-    frequency, power = signal.welch(reference, **options)
-    _, cross = signal.csd(reference, output, **options)
+    if np.ptp(reference) == 0.0:
+        raise InputError("bandwidth needs a reference that varies")
+    r, y = (np.fft.rfft(x - x.mean())[1:] for x in (reference, output))
+    smooth = np.ones(NEIGHBOURS)
+    power = np.abs(r) ** 2
+    cross = np.abs(np.convolve(np.conj(r) * y, smooth, mode="same"))
+    gains = cross / np.maximum(np.convolve(power, smooth, mode="same"), np.finfo(float).tiny)
     excited = power > EXCITED * power.max()
-    frequency, gain = frequency[excited], np.abs(cross[excited]) / power[excited]
-    fallen = np.flatnonzero(gain < HALF_POWER * gain[0])
-    return float(frequency[fallen[0]]) if len(fallen) else float("nan")
+    frequency = np.fft.rfftfreq(len(reference), step)[1:][excited]
+    relative = gains[excited] / gains[excited][0]
+    fallen = np.flatnonzero(relative < HALF_POWER)
+    if not len(fallen):
+        return float("nan")
+    around = [fallen[0] - 1, fallen[0]]
+    return float(np.interp(-HALF_POWER, -relative[around], frequency[around]))
 
 
 def loop_area(voltage: np.ndarray, displacement: np.ndarray) -> float:

@@ -27,8 +27,8 @@ from it2hys.controller import controller_fmu
 from it2hys.errors import InputError
 from it2hys.keys import known_names
 from it2hys.model_description import IDENTIFIERS
-from it2hys.packaging import package, package_version
-from it2hys.parameters import ParameterSet, read_ssv, table_1
+from it2hys.packaging import package_bytes, package_version
+from it2hys.parameters import read_ssv, table_1
 from it2hys.records.units import UNITS
 from it2hys.signals import read_signals
 from it2hys.slave import BASE, read_description
@@ -252,13 +252,6 @@ def _package(name: str, parameters: str, folder: Path) -> dict[str, bytes]:
     except InputError as error:
         raise InputError(f"fmu.{name}: parameters: {error}") from None
     return package_bytes(chosen)
-
-
-def package_bytes(parameters: ParameterSet) -> dict[str, bytes]:
-    """Return both FMUs with a parameter set, by model identifier."""
-    with tempfile.TemporaryDirectory(prefix="it2hys-") as directory:
-        paths = package(parameters, directory)
-        return {path.stem: path.read_bytes() for path in paths if path.suffix == ".fmu"}
 
 
 def _describe(scenario: SweepScenario, files: Mapping[str, bytes]) -> dict[str, ModelDescription]:

@@ -375,7 +375,9 @@ def _draws(
     known = {*spans, *(n.rpartition(".")[2] for n in spans)}
     for name in only:
         if name not in known:
-            raise InputError(f"{place}only: no interval of {name!r}; {known_names(name, sorted(known))}")
+            raise InputError(
+                f"{place}only: no interval of {name!r}; {known_names(name, sorted(known))}"
+            )
     draws = {}
     for name, (low, high) in spans.items():
         half = 0.5 * width * (high - low)

@@ -123,7 +123,8 @@ class Runner:
     def row(self, case: int) -> dict:
         """Run a case and return its row; a failure is a row, too."""
         try:
-            return {**_columns(self.plan, case), **self._run(case)}
+            with np.errstate(all="ignore"):  # what overflows is told below
+                return {**_columns(self.plan, case), **self._run(case)}
         except Exception as error:  # whatever a case does, the others go on
             text = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
             for name in self.plan.files:
@@ -164,7 +165,9 @@ class Runner:
             )
             other = None if against is None else against[skipped:]
             number = KINDS[metric.kind].function(of[skipped:], other, step)
-            row[metric.name] = number if np.isfinite(number) else None
+            if np.isinf(number):
+                raise InputError(f"{metric.name} is not finite: the outputs diverge")
+            row[metric.name] = None if np.isnan(number) else number
         for name in plan.keep:
             row[name] = self._output(name, records, values, step, count)[:: plan.keep_every]
         return row
