@@ -6,7 +6,9 @@
  * Every step loads the signals of its time into their slots and runs the slaves one after the other:
  * a slave gets what is in the slots by then, which is this step's output of a slave before it and the
  * last step's of one behind it. */
+#include <stdarg.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "fmi2FunctionTypes.h"
 
@@ -55,6 +57,31 @@ EXPORT int64_t it2core_stepper_run(const struct stepper_slave *slaves, int32_t s
                                    const int32_t *recorded, double *const *records,
                                    int32_t record_count, int64_t first_step, int64_t steps,
                                    double step_size, struct stepper_fault *fault);
+
+/* Who listens to an instance: its component environment. */
+struct stepper_listener {
+    void (*hear)(int status, const char *text);
+};
+
+EXPORT void it2core_stepper_log(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                                fmi2String category, fmi2String format, ...);
+
+/* A logger takes a printf format and its arguments, which only compiled code can read. What is no
+ * warning is dropped here, because some FMUs tell of every call. */
+void it2core_stepper_log(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                         fmi2String category, fmi2String format, ...)
+{
+    char text[2048];
+    va_list arguments;
+
+    (void)name, (void)category;
+    if (status == fmi2OK || !environment || !format)
+        return;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    ((const struct stepper_listener *)environment)->hear((int)status, text);
+}
 
 static fmi2Status worse(fmi2Status a, fmi2Status b)
 {

@@ -10,12 +10,14 @@ import fmpy
 from fmpy import fmi2
 from fmpy.model_description import ModelDescription, ScalarVariable
 
+from it2hys.core import library_function
 from it2hys.errors import InputError
 
 # messages kept of one run: a foreign FMU may log every step
 LARGEST_LOG = 20
 # FMI 2.0 hands over the items of an enumeration as integers
 BASE = {"Enumeration": "Integer"}
+_LISTENER = ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_char_p)
 CONVERT = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
 
 
@@ -59,7 +61,12 @@ class Slave:
         fmpy.extract(str(self.path), self._directory)
         # kept, because the library holds a pointer to them
         self._callbacks = fmi2.fmi2CallbackFunctions()
-        self._callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._log)
+        self._callbacks.logger = ctypes.cast(
+            library_function("it2core_stepper_log"), fmi2.fmi2CallbackLoggerTYPE
+        )
+        self._listener = _LISTENER(self._hear)
+        self._environment = ctypes.pointer(self._listener)
+        self._callbacks.componentEnvironment = ctypes.cast(self._environment, ctypes.c_void_p)
         self._callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
         self._callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
         self._stack.callback(self._free)
@@ -74,9 +81,9 @@ class Slave:
         fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
         self._fmu, self._used = fmu, False
 
-    def _log(self, _environment, _name, status: int, _category, message: bytes) -> None:
-        if status != fmi2.fmi2OK and len(self.messages) < LARGEST_LOG:
-            self.messages.append(message.decode(errors="replace").replace("%%", "%"))
+    def _hear(self, _status: int, message: bytes) -> None:
+        if len(self.messages) < LARGEST_LOG:
+            self.messages.append(message.decode(errors="replace").strip())
 
     @contextmanager
     def _explained(self) -> Iterator[None]:

@@ -17,10 +17,9 @@ from xml.sax.saxutils import quoteattr
 from it2hys.controller import IDENTIFIER as CONTROLLER
 from it2hys.controller import controller_fmu, load_controller, suitable_gains
 from it2hys.files import write_atomically
-from it2hys.model_description import DEFAULT_TICKS, IDENTIFIERS
+from it2hys.model_description import DEFAULT_TICKS
 from it2hys.packaging import fmu_archive, make_directory, package_bytes
 from it2hys.parameters import SSV_NAMESPACE, ParameterSet, format_entries, format_ssv
-from it2hys.variables import load_table
 
 SSD_NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC_NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -183,8 +182,7 @@ def format_ssd(
 
 def _component(label: str, component: Component) -> list[str]:
     connectors = [
-        f'          <ssd:Connector name="{name}" kind="{kind}">'
-        f"<ssc:Real unit={quoteattr(_unit(component, name))}/></ssd:Connector>"
+        f'          <ssd:Connector name="{name}" kind="{kind}"><ssc:Real/></ssd:Connector>'
         for kind, names in (("input", component.inputs), ("output", component.outputs))
         for name in names
     ]
@@ -199,13 +197,3 @@ def _component(label: str, component: Component) -> list[str]:
         "        </ssd:ParameterBindings>",
         "      </ssd:Component>",
     ]
-
-
-def _unit(component: Component, name: str) -> str:
-    models = {f"{identifier}.fmu": model for model, identifier in IDENTIFIERS.items()}
-    if component.fmu in models:
-        variables = load_table().variables
-        chosen = (v for v in variables if v.name == name and models[component.fmu] in v.models)
-    else:
-        chosen = (v for v in load_controller().variables if v.name == name)
-    return next(chosen).type.unit
