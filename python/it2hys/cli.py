@@ -211,20 +211,20 @@ def _identify(options: argparse.Namespace) -> int:
 def _simulate(options: argparse.Namespace) -> int:
     from tqdm import tqdm
 
+    from it2hys import simulation
     from it2hys.signals import read_signals, write_signals
-    from it2hys.simulation import simulate
     from it2hys.slave import Slave
 
     start = dict(_assignment(text) for text in options.set)
     with Slave(options.fmu, start) as slave:
-        names, sample_time = slave.names("input"), slave.sample_time
+        names, sample_time = slave.names("input"), simulation.sample_time(slave)
     signals = read_signals(options.input, names, columns=_columns(options))
     if abs(signals.sample_time / sample_time - 1) > 1e-3:
         raise InputError(
             f"{options.input}: sampled every {signals.sample_time:g} s, but the FMU's sampleTime is "
             f"{sample_time:g} s; resample the signals or identify a model at their rate"
         )
-    outputs, messages = simulate(
+    outputs, messages = simulation.simulate(
         options.fmu, signals.values, start, lambda ticks: tqdm(ticks, disable=options.quiet)
     )
     columns = {
@@ -248,7 +248,7 @@ def _assignment(text: str) -> tuple[str, float]:
 
 def _sweep(options: argparse.Namespace) -> int:
     from it2hys.scenario import find_scenario
-    from it2hys.sweep import read_sweep, run_sweep, write_sweep_report
+    from it2hys.sweeps import read_sweep, run_sweep, write_sweep_report
 
     if options.scenario.endswith(".parquet"):
         path = Path(options.scenario)

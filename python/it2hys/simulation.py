@@ -23,6 +23,13 @@ INVERSE_CHAIN = (
 )
 
 
+def sample_time(slave: Slave) -> float:
+    """Return the sample time of an instance, s; raises InputError if it has none."""
+    if slave.sample_time is None:
+        raise InputError(f"{slave.path}: the FMU has no sampleTime to step at")
+    return slave.sample_time
+
+
 def simulate(
     fmu: str | Path,
     inputs: Values,
@@ -62,8 +69,7 @@ def simulate(
     with Slave(fmu, start_values) as slave:
         for name in set(signals) - set(slave.names("input")):
             raise InputError(f"{slave.path}: the FMU has no input {name!r}")
-        if slave.sample_time is None:
-            raise InputError(f"{slave.path}: the FMU has no sampleTime to step at")
+        step = sample_time(slave)
         outputs = slave.names("output")
         system = System(
             {"fmu": slave},
@@ -73,7 +79,7 @@ def simulate(
         system.initialize({"fmu": start_values or {}}, {n: s[0] for n, s in signals.items() if ticks})
         blocks = [
             system.run({n: s[k : k + BLOCK] for n, s in signals.items()}, min(BLOCK, ticks - k),
-                       slave.sample_time)
+                       step)
             for k in progress(range(0, ticks, BLOCK))
         ]  # fmt: skip
         joined = {n: np.concatenate([b[f"fmu.{n}"] for b in blocks] or [np.empty(0)]) for n in outputs}
@@ -133,5 +139,5 @@ def _run_chain(
     system = System(slaves, connections, recorded)
     first = {"reference": reference[0]} if len(reference) else {}
     system.initialize(dict.fromkeys(slaves, start_values or {}), first)
-    step = slaves["inverse"].sample_time
+    step = sample_time(slaves["inverse"])
     return system.run({"reference": reference}, len(reference), step)

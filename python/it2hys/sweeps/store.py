@@ -17,7 +17,7 @@ from pathlib import Path
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
 from it2hys.packaging import make_directory
-from it2hys.sweep.plan import Plan
+from it2hys.sweeps.plan import Plan
 
 RESULTS = "results.parquet"
 PARTS = "parts"

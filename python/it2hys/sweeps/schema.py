@@ -1,7 +1,7 @@
 """Sweep scenarios: TOML files that say which FMUs run, on what signals, varied how, judged by what.
 
 `scenarios/README.md` describes every key. Reading checks everything that can be known without the
-FMUs; `it2hys.sweep.plan` checks the rest against them, before any case runs.
+FMUs; `it2hys.sweeps.plan` checks the rest against them, before any case runs.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from it2hys.errors import InputError
 from it2hys.keys import Keys, known_names, read_toml
 from it2hys.scenario import SIGNALS
 from it2hys.stepping import Connection
-from it2hys.sweep.metrics import KINDS
+from it2hys.sweeps.metrics import KINDS
 
 METHODS = ("grid", "list", "random", "latin hypercube")
 SCALES = ("linear", "log")

@@ -10,8 +10,8 @@ import polars as pl
 
 from it2hys.packaging import make_directory
 from it2hys.report import Picture, Section, Table, write_report
-from it2hys.sweep.figures import Columns, draw
-from it2hys.sweep.store import read_metadata
+from it2hys.sweeps.figures import Columns, draw
+from it2hys.sweeps.store import read_metadata
 
 CAPTIONS = {
     "heat map": "A cell is a case, or the mean of those that share it.",

@@ -14,8 +14,8 @@ import numpy as np
 from it2hys.errors import InputError
 from it2hys.slave import Slave
 from it2hys.stepping import System
-from it2hys.sweep.metrics import KINDS
-from it2hys.sweep.plan import Plan, Setup, signal_values
+from it2hys.sweeps.metrics import KINDS
+from it2hys.sweeps.plan import Plan, Setup, signal_values
 
 OK, FAILED = "ok", "failed"
 #: Signals kept for cases that share them; a grid over the signals themselves would fill the memory.

@@ -33,8 +33,8 @@ from it2hys.records.units import UNITS
 from it2hys.signals import read_signals
 from it2hys.slave import BASE, read_description
 from it2hys.stepping import Connection
-from it2hys.sweep.metrics import KINDS
-from it2hys.sweep.schema import CSV, TABLE_1, FigureEntry, Metric, Source, Span, SweepScenario, Vary
+from it2hys.sweeps.metrics import KINDS
+from it2hys.sweeps.schema import CSV, TABLE_1, FigureEntry, Metric, Source, Span, SweepScenario, Vary
 
 #: Ticks and cases of a chunk, the unit of work and of what is lost by an interruption.
 CHUNK_TICKS, CHUNK_CASES = 2_000_000, 200

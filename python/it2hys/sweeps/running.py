@@ -12,12 +12,12 @@ from pathlib import Path
 from tqdm import tqdm
 
 from it2hys.errors import InputError
-from it2hys.sweep.plan import Plan, make_plan
-from it2hys.sweep.report import write_sweep_report
-from it2hys.sweep.schema import SweepScenario
-from it2hys.sweep.store import Store
-from it2hys.sweep.worker import failure, format_rows
-from it2hys.sweep.workers import Crash, Dask, Processes, ThisProcess, Workers
+from it2hys.sweeps.plan import Plan, make_plan
+from it2hys.sweeps.report import write_sweep_report
+from it2hys.sweeps.schema import SweepScenario
+from it2hys.sweeps.store import Store
+from it2hys.sweeps.worker import failure, format_rows
+from it2hys.sweeps.workers import Crash, Dask, Processes, ThisProcess, Workers
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from it2hys.errors import InputError
-from it2hys.sweep import worker
-from it2hys.sweep.plan import Plan
+from it2hys.sweeps import worker
+from it2hys.sweeps.plan import Plan
 
 #: Chunks that wait at a worker, so that it need not wait.
 AHEAD = 2
@@ -206,6 +206,6 @@ class Dask(_Futures):
 
 def _plugin(plan: Plan):
     """Return a plugin that installs a plan; `distributed` is imported where it is wanted."""
-    from it2hys.sweep.dask_plugin import PlanPlugin
+    from it2hys.sweeps.dask_plugin import PlanPlugin
 
     return PlanPlugin(plan)

@@ -2,8 +2,8 @@
 
 from distributed import Worker, WorkerPlugin
 
-from it2hys.sweep import worker as sweep_worker
-from it2hys.sweep.plan import Plan
+from it2hys.sweeps import worker as sweep_worker
+from it2hys.sweeps.plan import Plan
 
 
 class PlanPlugin(WorkerPlugin):
