@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import windows
 
 from it2hys.errors import InputError
 from it2hys.metrics import max_relative_error, rms_error
@@ -15,15 +16,16 @@ HALF_POWER = 1.0 / np.sqrt(2.0)
 #: Frequencies with less than this share of the largest power are not excited.
 EXCITED = 1e-3
 #: Fourier components that a gain is smoothed over.
-NEIGHBOURS = 3
+NEIGHBOURS = 9
+#: Share of a record that is faded in and out, so that its ends leak into no other frequency.
+TAPER = 0.1
 
 
 def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
     """Return the frequency at which the gain from reference to output has fallen by 3 dB.
 
     The gain is that of the Fourier transforms, at the frequencies that the reference excites, smoothed
-    over neighbours: best a multisine over whole periods, well enough a chirp. The first frequency
-    counts as low; between frequencies the gain is interpolated.
+    over neighbours. The lowest of them counts as low; between frequencies the gain is interpolated.
 
     Parameters
     ----------
@@ -44,7 +46,8 @@ def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
     """
     if np.ptp(reference) == 0.0:
         raise InputError("bandwidth needs a reference that varies")
-    r, y = (np.fft.rfft(x - x.mean())[1:] for x in (reference, output))
+    window = windows.tukey(len(reference), TAPER)
+    r, y = (np.fft.rfft((x - x.mean()) * window)[1:] for x in (reference, output))
     smooth = np.ones(NEIGHBOURS)
     power = np.abs(r) ** 2
     cross = np.abs(np.convolve(np.conj(r) * y, smooth, mode="same"))
