@@ -37,7 +37,7 @@ from it2hys.sweeps.metrics import KINDS
 from it2hys.sweeps.schema import CSV, TABLE_1, FigureEntry, Metric, Source, Span, SweepScenario, Vary
 
 #: Ticks and cases of a chunk, the unit of work and of what is lost by an interruption.
-CHUNK_TICKS, CHUNK_CASES = 2_000_000, 200
+CHUNK_TICKS, CHUNK_CASES = 1_000_000, 100
 #: Targets that are no variable and no argument.
 OWN = ("step", "duration")
 

@@ -82,11 +82,12 @@ def _workers(plan: Plan, count: int | None, dask: str | None) -> Workers:
 def _fill(store: Store, plan: Plan, make_workers: Callable[[], Workers], quiet: bool) -> None:
     """Run the chunks that the store lacks."""
     chunks = plan.chunks()
-    done = store.done(range(len(chunks)))
-    waiting = [i for i in range(len(chunks)) if i not in done]
-    if waiting:
-        number = {chunk.start: i for i, chunk in enumerate(chunks)}
-        workers = make_workers()
+    number = {chunk.start: i for i, chunk in enumerate(chunks)}
+    workers = make_workers()
+    try:
+        store.begin()
+        done = store.done(range(len(chunks)))
+        waiting = [chunk for i, chunk in enumerate(chunks) if i not in done]
         bar = tqdm(
             total=plan.cases,
             initial=sum(len(chunks[i]) for i in done),
@@ -95,13 +96,12 @@ def _fill(store: Store, plan: Plan, make_workers: Callable[[], Workers], quiet: 
             desc=plan.name,
             smoothing=0.1,
         )
-        try:
-            with bar:
-                for cases, content in _run([chunks[i] for i in waiting], workers, plan):
-                    store.write(number[cases.start], content)
-                    bar.update(len(cases))
-        finally:
-            workers.close()
+        with bar:
+            for cases, content in _run(waiting, workers, plan):
+                store.write(number[cases.start], content)
+                bar.update(len(cases))
+    finally:
+        workers.close()
     store.finish(len(chunks))
 
 

@@ -32,34 +32,39 @@ class Store:
     Parameters
     ----------
     directory : path
-        Made if it does not exist.
+        Made by `begin` if it does not exist.
     plan : Plan
         What is run.
+    restart : bool
+        Discard what the directory holds.
 
     Raises
     ------
     InputError
-        If the directory cannot be made, holds another sweep's results, or its disk is too full.
+        If the directory holds another sweep's results, or its disk is too full.
     """
 
     def __init__(self, directory: str | Path, plan: Plan, restart: bool = False) -> None:
-        self.directory, self.plan = make_directory(directory), plan
+        self.directory, self.plan = Path(directory), plan
         self.results = self.directory / RESULTS
         self._parts = self.directory / PARTS
         self._manifest = self._parts / "sweep.json"
-        if restart:
-            self._clear()
-        self._check_owner()
+        self._restart = restart
+        if not restart:
+            self._check_owner()
         if not self.complete:
             self._check_room()
-            make_directory(self._parts)
-            write_atomically(self._manifest, json.dumps({"fingerprint": plan.fingerprint}).encode())
-            for path in self._parts.glob(".*"):  # what an interrupted write has left
-                path.unlink(missing_ok=True)
 
-    def _clear(self) -> None:
-        self.results.unlink(missing_ok=True)
-        shutil.rmtree(self._parts, ignore_errors=True)
+    def begin(self) -> None:
+        """Make the directory ready for parts; what another sweep has left is discarded here."""
+        if self._restart:
+            self.results.unlink(missing_ok=True)
+            shutil.rmtree(self._parts, ignore_errors=True)
+        make_directory(self._parts)
+        owner = json.dumps({"fingerprint": self.plan.fingerprint}).encode()
+        write_atomically(self._manifest, owner)
+        for path in self._parts.glob(".*"):  # what an interrupted write has left
+            path.unlink(missing_ok=True)
 
     def _check_owner(self) -> None:
         found = None
@@ -76,7 +81,7 @@ class Store:
     @property
     def complete(self) -> bool:
         """Whether the table is there."""
-        return self.results.exists()
+        return self.results.exists() and not self._restart
 
     def _check_room(self) -> None:
         plan = self.plan
@@ -85,7 +90,10 @@ class Store:
         numbers = len(plan.axes) + len(plan.metrics) + len(plan.keep) * steps / plan.keep_every
         # parts and table are both there for a moment
         needed = 2 * plan.cases * (8 * numbers + 200) + ROOM
-        free = shutil.disk_usage(self.directory).free
+        place = self.directory.absolute()
+        while not place.exists():
+            place = place.parent
+        free = shutil.disk_usage(place).free
         if free < needed:
             raise InputError(
                 f"{self.directory}: {free / 1e6:.0f} MB are free, {needed / 1e6:.0f} MB may be needed; "
@@ -122,6 +130,7 @@ class Store:
         except (OSError, pl.exceptions.PolarsError) as error:
             temporary.unlink(missing_ok=True)
             raise InputError(f"{self.results}: cannot be written: {error}") from None
+        self._restart = False
         self.tidy()
 
     def tidy(self) -> None:

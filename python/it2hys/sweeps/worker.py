@@ -74,12 +74,11 @@ def format_rows(plan: Plan, rows: list[dict]) -> bytes:
         **{name: pl.List(pl.Float64) for name in plan.keep},
         "status": pl.String, "message": pl.String,
     }  # fmt: skip
-    columns = {
-        name: pl.Series(name, [row.get(name) for row in rows], dtype=dtype)
-        for name, dtype in schema.items()
-    }
+    columns = {name: [row.get(name) for row in rows] for name in schema}
+    for name in plan.keep:  # as series: polars would make arrays of traces of one length
+        columns[name] = [None if trace is None else pl.Series(trace) for trace in columns[name]]
     buffer = BytesIO()
-    pl.DataFrame(columns).write_parquet(buffer)
+    pl.DataFrame(columns, schema=schema).write_parquet(buffer)
     return buffer.getvalue()
 
 
