@@ -1,7 +1,7 @@
-"""Benchmarks of sweeps: throughput against FMPy's and a bare C loop, scaling, memory, kill -9.
+"""Benchmarks of sweeps: throughput against FMPy and a bare C loop, scaling, memory, kill -9.
 
-Run as ``python benchmarks/sweep.py BARE_LOOP``, the program of fmu_src/bench/bare_loop.c; ``make bench``
-does. All cases are inverse -> plant with Table 1. What is compared is measured in turns in one run, in
+Run as ``python benchmarks/sweep.py BARE_LOOP``, the program of fmu_src/bench/bare_loop.c, as
+``make bench`` does. All cases are inverse -> plant with Table 1. What is compared is measured in turns in one run, in
 processor time where one process is compared with another; quoted are ratios of medians.
 """
 
@@ -30,7 +30,7 @@ from polars.testing import assert_frame_equal
 from it2hys import excitations
 from it2hys.packaging import package
 from it2hys.parameters import table_1
-from it2hys.sweeps import parse_sweep, run_sweep
+from it2hys.sweeps import parse_sweep, read_sweep, run_sweep
 from it2hys.sweeps.plan import make_plan
 from it2hys.sweeps.worker import install, run_cases
 
@@ -211,23 +211,36 @@ def measure_wall(cases: int, ticks: int, workers: int) -> float:
     return elapsed
 
 
-def in_process(*arguments: object) -> list[float]:
-    """Return what this program prints in a process of its own."""
+def start(*arguments: object) -> subprocess.Popen:
+    """Start this program in a process of its own."""
     command = [sys.executable, __file__, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return [float(text) for text in done.stdout.split()]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+
+
+def finish(process: subprocess.Popen) -> list[float]:
+    """Return what a process prints."""
+    out, _ = process.communicate()
+    if process.returncode:
+        raise SystemExit(f"{process.args} ended with {process.returncode}")
+    return [float(text) for text in out.split()]
 
 
 def compare_workers() -> None:
-    """Compare two workers with one, in turns."""
-    times = {1: [], 2: []}
+    """Compare two workers with one, in turns, and with what the machine gives two at once."""
+    cases, once, twice, apart = 3000, [], [], []
     for _ in range(5):
-        for workers, values in times.items():
-            values += in_process("wall", 3000, TICKS, workers)
-    one, two = (statistics.median(values) for values in times.values())
-    rows = [["1", f"{3000 / one:.0f}", ""], ["2", f"{3000 / two:.0f}", f"{one / two:.2f}"]]
+        once += finish(start("wall", cases, TICKS, 1))
+        twice += finish(start("wall", cases, TICKS, 2))
+        # two sweeps that know nothing of each other: no scheduling could be quicker
+        both = [start("wall", cases // 2, TICKS, 1) for _ in range(2)]
+        apart.append(max(finish(process)[0] for process in both))
+    one, two, ideal = (statistics.median(values) for values in (once, twice, apart))
+    rows = [
+        [name, f"{cases / value:.0f}", f"{one / value:.2f}"]
+        for name, value in (("1", one), ("2", two), ("two sweeps of half the cases at once", ideal))
+    ]
     table(
-        f"Workers: 3000 scenarios of {TICKS} ticks on {os.cpu_count()} processors (5 turns, medians)",
+        f"Workers: {cases} scenarios of {TICKS} ticks, {os.cpu_count()} processors (5 turns, medians)",
         ["workers", "scenarios per s", "times one"],
         rows,
     )
@@ -235,20 +248,23 @@ def compare_workers() -> None:
 
 def compare_sizes() -> None:
     """See that the time of a case does not grow with the number of cases, the whole sweep timed."""
-    rows, first = [], None
-    for cases in (100, 1000, 10_000):
-        each = []
-        for _ in range(3 if cases < 10_000 else 1):
+    sizes, times = (100, 1000, 10_000), []
+    for cases in sizes:
+        turns = []
+        for _ in range(3):
             with tempfile.TemporaryDirectory() as folder:
-                begin = time.perf_counter()
-                run_sweep(parse_sweep(scenario(cases, 1000)), folder, 0, quiet=True)
-                each.append((time.perf_counter() - begin) / cases)
-        value = statistics.median(each)
-        first = first or value
-        rows.append([str(cases), f"{1e3 * value:.2f}", f"{value / first:.2f}"])
+                turns.append(
+                    seconds(lambda n=cases, f=folder: run_sweep(parse_sweep(scenario(n, 1000)), f, 0,
+                                                                quiet=True))
+                )  # fmt: skip
+        times.append(statistics.median(turns))
+    rows = [[f"{sizes[0]}", f"{times[0]:.2f}", ""]]
+    for i in (1, 2):
+        further = (times[i] - times[i - 1]) / (sizes[i] - sizes[i - 1])
+        rows.append([f"{sizes[i]}", f"{times[i]:.2f}", f"{1e3 * further:.3f}"])
     table(
-        "Growth: a whole sweep of scenarios of 1000 ticks, packaging and report included",
-        ["scenarios", "ms each", "times that of 100"],
+        "Growth: whole sweeps of scenarios of 1000 ticks, report included (3 turns, medians)",
+        ["scenarios", "s", "ms for each further scenario"],
         rows,
     )
 
@@ -302,7 +318,7 @@ def compare_memory() -> None:
     """See that memory stays flat."""
     rows = []
     for what, title in (("sweep", "sweep"), ("fmpy", "FMPy's own loop: instantiate, reset, free")):
-        early, late = in_process("memory", what)
+        early, late = finish(start("memory", what))
         rows.append([title, f"{early:.1f}", f"{late:.1f}", f"{late - early:+.1f}"])
     table("Memory, MB", ["", "after 1000", "after 10,000 scenarios", "more"], rows)
 
@@ -347,14 +363,19 @@ def kill_repeatedly() -> None:
         begin = time.perf_counter()
         subprocess.run([*command, str(Path(folder, "whole"))], check=True)
         span = time.perf_counter() - begin
-        out, kills, done = Path(folder, "out"), 0, 0
+        out, kills, done, shares = Path(folder, "out"), 0, 0, []
+        parts = len(make_plan(read_sweep(path)).chunks())
         while kills < KILLS:
-            process = subprocess.Popen([*command, str(out)], start_new_session=True)
+            # workers that were just starting complain of a parent that is gone
+            process = subprocess.Popen(
+                [*command, str(out)], start_new_session=True, stderr=subprocess.DEVNULL
+            )
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(generator.uniform(0.0, 0.4 * span))
             if process.poll() is None:
                 process.send_signal(signal.SIGKILL)
                 kills += 1
+                shares.append(len(list(out.glob("parts/0*.parquet"))) / parts)
             process.wait()
             for part in out.glob("parts/0*.parquet"):
                 pl.read_parquet(part)
@@ -369,7 +390,8 @@ def kill_repeatedly() -> None:
         tables = [pl.read_parquet(Path(folder, d, "results.parquet")) for d in ("out", "whole")]
         assert_frame_equal(*tables, check_exact=True)
     print(
-        f"\nKilled (kill -9) {kills} times at random moments; {done + 1} sweeps ended in between and "
+        f"\nKilled (kill -9) {kills} times at random moments, with {100 * min(shares):.0f} to "
+        f"{100 * max(shares):.0f} % of the parts there; {done + 1} sweeps ended in between and "
         "after: every part whole, every table that of an uninterrupted sweep, to the last bit"
     )
 
