@@ -1,8 +1,8 @@
-"""Benchmarks of sweeps: throughput against FMPy and a bare C loop, scaling, memory, kill -9.
+"""Benchmarks of sweeps: throughput against FMPy and bare C, scaling, memory, kill -9.
 
-Run as ``python benchmarks/sweep.py BARE_LOOP``, the program of fmu_src/bench/bare_loop.c, as
-``make bench`` does. All cases are inverse -> plant with Table 1. What is compared is measured in turns in one run, in
-processor time where one process is compared with another; quoted are ratios of medians.
+Run as ``python benchmarks/sweep.py BARE_LOOP``, the program of fmu_src/bench/bare_loop.c; ``make
+bench`` does. All cases are inverse -> plant with Table 1. What is compared is measured in turns in one
+run, in processor time where one process is compared with another; quoted are ratios of medians.
 """
 
 from __future__ import annotations
