@@ -79,7 +79,7 @@ NONE(fmi2GetStringStatus)
 """
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Foreign" guid="g">
-  <CoSimulation modelIdentifier="Foreign"/>
+  <CoSimulation modelIdentifier="Foreign" CAPABILITIES/>
   <ModelVariables>
     <ScalarVariable name="x" valueReference="1000" causality="input"><Real start="0"/></ScalarVariable>
     <ScalarVariable name="n" valueReference="7" causality="input" variability="discrete">
@@ -97,8 +97,8 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def build_foreign(folder: Path) -> Path:
-    """Compile the FMU into a folder; return its path."""
+def build_foreign(folder: Path, capabilities: str = "") -> Path:
+    """Compile the FMU into a folder, with more attributes of its CoSimulation; return its path."""
     source, binary = folder / "Foreign.c", folder / f"Foreign{fmpy.sharedLibraryExtension}"
     source.write_text(FOREIGN, encoding="utf-8")
     found = shutil.which("cc")
@@ -108,6 +108,6 @@ def build_foreign(folder: Path) -> Path:
     subprocess.run(command, check=True)
     path = folder / "Foreign.fmu"
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION)
+        archive.writestr("modelDescription.xml", DESCRIPTION.replace("CAPABILITIES", capabilities))
         archive.write(binary, f"binaries/{fmpy.platform}/{binary.name}")
     return path

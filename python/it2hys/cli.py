@@ -1,6 +1,7 @@
 """The command line `it2hys`."""
 
 import argparse
+import json
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -81,6 +82,7 @@ def _parser() -> argparse.ArgumentParser:
         "--workers", type=int, metavar="N", help="processes (default: one a processor)"
     )
     workers.add_argument("--dask", metavar="ADDRESS", help="a Dask scheduler, such as tcp://host:8786")
+    sweep.add_argument("--json", action="store_true", help="print the outcome as JSON, no progress")
     sweep.add_argument("--restart", action="store_true", help="discard what DIR holds")
 
     run = _command(commands, "run", _run, "run a scenario by name")
@@ -248,9 +250,11 @@ def _assignment(text: str) -> tuple[str, float]:
 
 def _sweep(options: argparse.Namespace) -> int:
     from it2hys.scenario import find_scenario
-    from it2hys.sweeps import read_sweep, run_sweep, write_sweep_report
+    from it2hys.sweeps import read_sweep, run_sweep
 
     if options.scenario.endswith(".parquet"):
+        from it2hys.sweeps.report import write_sweep_report
+
         path = Path(options.scenario)
         report, _ = write_sweep_report(path, options.output or path.parent)
         _say(options, f"report: {report}")
@@ -262,8 +266,15 @@ def _sweep(options: argparse.Namespace) -> int:
         options.workers,
         options.dask,
         options.restart,
-        options.quiet,
+        options.quiet or options.json,
     )
+    if options.json:
+        print(
+            json.dumps(
+                {name: str(v) if isinstance(v, Path) else v for name, v in vars(outcome).items()}
+            )
+        )
+        return 0
     _say(options, f"{outcome.cases} cases, {outcome.failed} failed")
     _say(options, f"table: {outcome.results}\nreport: {outcome.report}")
     return 0

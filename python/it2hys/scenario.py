@@ -21,11 +21,6 @@ from it2hys.rig import Stand
 SAMPLE_TIME = 1e-4
 MODELS = ("identified", "table 1")
 STAND_PARTS = ("dac", "amplifier", "hysteresis", "creep", "mechanics", "thermal", "gauge", "adc")
-SIGNALS = tuple(
-    name for name, item in vars(excitations).items() if callable(item) and hasattr(item, "__doc__")
-    and getattr(item, "__module__", "") == excitations.__name__
-    and not name.startswith("_") and name != "time_grid"
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -54,7 +49,7 @@ class Signal:
 
     def values(self) -> np.ndarray:
         """Return the signal, V; references in m."""
-        return getattr(excitations, self.signal)(self.time, **self.arguments)
+        return excitations.SIGNALS[self.signal](self.time, **self.arguments)
 
 
 @dataclass(frozen=True)
@@ -179,7 +174,7 @@ def _tracking(table: Mapping | None) -> Tracking | None:
 
 def _signal(place: str, entry: Keys) -> Signal:
     """Take the keys of a signal; those that are not ours are the arguments of its function."""
-    name = entry.choose("signal", SIGNALS)
+    name = entry.choose("signal", tuple(excitations.SIGNALS))
     duration = entry.take("duration", float)
     paper = _paper(place, entry.take("paper", dict, {}))
     signal = Signal(name, duration, entry.rest(), paper)

@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections import namedtuple
+from io import BytesIO
 from pathlib import Path
 
 import polars as pl
@@ -106,9 +107,14 @@ def assert_same(directory, expected):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_the_table_does_not_depend_on_the_number_of_workers(workers, scenario, expected, tmp_path):
-    arguments = ["sweep", str(scenario), "-o", str(tmp_path), "--workers", str(workers), "--quiet"]
+def test_the_table_does_not_depend_on_the_number_of_workers(
+    workers, scenario, expected, tmp_path, capsys
+):
+    arguments = ["sweep", str(scenario), "-o", str(tmp_path), "--workers", str(workers), "--json"]
     assert main(arguments) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["cases"] == CASES and said["failed"] == 0
+    assert Path(said["results"]) == tmp_path / "results.parquet"
     assert_same(tmp_path, expected)
 
 
@@ -175,7 +181,7 @@ def group_is_gone(group, patience=20.0):
 def test_kill_9_at_any_moment_loses_nothing_and_doubles_nothing(scenario, expected, tmp_path):
     """Some kills here; benchmarks/sweep.py does twenty."""
     generator, kept = random.Random(0), [0]
-    for _ in range(3):
+    for _ in range(2):
         process = start(scenario, tmp_path)
         # from the first part that this run adds, so that every run gets somewhere
         while process.poll() is None and len(list(tmp_path.glob("parts/0*.parquet"))) <= kept[-1]:
@@ -292,6 +298,30 @@ def foreign_table(path, values):
         "vary": [{"name": "x", "of": "a.x", "values": values}],
         "metric": [{"name": "y", "kind": "final", "of": "a.y"}],
     }
+
+
+def test_an_fmu_that_allows_but_one_instance_is_shared_by_threads(tmp_path):
+    """Threads of a Dask worker take turns; two components of that FMU are refused."""
+    path = build_foreign(tmp_path, capabilities='canBeInstantiatedOnlyOncePerProcess="true"')
+    table = foreign_table(path, [float(x) for x in range(40)])
+    plan = make_plan(parse_sweep(table))
+    worker.install(plan)
+    pieces = {}
+
+    def run(cases):
+        pieces[cases.start] = pl.read_parquet(BytesIO(worker.run_cases(plan.fingerprint, cases)))
+
+    threads = [threading.Thread(target=run, args=(range(a, a + 10),)) for a in range(0, 40, 10)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    worker.close()
+    rows = pl.concat([pieces[a] for a in sorted(pieces)])
+    assert rows["y"].to_list() == [x + 0.9 for x in range(40)]
+    table["fmu"]["b"] = table["fmu"]["a"]
+    with pytest.raises(InputError, match=r"fmu.a: is the same as fmu.b, .* only once per process"):
+        make_plan(parse_sweep(table))
 
 
 def test_an_fmu_that_crashes_costs_its_case_alone(tmp_path):

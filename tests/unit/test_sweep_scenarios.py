@@ -332,6 +332,22 @@ def write_scenario(folder, table):
     return path
 
 
+@pytest.mark.parametrize("ticks", [1, 5])
+def test_an_output_is_compared_with_the_signal_at_its_tick(ticks):
+    """What is read at the end of a step of five ticks is the output of the fifth."""
+    step = ticks * 1e-4
+    start = changed(("fmu", "plant", "source"), "IT2Plant")
+    keep = ["plant.displacement", "reference"]
+    frame = it2hys.sweep({**start, "step": step, "vary": [], "keep": keep})
+    y, given = (frame[name][0].to_numpy() for name in keep)
+    begins = np.arange(200 // ticks) * step
+    arguments = {k: v for k, v in BASE["signal"]["reference"].items() if k != "signal"}
+    np.testing.assert_array_equal(given, excitations.sine(begins, **arguments))
+    wanted = excitations.sine(begins + (ticks - 1) * 1e-4, **arguments)
+    assert frame["e_mr"][0] == pytest.approx(np.abs(wanted - y).max() / np.ptp(wanted), rel=1e-9)
+    assert (frame["e_mr"][0] < 1e-9) == (ticks == 1)
+
+
 def test_metrics_are_what_they_are_called():
     y = np.array([1.0, -2.0, 3.0, 0.0, 5.0])
     r = np.array([1.0, -1.0, 3.0, 1.0, 4.0])

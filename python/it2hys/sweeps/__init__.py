@@ -5,7 +5,6 @@ fast path; what is finished is kept (`store`), so that a sweep can be interrupte
 report (`report`) is drawn from the table alone.
 """
 
-from it2hys.sweeps.report import write_sweep_report
 from it2hys.sweeps.running import SweepOutcome, run_sweep
 from it2hys.sweeps.schema import SweepScenario, is_sweep, parse_sweep, read_sweep
 
@@ -16,5 +15,4 @@ __all__ = [
     "parse_sweep",
     "read_sweep",
     "run_sweep",
-    "write_sweep_report",
 ]

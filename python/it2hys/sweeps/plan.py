@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from fmpy.model_description import ModelDescription, ScalarVariable
-from scipy import stats
+from scipy.special import ndtri
 
 from it2hys import excitations
 from it2hys.controller import IDENTIFIER as CONTROLLER
@@ -80,6 +80,8 @@ class Plan:
         Value of every axis in every case.
     variant : ndarray of int, shape (cases,)
         Index into `setups`.
+    alone : bool
+        Whether an FMU can be instantiated only once in a process.
     """
 
     name: str
@@ -100,6 +102,7 @@ class Plan:
     keep_units: tuple[str, ...]
     keep_every: int
     figures: tuple[FigureEntry, ...]
+    alone: bool = False
     fingerprint: str = ""
 
     @property
@@ -152,7 +155,7 @@ def argument(source: Source, name: str) -> Any:
     if name in source.arguments:
         return source.arguments[name]
     if source.signal != CSV:
-        parameter = inspect.signature(getattr(excitations, source.signal)).parameters.get(name)
+        parameter = inspect.signature(excitations.SIGNALS[source.signal]).parameters.get(name)
         if parameter is not None and parameter.default is not inspect.Parameter.empty:
             return parameter.default
     raise InputError(f"signal.{source.name}: {source.signal!r} is given no {name}")
@@ -168,7 +171,7 @@ def signal_values(
     """
     if source.signal == CSV:
         return np.interp(times, source.arguments["time"], source.arguments["values"])
-    function = getattr(excitations, source.signal)
+    function = excitations.SIGNALS[source.signal]
     arguments = dict(source.arguments)
     for target, value in values.items():
         name, _, key = target.partition(".")
@@ -217,6 +220,7 @@ def make_plan(scenario: SweepScenario) -> Plan:
         ),
         keep=scenario.keep, keep_units=tuple(lookup.unit(name) for name in scenario.keep),
         keep_every=scenario.keep_every, figures=scenario.figures,
+        alone=_check_instances(files, descriptions),
     )  # fmt: skip
     _check_signals(plan)
     _check_figures(plan)
@@ -266,6 +270,20 @@ def _describe(scenario: SweepScenario, files: Mapping[str, bytes]) -> dict[str, 
                 text = str(error).removeprefix(f"{path}: ")
                 raise InputError(f"fmu.{fmu.name}: {fmu.source}: {text}") from None
     return descriptions
+
+
+def _check_instances(files: Mapping[str, bytes], descriptions: Mapping[str, ModelDescription]) -> bool:
+    """Tell whether an FMU can be instantiated once in a process only; refuse it if it is used twice."""
+    single = [
+        name for name, d in descriptions.items() if d.coSimulation.canBeInstantiatedOnlyOncePerProcess
+    ]
+    for name in single:
+        twin = next((n for n in files if n != name and files[n] == files[name]), None)
+        if twin:
+            raise InputError(
+                f"fmu.{name}: is the same as fmu.{twin}, and can be instantiated only once per process"
+            )
+    return bool(single)
 
 
 def _load(source: Source, folder: Path) -> Source:
@@ -389,7 +407,7 @@ def argument_of_kind(place: str, source: Source, key: str) -> float:
         raise InputError(
             f"{place}: the signal {source.name!r} is from a CSV and has no argument {key!r}"
         )
-    known = list(inspect.signature(getattr(excitations, source.signal)).parameters)[1:]
+    known = list(inspect.signature(excitations.SIGNALS[source.signal]).parameters)[1:]
     if key not in known:
         raise InputError(
             f"{place}: the signal {source.name!r} ({source.signal}) has no argument {key!r}; "
@@ -507,7 +525,9 @@ def _samples(scenario: SweepScenario, groups: Mapping[str, list[int]]) -> np.nda
         columns.append(_quantile(scenario.vary[i], uniform))
     hypercube = groups["latin hypercube"]
     if hypercube:
-        sampler = stats.qmc.LatinHypercube(len(hypercube), rng=np.random.default_rng(scenario.seed))
+        from scipy.stats import qmc  # takes long to import, and workers never draw
+
+        sampler = qmc.LatinHypercube(len(hypercube), rng=np.random.default_rng(scenario.seed))
         for i, uniform in zip(hypercube, sampler.random(count).T, strict=True):
             columns.append(_quantile(scenario.vary[i], uniform))
     return np.column_stack(columns)
@@ -518,7 +538,7 @@ def _quantile(vary: Vary, uniform: np.ndarray) -> np.ndarray:
         index = np.minimum((uniform * len(vary.values)).astype(int), len(vary.values) - 1)
         return np.array(vary.values)[index]
     if vary.normal:
-        return vary.normal[0] + vary.normal[1] * stats.norm.ppf(np.clip(uniform, 1e-12, 1 - 1e-12))
+        return vary.normal[0] + vary.normal[1] * ndtri(np.clip(uniform, 1e-12, 1 - 1e-12))
     low, high = vary.range
     return low * (high / low) ** uniform if vary.scale == "log" else low + (high - low) * uniform
 

@@ -47,7 +47,8 @@ def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
     InputError
         If the file is no table of a sweep, or the directory cannot be written to.
     """
-    metadata, frame = read_metadata(results), pl.read_parquet(results)
+    metadata = read_metadata(results)
+    frame = pl.read_parquet(results, columns=_columns_drawn(metadata))
     columns = Columns(frame, metadata)
     failed = frame.filter(pl.col("status") != "ok")
     text = [metadata["text"]] if metadata["text"] else []
@@ -62,6 +63,14 @@ def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
     if len(warned):
         sections.append(_messages(warned))
     return write_report(make_directory(directory), metadata["title"], sections), len(failed)
+
+
+def _columns_drawn(metadata: dict) -> list[str]:
+    """Return the columns that a report needs; of the traces, which may be large, those it draws."""
+    scalars = [entry["name"] for key in ("axes", "metrics") for entry in metadata[key]]
+    drawn = {figure[key] for figure in metadata["figures"] for key in ("x", "y", "value")}
+    traces = [entry["name"] for entry in metadata["keep"] if entry["name"] in drawn]
+    return ["case", "variant", *scalars, *traces, "status", "message"]
 
 
 def _summary(columns: Columns) -> Table:

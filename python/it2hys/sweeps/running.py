@@ -13,7 +13,6 @@ from tqdm import tqdm
 
 from it2hys.errors import InputError
 from it2hys.sweeps.plan import Plan, make_plan
-from it2hys.sweeps.report import write_sweep_report
 from it2hys.sweeps.schema import SweepScenario
 from it2hys.sweeps.store import Store
 from it2hys.sweeps.worker import failure, format_rows
@@ -66,6 +65,8 @@ def run_sweep(
     if not store.complete:
         _fill(store, plan, lambda: _workers(plan, workers, dask), quiet)
     store.tidy()
+    from it2hys.sweeps.report import write_sweep_report  # with matplotlib, which workers do not need
+
     report, failed = write_sweep_report(store.results, store.directory)
     return SweepOutcome(store.results, report, plan.cases, failed)
 

@@ -16,7 +16,6 @@ from typing import Any
 from it2hys import excitations
 from it2hys.errors import InputError
 from it2hys.keys import Keys, known_names, read_toml
-from it2hys.scenario import SIGNALS
 from it2hys.stepping import Connection
 from it2hys.sweeps.metrics import KINDS
 
@@ -273,14 +272,14 @@ def _fmu(name: str, table: object, parameters: str) -> Fmu:
 
 def _source(name: str, table: object) -> Source:
     entry = Keys(f"signal.{name}: ", table)
-    signal = entry.choose("signal", (*SIGNALS, CSV))
+    signal = entry.choose("signal", (*excitations.SIGNALS, CSV))
     arguments = entry.rest()
     if signal == CSV:
         entry = Keys(f"signal.{name}: ", arguments)
         arguments = {"file": entry.take("file", str), "column": entry.take("column", str)}
         entry.done()
         return Source(name, signal, arguments)
-    known = list(inspect.signature(getattr(excitations, signal)).parameters)[1:]
+    known = list(inspect.signature(excitations.SIGNALS[signal]).parameters)[1:]
     for key in arguments:
         if key not in known:
             raise InputError(

@@ -5,9 +5,10 @@ from __future__ import annotations
 import tempfile
 import threading
 from collections.abc import Iterable, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,8 @@ _ROUNDING = 1e-9
 
 _plans: dict[str, Plan] = {}
 _local = threading.local()
+_shared: dict[str, Runner] = {}
+_turn = threading.Lock()
 
 
 def install(plan: Plan) -> None:
@@ -40,22 +43,30 @@ def ready(fingerprint: str) -> bool:
 def run_cases(fingerprint: str, cases: Iterable[int]) -> bytes:
     """Run cases of an installed plan; return their rows as Parquet.
 
-    Instances are made once for every thread and used again by reset.
+    Instances are made once for every thread and used again by reset; where an FMU allows but one in a
+    process, the threads take turns with it.
     """
-    runners = _local.__dict__.setdefault("runners", {})
-    if fingerprint not in runners:
-        for runner in runners.values():
-            runner.close()
-        runners.clear()
-        runners[fingerprint] = Runner(_plans[fingerprint])
     plan = _plans[fingerprint]
-    return format_rows(plan, [runners[fingerprint].row(case) for case in cases])
+    with _turn if plan.alone else nullcontext():
+        runner = _runner(plan, _shared if plan.alone else _local.__dict__)
+        return format_rows(plan, [runner.row(case) for case in cases])
+
+
+def _runner(plan: Plan, place: dict[str, Any]) -> Runner:
+    """Return the runner that is kept in a place, a new one if that was for another plan."""
+    kept = place.get("runner")
+    if kept is None or kept.plan is not plan:
+        if kept is not None:
+            kept.close()
+        place["runner"] = kept = Runner(plan)
+    return kept
 
 
 def close() -> None:
-    """Free the instances of this thread, and their files."""
-    for runner in _local.__dict__.pop("runners", {}).values():
-        runner.close()
+    """Free the instances of this thread, and the shared ones, with their files."""
+    for place in (_local.__dict__, _shared):
+        if "runner" in place:
+            place.pop("runner").close()
 
 
 def failure(plan: Plan, case: int, message: str) -> dict:
