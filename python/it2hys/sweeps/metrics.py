@@ -24,8 +24,9 @@ TAPER = 0.1
 def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
     """Return the frequency at which the gain from reference to output has fallen by 3 dB.
 
-    The gain is that of the Fourier transforms, at the frequencies that the reference excites, smoothed
-    over neighbours. The lowest of them counts as low; between frequencies the gain is interpolated.
+    The gain is that of the Fourier transforms, at the frequencies that the reference excites. Single
+    lines are those of a multisine over whole periods, and exact; a dense spectrum, such as a chirp's,
+    is tapered and smoothed over neighbours. The lowest of them counts as low; between frequencies the gain is interpolated.
 
     Parameters
     ----------
@@ -46,13 +47,14 @@ def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
     """
     if np.ptp(reference) == 0.0:
         raise InputError("bandwidth needs a reference that varies")
-    window = windows.tukey(len(reference), TAPER)
-    r, y = (np.fft.rfft((x - x.mean()) * window)[1:] for x in (reference, output))
-    smooth = np.ones(NEIGHBOURS)
-    power = np.abs(r) ** 2
-    cross = np.abs(np.convolve(np.conj(r) * y, smooth, mode="same"))
-    gains = cross / np.maximum(np.convolve(power, smooth, mode="same"), np.finfo(float).tiny)
-    excited = power > EXCITED * power.max()
+    plain = _transforms(reference, output, np.ones(len(reference)), 1)
+    lines = np.diff(np.flatnonzero(plain[2])) > 1
+    if np.mean(lines) > 0.5:
+        gains, excited = plain[1:]
+    else:
+        _, gains, excited = _transforms(
+            reference, output, windows.tukey(len(reference), TAPER), NEIGHBOURS
+        )
     frequency = np.fft.rfftfreq(len(reference), step)[1:][excited]
     relative = gains[excited] / gains[excited][0]
     fallen = np.flatnonzero(relative < HALF_POWER)
@@ -60,6 +62,18 @@ def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
         return float("nan")
     around = [fallen[0] - 1, fallen[0]]
     return float(np.interp(-HALF_POWER, -relative[around], frequency[around]))
+
+
+def _transforms(
+    reference: np.ndarray, output: np.ndarray, window: np.ndarray, neighbours: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return power of the reference, gain to the output, and where there is power, by frequency."""
+    r, y = (np.fft.rfft((x - x.mean()) * window)[1:] for x in (reference, output))
+    smooth = np.ones(neighbours)
+    power = np.abs(r) ** 2
+    cross = np.abs(np.convolve(np.conj(r) * y, smooth, mode="same"))
+    gains = cross / np.maximum(np.convolve(power, smooth, mode="same"), np.finfo(float).tiny)
+    return power, gains, power > EXCITED * power.max()
 
 
 def loop_area(voltage: np.ndarray, displacement: np.ndarray) -> float:

@@ -129,7 +129,7 @@ def _failures(failed: pl.DataFrame, metadata: dict) -> Section:
 
 def _messages(warned: pl.DataFrame) -> Section:
     # one message for all times and values that it was said at
-    alike = pl.col("message").str.replace_all(r"\d+(\.\d+)?(e[-+]?\d+)?", "…").alias("message")
+    alike = pl.col("message").str.replace_all(r"\b\d+(\.\d+)?(e[-+]?\d+)?\b", "…").alias("message")
     counted = warned.group_by(alike).agg(pl.len().alias("cases"), pl.col("case").min())
     counted = counted.sort(["cases", "case"], descending=[True, False])
     rows = [
