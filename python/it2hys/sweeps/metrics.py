@@ -26,7 +26,8 @@ def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
 
     The gain is that of the Fourier transforms, at the frequencies that the reference excites. Single
     lines are those of a multisine over whole periods, and exact; a dense spectrum, such as a chirp's,
-    is tapered and smoothed over neighbours. The lowest of them counts as low; between frequencies the gain is interpolated.
+    is tapered and smoothed over neighbours. The lowest frequency counts as low; between frequencies
+    the gain is interpolated.
 
     Parameters
     ----------
@@ -48,8 +49,8 @@ def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
     if np.ptp(reference) == 0.0:
         raise InputError("bandwidth needs a reference that varies")
     plain = _transforms(reference, output, np.ones(len(reference)), 1)
-    lines = np.diff(np.flatnonzero(plain[2])) > 1
-    if np.mean(lines) > 0.5:
+    apart = np.diff(np.flatnonzero(plain[2])) > 1
+    if 2 * np.count_nonzero(apart) >= len(apart):
         gains, excited = plain[1:]
     else:
         _, gains, excited = _transforms(
