@@ -327,14 +327,14 @@ def test_an_fmu_that_allows_but_one_instance_is_shared_by_threads(tmp_path):
 def test_an_fmu_that_crashes_costs_its_case_alone(tmp_path):
     """Its binary calls abort(), which ends the process that runs it."""
     path = build_foreign(tmp_path)
-    values = [float(x) for x in range(40)]
-    values[17], values[30] = -5.0, -1.5
+    values = [float(x) for x in range(8)]
+    values[3], values[6] = -5.0, -1.5
     outcome = run_sweep(parse_sweep(foreign_table(path, values)), tmp_path / "out", 2, quiet=True)
     table = pl.read_parquet(outcome.results)
     assert outcome.failed == 2
-    assert table.filter(pl.col("status") == "failed")["case"].to_list() == [17, 30]
-    assert "an FMU's binary crashed" in table["message"][17]
-    assert "x is -1.5, which is fatal" in table["message"][30]
+    assert table.filter(pl.col("status") == "failed")["case"].to_list() == [3, 6]
+    assert "an FMU's binary crashed" in table["message"][3]
+    assert "x is -1.5, which is fatal" in table["message"][6]
     good = table.filter(pl.col("status") == "ok")
     assert good["y"].to_list() == [x + 0.9 for x in good["x"]]
     page = outcome.report.read_text(encoding="utf-8")
@@ -342,6 +342,15 @@ def test_an_fmu_that_crashes_costs_its_case_alone(tmp_path):
 
 
 # --- the disk, the directory, the report -------------------------------------------------------
+
+
+def test_a_script_that_lacks_its_guard_is_told_so(tmp_path):
+    """Spawned workers import the script again, which must not begin a sweep of its own."""
+    script = tmp_path / "script.py"
+    script.write_text(f"import it2hys\nit2hys.sweep({small()!r}, workers=1)\n", encoding="utf-8")
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert 'must do so under if __name__ == "__main__"' in done.stderr.splitlines()[-1]
 
 
 def test_a_disk_that_is_too_full_is_told_before_any_case_runs(scenario, tmp_path, monkeypatch, capsys):

@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import queue
 import shutil
+import signal
 import tempfile
 import threading
 from collections import deque
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 from it2hys.errors import InputError
@@ -24,6 +27,8 @@ from it2hys.sweeps.plan import Plan
 
 #: Chunks that wait at a worker, so that it need not wait.
 AHEAD = 2
+#: The plan's file in the directory that local workers share.
+PLAN = "plan.pickle"
 #: Seconds in which a scheduler must answer.
 PATIENCE = "10s"
 
@@ -103,8 +108,10 @@ class Processes(_Futures):
     def __init__(self, plan: Plan, count: int) -> None:
         super().__init__()
         self.room = AHEAD * count
-        self._plan, self._count = plan, count
+        self._fingerprint, self._count = plan.fingerprint, count
         self._directory = tempfile.TemporaryDirectory(prefix="it2hys-", ignore_cleanup_errors=True)
+        # as a file: handed over in a pipe, it would block this process where a worker fails to start
+        Path(self._directory.name, PLAN).write_bytes(pickle.dumps(plan))
         self._pool = self._make()
         try:
             self._pool.submit(worker.ready, plan.fingerprint).result()
@@ -117,7 +124,7 @@ class Processes(_Futures):
 
     def _make(self) -> ProcessPoolExecutor:
         context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(self._count, context, _begin, (self._plan, self._directory.name))
+        return ProcessPoolExecutor(self._count, context, _begin, (self._directory.name,))
 
     @staticmethod
     def obituary(_error: Exception) -> str:
@@ -127,11 +134,11 @@ class Processes(_Futures):
     def submit(self, cases: range) -> None:
         """Begin with a chunk."""
         try:
-            future = self._pool.submit(worker.run_cases, self._plan.fingerprint, cases)
+            future = self._pool.submit(worker.run_cases, self._fingerprint, cases)
         except BrokenProcessPool:  # it died over another chunk
             self._pool.shutdown(wait=False)
             self._pool = self._make()
-            future = self._pool.submit(worker.run_cases, self._plan.fingerprint, cases)
+            future = self._pool.submit(worker.run_cases, self._fingerprint, cases)
         self._watch(future, cases)
 
     def close(self) -> None:
@@ -140,12 +147,13 @@ class Processes(_Futures):
         self._directory.cleanup()
 
 
-def _begin(plan: Plan, directory: str) -> None:
+def _begin(directory: str) -> None:
     tempfile.tempdir = directory
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
     # one worker per processor: the libraries' own threads would only be in each other's way
     os.environ["POLARS_MAX_THREADS"] = "1"
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    worker.install(plan)
+    worker.install(pickle.loads(Path(directory, PLAN).read_bytes()))
 
 
 def _end_with_parent() -> None:
@@ -180,7 +188,14 @@ class Dask(_Futures):
         self._fingerprint = plan.fingerprint
         workers = self._client.scheduler_info()["workers"]
         self.room = AHEAD * max(sum(w["nthreads"] for w in workers.values()), 1)
-        self._client.register_plugin(_plugin(plan))
+        try:
+            self._client.register_plugin(_plugin(plan))
+        except Exception as error:  # whatever a worker raises over what it cannot load
+            self._client.close()
+            raise InputError(
+                f"--dask {address}: the workers cannot take the sweep; it2hys must be installed there, "
+                f"in this version ({error})"
+            ) from None
 
     @staticmethod
     def obituary(error: Exception) -> str:
