@@ -49,7 +49,7 @@ def main() -> None:
         print(*measure_memory(sys.argv[2]))
         return
     if sys.argv[1:2] == ["wall"]:
-        print(measure_wall(int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])))
+        print(*measure_wall(int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])))
         return
     bare_loop = Path(sys.argv[1]) if len(sys.argv) > 1 else None
     begin = time.perf_counter()
@@ -193,8 +193,11 @@ def bare_seconds(command: list[str]) -> float:
 # --- workers and sizes -----------------------------------------------------------------------------
 
 
-def measure_wall(cases: int, ticks: int, workers: int) -> float:
-    """Return the time from the first to the last case of a sweep, s: without start and report."""
+def measure_wall(cases: int, ticks: int, workers: int) -> tuple[float, float]:
+    """Return the time from the first to the last case of a sweep, s: without start and report.
+
+    And the share of it that the workers had nothing to do: neither ran nor waited for a processor.
+    """
     from it2hys.sweeps import running
 
     plan = make_plan(parse_sweep(scenario(cases, ticks)))
@@ -203,12 +206,23 @@ def measure_wall(cases: int, ticks: int, workers: int) -> float:
         pool.submit(range(2))
     for _ in range(2 * max(workers, 1)):
         pool.next()
-    begin = time.perf_counter()
+    processes = list(pool._pool._processes)
+    busy, begin = occupied(processes), time.perf_counter()
     for _ in running._run(plan.chunks(), pool, plan):
         pass
     elapsed = time.perf_counter() - begin
+    idle = 1.0 - (occupied(processes) - busy) / (elapsed * len(processes))
     pool.close()
-    return elapsed
+    return elapsed, idle
+
+
+def occupied(processes: Sequence[int]) -> float:
+    """Return how long processes have run or waited for a processor, s; NaN where nobody counts."""
+    try:
+        texts = [Path(f"/proc/{process}/schedstat").read_text() for process in processes]
+    except OSError:
+        return float("nan")
+    return sum(sum(map(int, text.split()[:2])) for text in texts) / 1e9
 
 
 def start(*arguments: object) -> subprocess.Popen:
@@ -229,19 +243,20 @@ def compare_workers() -> None:
     """Compare two workers with one, in turns, and with what the machine gives two at once."""
     cases, once, twice, apart = 3000, [], [], []
     for _ in range(5):
-        once += finish(start("wall", cases, TICKS, 1))
-        twice += finish(start("wall", cases, TICKS, 2))
+        once.append(finish(start("wall", cases, TICKS, 1)))
+        twice.append(finish(start("wall", cases, TICKS, 2)))
         # two sweeps that know nothing of each other: no scheduling could be quicker
         both = [start("wall", cases // 2, TICKS, 1) for _ in range(2)]
-        apart.append(max(finish(process)[0] for process in both))
-    one, two, ideal = (statistics.median(values) for values in (once, twice, apart))
+        apart.append(max(finish(process) for process in both))
+    medians = [np.median(turns, axis=0) for turns in (once, twice, apart)]
+    names = ("1", "2", "two sweeps of half the cases at once")
     rows = [
-        [name, f"{cases / value:.0f}", f"{one / value:.2f}"]
-        for name, value in (("1", one), ("2", two), ("two sweeps of half the cases at once", ideal))
+        [name, f"{cases / wall:.0f}", f"{medians[0][0] / wall:.2f}", f"{100 * idle:.1f} %"]
+        for name, (wall, idle) in zip(names, medians, strict=True)
     ]
     table(
         f"Workers: {cases} scenarios of {TICKS} ticks, {os.cpu_count()} processors (5 turns, medians)",
-        ["workers", "scenarios per s", "times one"],
+        ["workers", "scenarios per s", "times one", "workers idle"],
         rows,
     )
 
