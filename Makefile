@@ -74,6 +74,7 @@ pytest: $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched)
 bench: $(INSTALLED) ctest
 	$(BIN)/cmake --build $(CBUILD) --target bench
 	$(BIN)/python benchmarks/identification.py
+	$(BIN)/python benchmarks/sweep.py $(CBUILD)/bench/bare_loop
 
 clean:
 	rm -rf $(VENV) build out

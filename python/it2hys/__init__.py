@@ -1,5 +1,22 @@
 """Piezo hysteresis: an interval type-2 fuzzy model and its closed-form inverse, as FMUs.
 
 Data flow one way: records (`records`) are identified (`identification`) to a parameter set
-(`parameters`), which is packaged as FMUs (`packaging`) and run in co-simulation (`simulation`).
+(`parameters`), which is packaged as FMUs (`packaging`) and run in co-simulation (`simulation`), one
+case or many (`sweeps`). For notebooks and scripts there is `api`, whose functions are imported from
+here.
 """
+
+# loaded when first asked for, so that the command line starts quickly
+_API = ("identify", "package", "simulate", "sweep", "track")
+
+
+def __getattr__(name: str) -> object:
+    if name not in _API:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from it2hys import api
+
+    return getattr(api, name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_API])

@@ -1,6 +1,7 @@
 """The command line `it2hys`."""
 
 import argparse
+import json
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -70,6 +71,12 @@ def _parser() -> argparse.ArgumentParser:
         "--modelica", action="store_true", help="write the set as a record for the Modelica library too"
     )
 
+    package.add_argument(
+        "--ssp",
+        action="store_true",
+        help="write the systems of inverse, plant and controller as SSP too",
+    )
+
     simulate = _command(commands, "simulate", _simulate, "run an FMU over signals from a CSV")
     simulate.add_argument("fmu", metavar="FMU", type=Path)
     simulate.add_argument("--input", required=True, metavar="U.csv", type=Path)
@@ -82,6 +89,21 @@ def _parser() -> argparse.ArgumentParser:
         help="a parameter in SI units, such as initialDisplacement=1e-6; may be repeated",
     )
     _add_columns(simulate)
+
+    sweep = _command(commands, "sweep", _sweep, "run all cases of a sweep scenario, in parallel")
+    sweep.add_argument(
+        "scenario",
+        metavar="SCENARIO",
+        help="a TOML file, a scenario of scenarios/, or a results.parquet to draw the report of",
+    )
+    sweep.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
+    workers = sweep.add_mutually_exclusive_group()
+    workers.add_argument(
+        "--workers", type=int, metavar="N", help="processes (default: one a processor)"
+    )
+    workers.add_argument("--dask", metavar="ADDRESS", help="a Dask scheduler, such as tcp://host:8786")
+    sweep.add_argument("--json", action="store_true", help="print the outcome as JSON, no progress")
+    sweep.add_argument("--restart", action="store_true", help="discard what DIR holds")
 
     run = _command(commands, "run", _run, "run a scenario by name")
     run.add_argument("name", metavar="NAME", help="a scenario of scenarios/, or a TOML file")
@@ -181,6 +203,11 @@ def _package(options: argparse.Namespace) -> int:
         from it2hys.modelica import write_record
 
         _say(options, write_record(parameters, options.output))
+    if options.ssp:
+        from it2hys.ssp import write_ssp
+
+        for path in write_ssp(parameters, options.output):
+            _say(options, path)
     return 0
 
 
@@ -243,19 +270,20 @@ def _diagnose(options: argparse.Namespace) -> int:
 def _simulate(options: argparse.Namespace) -> int:
     from tqdm import tqdm
 
+    from it2hys import simulation
     from it2hys.signals import read_signals, write_signals
-    from it2hys.simulation import Slave, simulate
+    from it2hys.slave import Slave
 
     start = dict(_assignment(text) for text in options.set)
     with Slave(options.fmu, start) as slave:
-        names, sample_time = slave.names("input"), slave.sample_time
+        names, sample_time = slave.names("input"), simulation.sample_time(slave)
     signals = read_signals(options.input, names, columns=_columns(options))
     if abs(signals.sample_time / sample_time - 1) > 1e-3:
         raise InputError(
             f"{options.input}: sampled every {signals.sample_time:g} s, but the FMU's sampleTime is "
             f"{sample_time:g} s; resample the signals or identify a model at their rate"
         )
-    outputs, messages = simulate(
+    outputs, messages = simulation.simulate(
         options.fmu, signals.values, start, lambda ticks: tqdm(ticks, disable=options.quiet)
     )
     columns = {
@@ -275,6 +303,38 @@ def _assignment(text: str) -> tuple[str, float]:
         return name, float(value)
     except ValueError:
         raise InputError(f"--set {text}: must be NAME=VALUE with a number in SI units") from None
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    from it2hys.scenario import find_scenario
+    from it2hys.sweeps import read_sweep, run_sweep
+
+    if options.scenario.endswith(".parquet"):
+        from it2hys.sweeps.report import write_sweep_report
+
+        path = Path(options.scenario)
+        report, _ = write_sweep_report(path, options.output or path.parent)
+        _say(options, f"report: {report}")
+        return 0
+    scenario = read_sweep(find_scenario(options.scenario))
+    outcome = run_sweep(
+        scenario,
+        options.output or Path("out") / scenario.name,
+        options.workers,
+        options.dask,
+        options.restart,
+        options.quiet or options.json,
+    )
+    if options.json:
+        print(
+            json.dumps(
+                {name: str(v) if isinstance(v, Path) else v for name, v in vars(outcome).items()}
+            )
+        )
+        return 0
+    _say(options, f"{outcome.cases} cases, {outcome.failed} failed")
+    _say(options, f"table: {outcome.results}\nreport: {outcome.report}")
+    return 0
 
 
 def _run(options: argparse.Namespace) -> int:

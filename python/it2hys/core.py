@@ -106,6 +106,11 @@ class _Knob(ctypes.Structure):
     _fields_ = [("offset", ctypes.c_size_t), ("before_core", ctypes.c_int), ("step", ctypes.c_double)]
 
 
+def library_function(name: str) -> ctypes._CFuncPtr:
+    """Return a function of the library, whose arguments the caller declares."""
+    return getattr(_library(), name)
+
+
 def _rules(rules: np.ndarray) -> tuple[np.ndarray, int]:
     rules = np.ascontiguousarray(rules, dtype=np.float64)
     if rules.ndim != 2 or rules.shape[1] != 6 or not 1 <= len(rules) <= MAX_RULES:

@@ -378,3 +378,21 @@ def _require_positive(**values: float) -> None:
     for name, value in values.items():
         if not (np.isfinite(value) and value > 0.0):
             raise InputError(f"{name} must be positive and finite, got {value}")
+
+
+#: Signals by the names that scenarios use.
+SIGNALS = {
+    function.__name__: function
+    for function in (
+        identification,
+        validation_sine,
+        sum_100_50,
+        tracking_reference,
+        sine,
+        triangle,
+        steps,
+        chirp,
+        multisine,
+        decaying,
+    )
+}

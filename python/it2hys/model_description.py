@@ -1,5 +1,7 @@
 """modelDescription.xml of a packaged FMU, generated from the variable table and a parameter set."""
 
+from collections.abc import Mapping, Sequence
+
 from lxml import etree
 
 from it2hys.codegen import guid
@@ -67,8 +69,8 @@ def format_model_description(
     for name in source_files:
         etree.SubElement(files, "File", name=name)
     types = {v.type.name: v.type for v in variables}
-    _add_units(root, {t.unit for t in types.values()})
-    _add_types(root, types)
+    add_units(root, {t.unit for t in types.values()}, load_table().units)
+    add_types(root, types)
     categories = etree.SubElement(root, "LogCategories")
     for name, description in LOG_CATEGORIES.items():
         etree.SubElement(categories, "Category", name=name, description=description)
@@ -81,15 +83,15 @@ def format_model_description(
         tolerance="1e-6",
         stepSize=repr(sample_time),
     )
-    _add_variables(root, variables, parameters)
-    _add_structure(root, variables)
+    add_variables(root, variables, parameters)
+    add_structure(root, variables)
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
-def _add_units(root: etree._Element, used: set[str | None]) -> None:
+def add_units(root: etree._Element, used: set[str | None], units: Mapping[str, Mapping]) -> None:
+    """Add the definitions of the units in use."""
     definitions = etree.SubElement(root, "UnitDefinitions")
-    units = {"1": {}, **load_table().units}
-    for name, unit in units.items():
+    for name, unit in {"1": {}, **units}.items():
         if name not in used:
             continue
         element = etree.SubElement(definitions, "Unit", name=name)
@@ -100,7 +102,8 @@ def _add_units(root: etree._Element, used: set[str | None]) -> None:
             etree.SubElement(element, "DisplayUnit", name=display, **numbers)
 
 
-def _add_types(root: etree._Element, types: dict[str, DeclaredType]) -> None:
+def add_types(root: etree._Element, types: Mapping[str, DeclaredType]) -> None:
+    """Add the definitions of the declared types."""
     definitions = etree.SubElement(root, "TypeDefinitions")
     for name, declared in types.items():
         simple = etree.SubElement(definitions, "SimpleType", name=name)
@@ -120,7 +123,10 @@ def _text(value: object) -> str:
     return value if isinstance(value, str) else repr(value)
 
 
-def _add_variables(root: etree._Element, variables: list[Variable], parameters: ParameterSet) -> None:
+def add_variables(
+    root: etree._Element, variables: Sequence[Variable], parameters: Mapping[str, float | int | bool]
+) -> None:
+    """Add the variables, with start values from a parameter set or else from the table."""
     element = etree.SubElement(root, "ModelVariables")
     for variable in variables:
         attributes = {
@@ -145,7 +151,7 @@ def _add_variables(root: etree._Element, variables: list[Variable], parameters: 
         etree.SubElement(scalar, variable.type.base, **typed)
 
 
-def _add_structure(root: etree._Element, variables: list[Variable]) -> None:
+def add_structure(root: etree._Element, variables: Sequence[Variable]) -> None:
     """Say what depends on what.
 
     At a communication point an output is held since the last tick: it depends on no input that is

@@ -6,6 +6,7 @@ The binaries are the same for every parameter set. What differs is modelDescript
 
 import sys
 import zipfile
+from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
 from io import BytesIO
@@ -47,15 +48,20 @@ def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
         If the directory cannot be written to.
     """
     directory = make_directory(directory)
-    native = native_directory()
-    contents = {
-        f"{identifier}.fmu": _fmu(model, identifier, parameters, native)
-        for model, identifier in IDENTIFIERS.items()
-    }
+    contents = {f"{identifier}.fmu": fmu for identifier, fmu in package_bytes(parameters).items()}
     contents[PARAMETER_FILE] = format_ssv(parameters).encode()
     for name, content in contents.items():
         write_atomically(directory / name, content)
     return [directory / name for name in contents]
+
+
+def package_bytes(parameters: ParameterSet) -> dict[str, bytes]:
+    """Return both FMUs with a parameter set, by model identifier."""
+    native = native_directory()
+    return {
+        identifier: _fmu(model, identifier, parameters, native)
+        for model, identifier in IDENTIFIERS.items()
+    }
 
 
 def make_directory(directory: str | Path) -> Path:
@@ -85,11 +91,16 @@ def _fmu(model: str, identifier: str, parameters: ParameterSet, native: Path) ->
         "modelDescription.xml": description,
         f"resources/{PARAMETER_FILE}": format_ssv(parameters).encode(),
         **{f"sources/{name}": content for name, content in sources.items()},
-        **_binaries(identifier, native),
+        **platform_binaries(identifier, native),
         **documentation_files(model, parameters, (native / "LICENSE").read_bytes()),
         **picture_files(model, parameters),
         **reference_files(model, parameters),
     }
+    return fmu_archive(entries)
+
+
+def fmu_archive(entries: Mapping[str, bytes]) -> bytes:
+    """Return files by path as a zip archive; the same files give the same bytes."""
     archive = BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
         for name, content in entries.items():
@@ -108,7 +119,8 @@ def _sources(identifier: str, parameters: ParameterSet, native: Path) -> dict[st
     return {**sources, "fmu_start.h": start_header(parameters).encode()}
 
 
-def _binaries(identifier: str, native: Path) -> dict[str, bytes]:
+def platform_binaries(identifier: str, native: Path) -> dict[str, bytes]:
+    """Return the built binaries of an FMU by their path in it."""
     found = sorted((native / "binaries").glob(f"*/{identifier}.*"))
     return {f"binaries/{p.parent.name}/{p.name}": p.read_bytes() for p in found}
 

@@ -16,7 +16,7 @@ from lxml import etree
 from it2hys import core
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
-from it2hys.variables import INDEXED, Variable, load_table
+from it2hys.variables import INDEXED, DeclaredType, Variable, load_table
 
 SSV_NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 RULE_FIELDS = ("sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3")
@@ -192,19 +192,25 @@ def format_ssv(parameters: ParameterSet) -> str:
     The literal prefix `ssv:`, version 1.0 and only Real, Integer and Boolean entries; numbers are
     written with the fewest digits that read back to the same bits.
     """
-    known = load_table().parameters()
+    types = {name: variable.type for name, variable in load_table().parameters().items()}
+    return format_entries(parameters, types, parameters.name)
+
+
+def format_entries(
+    values: Mapping[str, float | int | bool], types: Mapping[str, DeclaredType], name: str
+) -> str:
+    """Return values of declared types as SSV text under a name."""
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<ssv:ParameterSet xmlns:ssv="{SSV_NAMESPACE}" version="1.0" '
-        f"name={quoteattr(parameters.name)}>",
+        f'<ssv:ParameterSet xmlns:ssv="{SSV_NAMESPACE}" version="1.0" name={quoteattr(name)}>',
         "  <ssv:Parameters>",
     ]
-    for name, value in parameters.items():
-        kind = known[name].type
+    for entry, value in values.items():
+        kind = types[entry]
         text = str(value).lower() if kind.base == "Boolean" else repr(value)
         unit = f" unit={quoteattr(kind.unit)}" if kind.unit else ""
         lines += [
-            f"    <ssv:Parameter name={quoteattr(name)}>",
+            f"    <ssv:Parameter name={quoteattr(entry)}>",
             f'      <ssv:{kind.base} value="{escape(text)}"{unit}/>',
             "    </ssv:Parameter>",
         ]

@@ -5,7 +5,6 @@ the stand through the inverse FMU or compare estimators, and sets its errors bes
 `scenarios/README.md` describes every key.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from importlib.resources import files
@@ -16,16 +15,12 @@ import numpy as np
 from it2hys import excitations
 from it2hys.errors import InputError
 from it2hys.identification_report import ROLES
+from it2hys.keys import Keys, read_toml
 from it2hys.rig import Stand
 
 SAMPLE_TIME = 1e-4
 MODELS = ("identified", "table 1")
 STAND_PARTS = ("dac", "amplifier", "hysteresis", "creep", "mechanics", "thermal", "gauge", "adc")
-SIGNALS = tuple(
-    name for name, item in vars(excitations).items() if callable(item) and hasattr(item, "__doc__")
-    and getattr(item, "__module__", "") == excitations.__name__
-    and not name.startswith("_") and name != "time_grid"
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -54,7 +49,7 @@ class Signal:
 
     def values(self) -> np.ndarray:
         """Return the signal, V; references in m."""
-        return getattr(excitations, self.signal)(self.time, **self.arguments)
+        return excitations.SIGNALS[self.signal](self.time, **self.arguments)
 
 
 @dataclass(frozen=True)
@@ -117,12 +112,9 @@ def read_scenario(path: Path) -> Scenario:
         If the file is missing, is not TOML, or has a key that is unknown, missing or of the wrong
         kind. The message names the file and the key.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError:
-        raise InputError(f"{path}: no such file, or it cannot be read") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not TOML: {error}") from None
+    table = read_toml(path)
+    if "fmu" in table:
+        raise InputError(f"{path}: a sweep of FMUs; `it2hys sweep` runs it")
     try:
         return _scenario(path.stem, table)
     except InputError as error:
@@ -130,7 +122,7 @@ def read_scenario(path: Path) -> Scenario:
 
 
 def _scenario(name: str, table: Mapping) -> Scenario:
-    entry = _Keys("", table)
+    entry = Keys("", table)
     scenario = Scenario(
         name=name,
         title=entry.take("title", str, name),
@@ -153,46 +145,8 @@ def _scenario(name: str, table: Mapping) -> Scenario:
     return replace(scenario, records=tuple(sorted(scenario.records, key=lambda r: order.index(r.role))))
 
 
-class _Keys:
-    """The keys of a table, taken one by one; what is left over is a mistake."""
-
-    def __init__(self, place: str, table: object) -> None:
-        if not isinstance(table, Mapping):
-            raise InputError(f"{place}must be a table, not {table!r}")
-        self._place, self._left, self._known = place, dict(table), []
-
-    def take(self, key: str, kind: type, *default: object) -> object:
-        self._known.append(key)
-        if key not in self._left:
-            if not default:
-                given = ", ".join(self._left) or "none"
-                raise InputError(f"{self._place}key {key!r} is missing; other keys given: {given}")
-            return default[0]
-        value = self._left.pop(key)
-        if kind is float and isinstance(value, int) and not isinstance(value, bool):
-            value = float(value)
-        if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-            raise InputError(f"{self._place}{key} is {value!r}; it must be a {kind.__name__}")
-        return value
-
-    def choose(self, key: str, choices: tuple[str, ...], *default: str) -> str:
-        value = self.take(key, str, *default)
-        if value not in choices:
-            raise InputError(f"{self._place}{key} is {value!r}; it must be one of {', '.join(choices)}")
-        return value
-
-    def rest(self) -> dict:
-        rest, self._left = self._left, {}
-        return rest
-
-    def done(self) -> None:
-        for key in self._left:
-            known = ", ".join(self._known)
-            raise InputError(f"{self._place}unknown key {key!r}; known are {known}")
-
-
 def _stand(table: Mapping) -> Stand:
-    entry = _Keys("stand: ", table)
+    entry = Keys("stand: ", table)
     without = entry.take("without", list, [])
     noise = entry.take("noise", float, Stand().noise)
     entry.done()
@@ -205,7 +159,7 @@ def _stand(table: Mapping) -> Stand:
 
 
 def _record(place: str, table: Mapping) -> RecordEntry:
-    entry = _Keys(place, table)
+    entry = Keys(place, table)
     name, role = entry.take("name", str), entry.choose("role", tuple(ROLES))
     return RecordEntry(name, role, _signal(place, entry))
 
@@ -213,14 +167,14 @@ def _record(place: str, table: Mapping) -> RecordEntry:
 def _tracking(table: Mapping | None) -> Tracking | None:
     if table is None:
         return None
-    entry = _Keys("tracking: ", table)
+    entry = Keys("tracking: ", table)
     lead_in = entry.take("lead_in", float, 0.0)
     return Tracking(_signal("tracking: ", entry), lead_in)
 
 
-def _signal(place: str, entry: _Keys) -> Signal:
+def _signal(place: str, entry: Keys) -> Signal:
     """Take the keys of a signal; those that are not ours are the arguments of its function."""
-    name = entry.choose("signal", SIGNALS)
+    name = entry.choose("signal", tuple(excitations.SIGNALS))
     duration = entry.take("duration", float)
     paper = _paper(place, entry.take("paper", dict, {}))
     signal = Signal(name, duration, entry.rest(), paper)
@@ -232,7 +186,7 @@ def _signal(place: str, entry: _Keys) -> Signal:
 
 
 def _paper(place: str, table: Mapping) -> Paper:
-    entry = _Keys(f"{place}paper: ", table)
+    entry = Keys(f"{place}paper: ", table)
     kinds = {f.name: int if f.name == "figure" else float for f in fields(Paper)}
     paper = Paper(**{name: entry.take(name, kind, None) for name, kind in kinds.items()})
     entry.done()

@@ -1,136 +1,33 @@
-"""Running FMUs through FMPy, tick by tick.
+"""Running FMUs over signals.
 
 A row of a result belongs to one tick: the inputs at the tick's time and the outputs computed from
 them. In co-simulation those outputs are read at the end of the step that begins at the tick.
 """
 
-import shutil
-import tempfile
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
-import fmpy
 import numpy as np
-from fmpy import fmi2
 
 from it2hys.errors import InputError
+from it2hys.slave import Slave
+from it2hys.stepping import Connection, System
 
 Values = Mapping[str, np.ndarray | float]
+# ticks between two movements of a progress bar
+BLOCK = 10_000
+INVERSE_CHAIN = (
+    Connection("reference", "inverse.reference"),
+    Connection("inverse.voltage", "plant.voltage"),
+)
 
 
-class Slave:
-    """One instance of one of our FMUs, initialised and ready to step.
-
-    Use as a context manager. Messages of the FMU are collected in `messages`.
-
-    Parameters
-    ----------
-    path : path
-        The FMU.
-    start_values : mapping, optional
-        Parameters and inputs by name, in SI units, set before initialization.
-
-    Raises
-    ------
-    InputError
-        If the file is no FMU for co-simulation, has no such variable, or refuses the values.
-    """
-
-    def __init__(self, path: str | Path, start_values: Mapping | None = None) -> None:
-        self.path = Path(path)
-        self.messages: list[str] = []
-        self._stack = ExitStack()
-        try:
-            self._open(start_values or {})
-        except BaseException:
-            self.close()
-            raise
-
-    def _open(self, start_values: Mapping) -> None:
-        description = _read_description(self.path)
-        if description.coSimulation is None:
-            raise InputError(f"{self.path}: not an FMU for co-simulation")
-        self.variables = {v.name: v for v in description.modelVariables}
-        directory = tempfile.mkdtemp(prefix="it2hys-")
-        self._stack.callback(shutil.rmtree, directory, ignore_errors=True)
-        fmpy.extract(str(self.path), directory)
-        # kept, because the library holds a pointer to them
-        self._callbacks = fmi2.fmi2CallbackFunctions()
-        self._callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._log)
-        self._fmu = fmi2.FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=directory,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName=self.path.stem,
-        )
-        with self._explained():
-            self._fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
-            self._stack.callback(self._free)
-            self._fmu.setupExperiment(startTime=0.0)
-            self._set(start_values)
-            self._fmu.enterInitializationMode()
-            self._fmu.exitInitializationMode()
-        self.sample_time = self.get("sampleTime")
-
-    def _log(self, _environment, _name, status: int, _category, message: bytes) -> None:
-        if status != fmi2.fmi2OK:
-            self.messages.append(message.decode().replace("%%", "%"))
-
-    @contextmanager
-    def _explained(self) -> Iterator[None]:
-        """Turn FMPy's exceptions into the FMU's own words."""
-        try:
-            yield
-        except InputError:
-            raise
-        except Exception as error:
-            said = self.messages[-1] if self.messages else str(error)
-            raise InputError(f"{self.path}: {said}") from None
-
-    def _free(self) -> None:
-        self._fmu.freeInstance()
-
-    def close(self) -> None:
-        """Free the instance and its files."""
-        self._stack.close()
-
-    def __enter__(self) -> "Slave":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def names(self, causality: str) -> list[str]:
-        """Return the names of the variables of one causality, in the FMU's order."""
-        return [n for n, v in self.variables.items() if v.causality == causality]
-
-    def _set(self, values: Mapping) -> None:
-        for name, value in values.items():
-            if name not in self.variables:
-                raise InputError(f"{self.path}: the FMU has no variable {name!r}")
-            variable = self.variables[name]
-            getattr(self._fmu, f"set{variable.type}")([variable.valueReference], [value])
-
-    def get(self, name: str) -> float | int | bool:
-        """Return the value of a variable."""
-        variable = self.variables[name]
-        return getattr(self._fmu, f"get{variable.type}")([variable.valueReference])[0]
-
-    def tick(self, k: int, values: Values) -> None:
-        """Run tick `k` with the given inputs."""
-        with self._explained():
-            self._set(values)
-            self._fmu.doStep(k * self.sample_time, self.sample_time)
-
-
-def _read_description(path: Path) -> fmpy.model_description.ModelDescription:
-    try:
-        return fmpy.read_model_description(str(path), validate=False)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except Exception as error:
-        raise InputError(f"{path}: not an FMU: {error}") from None
+def sample_time(slave: Slave) -> float:
+    """Return the sample time of an instance, s; raises InputError if it has none."""
+    if slave.sample_time is None:
+        raise InputError(f"{slave.path}: the FMU has no sampleTime to step at")
+    return slave.sample_time
 
 
 def simulate(
@@ -172,12 +69,21 @@ def simulate(
     with Slave(fmu, start_values) as slave:
         for name in set(signals) - set(slave.names("input")):
             raise InputError(f"{slave.path}: the FMU has no input {name!r}")
-        outputs = {name: np.empty(ticks) for name in slave.names("output")}
-        for k in progress(range(ticks)):
-            slave.tick(k, {name: float(signal[k]) for name, signal in signals.items()})
-            for name, output in outputs.items():
-                output[k] = slave.get(name)
-        return outputs, slave.messages
+        step = sample_time(slave)
+        outputs = slave.names("output")
+        system = System(
+            {"fmu": slave},
+            [Connection(name, f"fmu.{name}") for name in signals],
+            [f"fmu.{name}" for name in outputs],
+        )
+        system.initialize({"fmu": start_values or {}}, {n: s[0] for n, s in signals.items() if ticks})
+        blocks = [
+            system.run({n: s[k : k + BLOCK] for n, s in signals.items()}, min(BLOCK, ticks - k),
+                       step)
+            for k in progress(range(0, ticks, BLOCK))
+        ]  # fmt: skip
+        joined = {n: np.concatenate([b[f"fmu.{n}"] for b in blocks] or [np.empty(0)]) for n in outputs}
+        return joined, slave.messages
 
 
 def track(
@@ -204,25 +110,34 @@ def track(
     dict of str to ndarray, shape (N,)
         `voltage` in V, `displacement` in m and `saturated`.
     """
-    result = {name: np.empty(len(reference)) for name in ("voltage", "displacement", "saturated")}
+    reference = np.asarray(reference, dtype=float)
     with ExitStack() as stack:
         feedforward = stack.enter_context(Slave(inverse, start_values))
-        if not callable(plant):
-            plant = _plant_function(stack.enter_context(Slave(plant, start_values)))
-        for k, desired in enumerate(reference):
-            feedforward.tick(k, {"reference": float(desired)})
-            voltage = feedforward.get("voltage")
-            result["voltage"][k] = voltage
-            result["saturated"][k] = feedforward.get("saturated")
-            result["displacement"][k] = plant(voltage)
-    return result
+        if callable(plant):
+            inverse_alone = {"inverse": feedforward}
+            result = _run_chain(inverse_alone, INVERSE_CHAIN[:1], reference, start_values)
+            driven = np.array([plant(voltage) for voltage in result["inverse.voltage"].tolist()])
+        else:
+            slaves = {"inverse": feedforward, "plant": stack.enter_context(Slave(plant, start_values))}
+            result = _run_chain(slaves, INVERSE_CHAIN, reference, start_values)
+            driven = result["plant.displacement"]
+    return {
+        "voltage": result["inverse.voltage"],
+        "displacement": driven,
+        "saturated": result["inverse.saturated"],
+    }
 
 
-def _plant_function(slave: Slave) -> Callable[[float], float]:
-    ticks = iter(range(2**62))
-
-    def run(voltage: float) -> float:
-        slave.tick(next(ticks), {"voltage": voltage})
-        return slave.get("displacement")
-
-    return run
+def _run_chain(
+    slaves: Mapping[str, Slave],
+    connections: Sequence[Connection],
+    reference: np.ndarray,
+    start_values: Mapping | None,
+) -> dict[str, np.ndarray]:
+    outputs = ["inverse.voltage", "inverse.saturated", "plant.displacement"]
+    recorded = [name for name in outputs if name.partition(".")[0] in slaves]
+    system = System(slaves, connections, recorded)
+    first = {"reference": reference[0]} if len(reference) else {}
+    system.initialize(dict.fromkeys(slaves, start_values or {}), first)
+    step = sample_time(slaves["inverse"])
+    return system.run({"reference": reference}, len(reference), step)

@@ -1,0 +1,415 @@
+"""Benchmarks of sweeps: throughput against FMPy and bare C, scaling, memory, kill -9.
+
+Run as ``python benchmarks/sweep.py BARE_LOOP``, the program of fmu_src/bench/bare_loop.c; ``make
+bench`` does. All cases are inverse -> plant with Table 1. What is compared is measured in turns in one
+run, in processor time where one process is compared with another; quoted are ratios of medians.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import random
+import resource
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import polars as pl
+from fmpy import fmi2
+from polars.testing import assert_frame_equal
+
+from it2hys import excitations
+from it2hys.packaging import package
+from it2hys.parameters import table_1
+from it2hys.sweeps import parse_sweep, read_sweep, run_sweep
+from it2hys.sweeps.plan import make_plan
+from it2hys.sweeps.worker import install, run_cases
+
+TICKS, SAMPLE_TIME = 10_000, 1e-4
+ROUNDS = 7
+#: Cases in one turn: of the sweep and the bare loop, and of FMPy's loop, which is so much slower.
+CASES, FEW = 300, 2
+START = {"initialDisplacement": 0.7e-6}
+KILLS = 20
+REFERENCE = {"signal": "sine", "frequency": 20.0, "low": 0.7e-6, "high": 14.7e-6}
+
+
+def main() -> None:
+    """Print all tables, or do a part of the work in a process of its own."""
+    if sys.argv[1:2] == ["memory"]:
+        print(*measure_memory(sys.argv[2]))
+        return
+    if sys.argv[1:2] == ["wall"]:
+        print(*measure_wall(int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])))
+        return
+    bare_loop = Path(sys.argv[1]) if len(sys.argv) > 1 else None
+    begin = time.perf_counter()
+    compare_throughput(bare_loop)
+    compare_workers()
+    compare_sizes()
+    compare_memory()
+    kill_repeatedly()
+    print(f"\n{time.perf_counter() - begin:.0f} s in total")
+
+
+def table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table with aligned columns."""
+    widths = [max(len(line[i]) for line in [header, *rows]) for i in range(len(header))]
+    print(f"\n{title}")
+    for line in [header, *rows]:
+        print("  " + "  ".join(text.rjust(w) for text, w in zip(line, widths, strict=True)))
+
+
+def scenario(cases: int, ticks: int, **changes: object) -> dict:
+    """Return a sweep of inverse -> plant over a parameter of the plant."""
+    return {
+        "duration": ticks * SAMPLE_TIME,
+        "fmu": {name: {"source": source, "start": START}
+                for name, source in (("inverse", "IT2Inverse"), ("plant", "IT2Plant"))},
+        "signal": {"reference": REFERENCE},
+        "connections": [
+            {"from": "reference", "to": "inverse.reference"},
+            {"from": "inverse.voltage", "to": "plant.voltage"},
+        ],
+        "vary": [{"name": "q2", "of": "plant.rule[1].q2", "range": [1.9e-8, 2.0e-8],
+                  "count": max(cases, 2)}],
+        "metric": [
+            {"kind": "e_mr", "of": "plant.displacement", "against": "reference"},
+            {"kind": "e_rms", "of": "plant.displacement", "against": "reference"},
+            {"name": "drive", "kind": "max", "of": "inverse.voltage"},
+            {"name": "saturated", "kind": "time true", "of": "inverse.saturated"},
+        ],
+        **changes,
+    }  # fmt: skip
+
+
+# --- throughput ----------------------------------------------------------------------------------
+
+
+def compare_throughput(bare_loop: Path | None) -> None:
+    """Compare one worker's cases with FMPy's loop and with the bare loop, in turns."""
+    with tempfile.TemporaryDirectory() as folder:
+        package(table_1(), folder)
+        plan = make_plan(parse_sweep(scenario(CASES, TICKS)))
+        install(plan)
+        run_cases(plan.fingerprint, range(2))
+        contenders: dict[str, Callable[[], float]] = {
+            "sweep, one worker": lambda: (
+                seconds(lambda: [run_cases(plan.fingerprint, chunk) for chunk in plan.chunks()])
+                / plan.cases
+            ),
+            "fmpy.simulate_fmu in a loop": lambda: quietly(Path(folder)) / FEW,
+        }
+        if bare_loop and bare_loop.exists():
+            command = bare_command(bare_loop, Path(folder))
+            contenders["bare C loop"] = lambda: bare_seconds(command) / CASES
+        times = {name: [] for name in contenders}
+        for _ in range(ROUNDS):
+            for name, measure in contenders.items():
+                times[name].append(measure())
+    medians = {name: statistics.median(values) for name, values in times.items()}
+    ours = medians["sweep, one worker"]
+    rows = [
+        [name, f"{1e3 * value:.2f}", f"{1 / value:.0f}", f"{value / ours:.2f}"]
+        for name, value in medians.items()
+    ]
+    table(
+        f"Scenarios of {TICKS} ticks, inverse -> plant, outputs recorded ({ROUNDS} turns, medians)",
+        ["", "ms each", "per s", "sweep is so many times as fast"],
+        rows,
+    )
+    if "bare C loop" not in medians:
+        print("  (no bare C loop: give the path of bare_loop, which `make bench` builds)")
+
+
+def seconds(function: Callable[[], object]) -> float:
+    """Return the processor time of a call."""
+    begin = time.process_time()
+    function()
+    return time.process_time() - begin
+
+
+def quietly(folder: Path) -> float:
+    """Return the processor time of FMPy's loop, which warns of every input that is not connected."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        return seconds(lambda: fmpy_loop(folder))
+
+
+def fmpy_loop(folder: Path) -> None:
+    """Run a few cases by FMPy's own means: the inverse, and its voltage through the plant."""
+    clock = np.arange(TICKS + 1) * SAMPLE_TIME
+    arguments = {k: v for k, v in REFERENCE.items() if k != "signal"}
+    reference = excitations.sine(clock, **arguments)
+    options = {
+        "start_values": START,
+        "stop_time": TICKS * SAMPLE_TIME,
+        "step_size": SAMPLE_TIME,
+        "output_interval": SAMPLE_TIME,
+    }
+    for _ in range(FEW):
+        driven = np.rec.fromarrays([clock, reference], names="time,reference")
+        result = fmpy.simulate_fmu(
+            str(folder / "IT2Inverse.fmu"), input=driven, output=["voltage", "saturated"], **options
+        )
+        voltage = np.append(result["voltage"][1:], result["voltage"][-1])
+        driven = np.rec.fromarrays([clock[: len(voltage)], voltage], names="time,voltage")
+        fmpy.simulate_fmu(
+            str(folder / "IT2Plant.fmu"), input=driven, output=["displacement"], **options
+        )
+
+
+def bare_command(bare_loop: Path, folder: Path) -> list[str]:
+    """Return the command of the bare loop over the same FMUs."""
+    libraries, references = [], []
+    names = {
+        "IT2Inverse": ["reference", "voltage", "saturated"],
+        "IT2Plant": ["voltage", "displacement", "initialDisplacement"],
+    }
+    for identifier, variables in names.items():
+        unpacked = folder / identifier
+        fmpy.extract(str(folder / f"{identifier}.fmu"), str(unpacked))
+        description = fmpy.read_model_description(str(unpacked), validate=False)
+        binary = unpacked / "binaries" / fmpy.platform / f"{identifier}{fmpy.sharedLibraryExtension}"
+        libraries += [str(binary), description.guid]
+        known = {v.name: v.valueReference for v in description.modelVariables}
+        references += [str(known[name]) for name in variables]
+    return [str(bare_loop), *libraries, str(CASES), str(TICKS), *references]
+
+
+def bare_seconds(command: list[str]) -> float:
+    """Return the processor time that the bare loop prints."""
+    return float(subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()[0])
+
+
+# --- workers and sizes -----------------------------------------------------------------------------
+
+
+def measure_wall(cases: int, ticks: int, workers: int) -> tuple[float, float]:
+    """Return the time from the first to the last case of a sweep, s: without start and report.
+
+    And the share of it that the workers had nothing to do: neither ran nor waited for a processor.
+    """
+    from it2hys.sweeps import running
+
+    plan = make_plan(parse_sweep(scenario(cases, ticks)))
+    pool = running._workers(plan, workers, None)
+    for _ in range(2 * max(workers, 1)):  # every worker has its instances
+        pool.submit(range(2))
+    for _ in range(2 * max(workers, 1)):
+        pool.next()
+    processes = list(pool._pool._processes)
+    busy, begin = occupied(processes), time.perf_counter()
+    for _ in running._run(plan.chunks(), pool, plan):
+        pass
+    elapsed = time.perf_counter() - begin
+    idle = 1.0 - (occupied(processes) - busy) / (elapsed * len(processes))
+    pool.close()
+    return elapsed, idle
+
+
+def occupied(processes: Sequence[int]) -> float:
+    """Return how long processes have run or waited for a processor, s; NaN where nobody counts."""
+    try:
+        texts = [Path(f"/proc/{process}/schedstat").read_text() for process in processes]
+    except OSError:
+        return float("nan")
+    return sum(sum(map(int, text.split()[:2])) for text in texts) / 1e9
+
+
+def start(*arguments: object) -> subprocess.Popen:
+    """Start this program in a process of its own."""
+    command = [sys.executable, __file__, *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+
+
+def finish(process: subprocess.Popen) -> list[float]:
+    """Return what a process prints."""
+    out, _ = process.communicate()
+    if process.returncode:
+        raise SystemExit(f"{process.args} ended with {process.returncode}")
+    return [float(text) for text in out.split()]
+
+
+def compare_workers() -> None:
+    """Compare two workers with one, in turns, and with what the machine gives two at once."""
+    cases, once, twice, apart = 3000, [], [], []
+    for _ in range(5):
+        once.append(finish(start("wall", cases, TICKS, 1)))
+        twice.append(finish(start("wall", cases, TICKS, 2)))
+        # two sweeps that know nothing of each other: no scheduling could be quicker
+        both = [start("wall", cases // 2, TICKS, 1) for _ in range(2)]
+        apart.append(max(finish(process) for process in both))
+    medians = [np.median(turns, axis=0) for turns in (once, twice, apart)]
+    names = ("1", "2", "two sweeps of half the cases at once")
+    rows = [
+        [name, f"{cases / wall:.0f}", f"{medians[0][0] / wall:.2f}", f"{100 * idle:.1f} %"]
+        for name, (wall, idle) in zip(names, medians, strict=True)
+    ]
+    table(
+        f"Workers: {cases} scenarios of {TICKS} ticks, {os.cpu_count()} processors (5 turns, medians)",
+        ["workers", "scenarios per s", "times one", "workers idle"],
+        rows,
+    )
+
+
+def compare_sizes() -> None:
+    """See that the time of a case does not grow with the number of cases, the whole sweep timed."""
+    sizes, times = (100, 1000, 10_000), []
+    for cases in sizes:
+        turns = []
+        for _ in range(3):
+            with tempfile.TemporaryDirectory() as folder:
+                turns.append(
+                    seconds(lambda n=cases, f=folder: run_sweep(parse_sweep(scenario(n, 1000)), f, 0,
+                                                                quiet=True))
+                )  # fmt: skip
+        times.append(statistics.median(turns))
+    rows = [[f"{sizes[0]}", f"{times[0]:.2f}", ""]]
+    for i in (1, 2):
+        further = (times[i] - times[i - 1]) / (sizes[i] - sizes[i - 1])
+        rows.append([f"{sizes[i]}", f"{times[i]:.2f}", f"{1e3 * further:.3f}"])
+    table(
+        "Growth: whole sweeps of scenarios of 1000 ticks, report included (3 turns, medians)",
+        ["scenarios", "s", "ms for each further scenario"],
+        rows,
+    )
+
+
+# --- memory --------------------------------------------------------------------------------------
+
+
+def resident() -> float:
+    """Return the memory in use, MB; the peak where the system does not say."""
+    with contextlib.suppress(OSError):
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        return pages * resource.getpagesize() / 1e6
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+
+
+def measure_memory(what: str) -> list[float]:
+    """Return the memory after 1000 and after 10,000 scenarios, MB."""
+    after = []
+    if what == "sweep":
+        plan = make_plan(parse_sweep(scenario(10_000, 200)))
+        install(plan)
+        for case in range(0, 10_000, 100):
+            run_cases(plan.fingerprint, range(case, case + 100))
+            if case in (900, 9900):
+                after.append(resident())
+        return after
+    with tempfile.TemporaryDirectory() as folder:
+        package(table_1(), folder)
+        unpacked = fmpy.extract(str(Path(folder, "IT2Plant.fmu")), str(Path(folder, "unpacked")))
+        description = fmpy.read_model_description(unpacked, validate=False)
+        fmu = fmi2.FMU2Slave(
+            guid=description.guid, unzipDirectory=unpacked, modelIdentifier="IT2Plant", instanceName="m"
+        )
+        for case in range(10_000):
+            fmu.instantiate()
+            for _ in range(2):
+                fmu.setupExperiment()
+                fmu.enterInitializationMode()
+                fmu.exitInitializationMode()
+                for k in range(5):
+                    fmu.setReal([0], [50.0])
+                    fmu.doStep(k * SAMPLE_TIME, SAMPLE_TIME)
+                fmu.reset()
+            fmu.fmi2FreeInstance(fmu.component)
+            if case in (999, 9999):
+                after.append(resident())
+    return after
+
+
+def compare_memory() -> None:
+    """See that memory stays flat."""
+    rows = []
+    for what, title in (("sweep", "sweep"), ("fmpy", "FMPy's own loop: instantiate, reset, free")):
+        early, late = finish(start("memory", what))
+        rows.append([title, f"{early:.1f}", f"{late:.1f}", f"{late - early:+.1f}"])
+    table("Memory, MB", ["", "after 1000", "after 10,000 scenarios", "more"], rows)
+
+
+# --- kill -9 -------------------------------------------------------------------------------------
+
+KILLED = """
+title = "killed"
+duration = 0.2
+connections = [
+  { from = "reference", to = "inverse.reference" },
+  { from = "inverse.voltage", to = "plant.voltage" },
+]
+[fmu.inverse]
+source = "IT2Inverse"
+[fmu.plant]
+source = "IT2Plant"
+[signal.reference]
+signal = "sine"
+frequency = 20.0
+low = 1e-6
+high = 9e-6
+[[vary]]
+name = "q2"
+of = "plant.rule[1].q2"
+range = [1.9e-8, 2.0e-8]
+count = 20000
+[[metric]]
+kind = "e_mr"
+of = "plant.displacement"
+against = "reference"
+"""
+
+
+def kill_repeatedly() -> None:
+    """Kill a sweep at random moments, let it end, and compare its table with an uninterrupted one's."""
+    generator = random.Random(20)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "killed.toml")
+        path.write_text(KILLED, encoding="utf-8")
+        command = [sys.executable, "-m", "it2hys", "sweep", str(path), "--quiet", "-o"]
+        begin = time.perf_counter()
+        subprocess.run([*command, str(Path(folder, "whole"))], check=True)
+        span = time.perf_counter() - begin
+        out, kills, done, shares = Path(folder, "out"), 0, 0, []
+        parts = len(make_plan(read_sweep(path)).chunks())
+        while kills < KILLS:
+            # workers that were just starting complain of a parent that is gone
+            process = subprocess.Popen(
+                [*command, str(out)], start_new_session=True, stderr=subprocess.DEVNULL
+            )
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(generator.uniform(0.0, 0.4 * span))
+            if process.poll() is None:
+                process.send_signal(signal.SIGKILL)
+                kills += 1
+                shares.append(len(list(out.glob("parts/0*.parquet"))) / parts)
+            process.wait()
+            for part in out.glob("parts/0*.parquet"):
+                pl.read_parquet(part)
+            if (out / "results.parquet").exists():
+                done += 1
+                assert_frame_equal(*(pl.read_parquet(d / "results.parquet") for d in
+                                     (out, Path(folder, "whole"))), check_exact=True)  # fmt: skip
+                for file in out.iterdir():
+                    if file.is_file():
+                        file.unlink()
+        subprocess.run([*command, str(out)], check=True)
+        tables = [pl.read_parquet(Path(folder, d, "results.parquet")) for d in ("out", "whole")]
+        assert_frame_equal(*tables, check_exact=True)
+    print(
+        f"\nKilled (kill -9) {kills} times at random moments, with {100 * min(shares):.0f} to "
+        f"{100 * max(shares):.0f} % of the parts there; {done + 1} sweeps ended in between and "
+        "after: every part whole, every table that of an uninterrupted sweep, to the last bit"
+    )
+
+
+if __name__ == "__main__":
+    main()

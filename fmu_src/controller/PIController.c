@@ -1,0 +1,436 @@
+/* PIController: a sampled PI controller with feedforward as an FMI 2.0 slave. It closes the loop around
+ * IT2Inverse and IT2Plant in studies of feedback, and knows nothing of them.
+ *
+ * At every tick, with e = reference - displacement:
+ *
+ *     integral += integralGain * sampleTime * e
+ *     voltage = feedforward + proportionalGain * e + integral, within voltageMin..voltageMax
+ *
+ * While the limit holds, the integral does not grow further into it. Ticks, and the time between them,
+ * are those of IT2Plant: a step runs the ticks in [t, t + h). The variables are those of
+ * python/it2hys/controller.toml, by their place in it. */
+#include <math.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2Functions.h"
+
+#define GUID "{b1f0c6de-2d0e-4f53-9c39-7c5f4b4f2d01}"
+/* How much a time, in units of one sample time, may be off. */
+#define TIME_TOLERANCE 1e-6
+#define LARGEST_TICK 9007199254740992.0
+
+enum real {
+    REFERENCE, DISPLACEMENT, FEEDFORWARD, VOLTAGE,
+    SAMPLE_TIME, PROPORTIONAL_GAIN, INTEGRAL_GAIN, VOLTAGE_MIN, VOLTAGE_MAX, INITIAL_VOLTAGE,
+    REALS,
+    LIMITED = REALS /* the one Boolean */
+};
+
+enum phase { INSTANTIATED = 1, INITIALIZATION = 2, STEPPING = 4, TERMINATED = 8 };
+
+struct controller {
+    fmi2CallbackLogger logger;
+    fmi2ComponentEnvironment environment;
+    char *name;
+    bool verbose;
+    enum phase phase;
+    double real[REALS];
+    bool limited;
+    double integral, time;
+};
+
+static void begin(struct controller *c)
+{
+    static const double START[REALS] = {
+        [SAMPLE_TIME] = 1e-4, [VOLTAGE_MAX] = 150.0,
+    };
+
+    memcpy(c->real, START, sizeof START);
+    c->phase = INSTANTIATED;
+    c->limited = false;
+    c->integral = c->time = 0.0;
+}
+
+/* Errors are told even where logging is off. */
+static fmi2Status say(const struct controller *c, fmi2Status status, const char *format, ...)
+{
+    char text[512];
+    va_list arguments;
+
+    if (!c->logger || (status == fmi2OK && !c->verbose))
+        return status;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    c->logger(c->environment, c->name, status, status == fmi2OK ? "logEvents" : "logStatusError", "%s",
+              text);
+    return status;
+}
+
+static bool may(const struct controller *c, const char *function, int phases)
+{
+    if (!c)
+        return false;
+    if ((int)c->phase & phases)
+        return true;
+    say(c, fmi2Error, "%s: not allowed now.", function);
+    return false;
+}
+
+/* Outputs before the first tick, and whether the parameters can be used. */
+static fmi2Status start(struct controller *c, const char *function)
+{
+    const double *p = c->real;
+
+    if (!(p[SAMPLE_TIME] >= 1e-9 && p[SAMPLE_TIME] <= 1e3))
+        return say(c, fmi2Error, "%s: sampleTime is %g s; it must be 1e-9 to 1000 s.", function,
+                   p[SAMPLE_TIME]);
+    if (!(p[VOLTAGE_MIN] < p[VOLTAGE_MAX]))
+        return say(c, fmi2Error, "%s: voltageMin, %g V, must be below voltageMax, %g V.", function,
+                   p[VOLTAGE_MIN], p[VOLTAGE_MAX]);
+    c->integral = p[INITIAL_VOLTAGE];
+    c->real[VOLTAGE] = fmin(fmax(p[INITIAL_VOLTAGE], p[VOLTAGE_MIN]), p[VOLTAGE_MAX]);
+    return fmi2OK;
+}
+
+static void tick(struct controller *c)
+{
+    double *p = c->real;
+    const double error = p[REFERENCE] - p[DISPLACEMENT];
+    const double integral = c->integral + p[INTEGRAL_GAIN] * p[SAMPLE_TIME] * error;
+    const double wanted = p[FEEDFORWARD] + p[PROPORTIONAL_GAIN] * error + integral;
+    const double given = fmin(fmax(wanted, p[VOLTAGE_MIN]), p[VOLTAGE_MAX]);
+    const bool deeper = (wanted > given && integral > c->integral) ||
+                        (wanted < given && integral < c->integral);
+
+    c->limited = given != wanted;
+    if (!deeper)
+        c->integral = integral;
+    p[VOLTAGE] = given;
+}
+
+/* The number of the first tick at or after a time. */
+static double first_tick(double time, double sample_time)
+{
+    const double ticks = time / sample_time;
+
+    return ceil(ticks - (TIME_TOLERANCE + 1e-14 * fabs(ticks)));
+}
+
+/* --- FMI 2.0 ----------------------------------------------------------------------------------- */
+
+const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
+
+const char *fmi2GetVersion(void)
+{
+    return "2.0";
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
+{
+    struct controller *controller = c;
+
+    (void)n, (void)categories;
+    if (!may(controller, "fmi2SetDebugLogging", INSTANTIATED | INITIALIZATION | STEPPING | TERMINATED))
+        return fmi2Error;
+    controller->verbose = on;
+    return fmi2OK;
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible,
+                              fmi2Boolean logging)
+{
+    struct controller early = { .name = (char *)"", .verbose = logging };
+
+    (void)resources, (void)visible;
+    if (functions) {
+        early.logger = functions->logger;
+        early.environment = functions->componentEnvironment;
+    }
+    if (!name || !*name || type != fmi2CoSimulation || !guid || strcmp(guid, GUID) != 0) {
+        say(&early, fmi2Error, "fmi2Instantiate: needs a name, co-simulation and the GUID " GUID ".");
+        return NULL;
+    }
+    const size_t size = strlen(name) + 1;
+    struct controller *c = malloc(sizeof *c);
+    early.name = malloc(size);
+    if (!c || !early.name) {
+        free(c);
+        free(early.name);
+        return NULL;
+    }
+    memcpy(early.name, name, size);
+    *c = early;
+    begin(c);
+    return c;
+}
+
+void fmi2FreeInstance(fmi2Component c)
+{
+    if (c)
+        free(((struct controller *)c)->name);
+    free(c);
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance,
+                               fmi2Real start_time, fmi2Boolean stop_time_defined, fmi2Real stop_time)
+{
+    (void)tolerance_defined, (void)tolerance, (void)stop_time_defined, (void)stop_time;
+    if (!may(c, "fmi2SetupExperiment", INSTANTIATED))
+        return fmi2Error;
+    if (!isfinite(start_time))
+        return say(c, fmi2Error, "fmi2SetupExperiment: startTime is not a finite number.");
+    ((struct controller *)c)->time = start_time;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    if (!may(c, "fmi2EnterInitializationMode", INSTANTIATED))
+        return fmi2Error;
+    ((struct controller *)c)->phase = INITIALIZATION;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    static const char function[] = "fmi2ExitInitializationMode";
+
+    if (!may(c, function, INITIALIZATION) || start(c, function) != fmi2OK)
+        return fmi2Error;
+    ((struct controller *)c)->phase = STEPPING;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Terminate(fmi2Component c)
+{
+    if (!may(c, "fmi2Terminate", STEPPING))
+        return fmi2Error;
+    ((struct controller *)c)->phase = TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c)
+{
+    if (!may(c, "fmi2Reset", INSTANTIATED | INITIALIZATION | STEPPING | TERMINATED))
+        return fmi2Error;
+    begin(c);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
+{
+    struct controller *controller = c;
+
+    if (!may(c, "fmi2GetReal", INITIALIZATION | STEPPING | TERMINATED))
+        return fmi2Error;
+    if (controller->phase == INITIALIZATION && start(c, "fmi2GetReal") != fmi2OK)
+        return fmi2Error;
+    for (size_t i = 0; i < n; i++) {
+        if (vr[i] >= REALS)
+            return say(c, fmi2Error, "fmi2GetReal: no Real variable has the value reference %u.", vr[i]);
+        value[i] = controller->real[vr[i]];
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[])
+{
+    if (!may(c, "fmi2GetBoolean", INITIALIZATION | STEPPING | TERMINATED))
+        return fmi2Error;
+    for (size_t i = 0; i < n; i++) {
+        if (vr[i] != LIMITED)
+            return say(c, fmi2Error, "fmi2GetBoolean: no Boolean variable has the value reference %u.",
+                       vr[i]);
+        value[i] = ((struct controller *)c)->limited;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
+{
+    struct controller *controller = c;
+
+    if (!may(c, "fmi2SetReal", INSTANTIATED | INITIALIZATION | STEPPING))
+        return fmi2Error;
+    for (size_t i = 0; i < n; i++) {
+        if (vr[i] >= REALS || vr[i] == VOLTAGE)
+            return say(c, fmi2Error, "fmi2SetReal: no variable that can be set has the value reference "
+                       "%u.", vr[i]);
+        if (vr[i] > VOLTAGE && controller->phase == STEPPING)
+            return say(c, fmi2Error, "fmi2SetReal: parameters are fixed; set them before "
+                       "fmi2ExitInitializationMode.");
+        if (!isfinite(value[i]))
+            return say(c, fmi2Discard, "fmi2SetReal: a value must be a finite number, not %g.", value[i]);
+    }
+    for (size_t i = 0; i < n; i++)
+        controller->real[vr[i]] = value[i];
+    return fmi2OK;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_rollback)
+{
+    struct controller *controller = c;
+
+    (void)no_rollback;
+    if (!may(c, "fmi2DoStep", STEPPING))
+        return fmi2Error;
+    const double sample_time = controller->real[SAMPLE_TIME];
+    const double end = time + step, end_ticks = end / sample_time;
+    const double slack = sample_time * (TIME_TOLERANCE + 1e-14 * fabs(end_ticks));
+    if (!(isfinite(time) && isfinite(step) && step >= 0.0) || fabs(time - controller->time) > slack ||
+        fabs(end_ticks) >= LARGEST_TICK)
+        return say(c, fmi2Error, "fmi2DoStep: a step of %g s from %.17g s is not possible; this instance "
+                   "is at %.17g s.", step, time, controller->time);
+    /* the inputs are held through the step, so every tick of it sees the same error */
+    const double ticks = first_tick(end, sample_time) - first_tick(controller->time, sample_time);
+    for (double k = 0.0; k < ticks; k++)
+        tick(controller);
+    controller->time = end;
+    return fmi2OK;
+}
+
+/* --- what a controller of ten numbers has no use for -------------------------------------------- */
+
+static fmi2Status lacking(fmi2Component c, const char *function)
+{
+    return c ? say(c, fmi2Error, "%s: not supported, as the model description says.", function)
+             : fmi2Error;
+}
+
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[])
+{
+    (void)vr, (void)value;
+    return n == 0 ? fmi2OK : lacking(c, "fmi2GetInteger");
+}
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[])
+{
+    (void)vr, (void)value;
+    return n == 0 ? fmi2OK : lacking(c, "fmi2GetString");
+}
+
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                          const fmi2Integer value[])
+{
+    (void)vr, (void)value;
+    return n == 0 ? fmi2OK : lacking(c, "fmi2SetInteger");
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                          const fmi2Boolean value[])
+{
+    (void)vr, (void)value;
+    return n == 0 ? fmi2OK : lacking(c, "fmi2SetBoolean");
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                         const fmi2String value[])
+{
+    (void)vr, (void)value;
+    return n == 0 ? fmi2OK : lacking(c, "fmi2SetString");
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    (void)state;
+    return lacking(c, "fmi2GetFMUstate");
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+{
+    (void)state;
+    return lacking(c, "fmi2SetFMUstate");
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    (void)state;
+    return lacking(c, "fmi2FreeFMUstate");
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    (void)state, (void)size;
+    return lacking(c, "fmi2SerializedFMUstateSize");
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    (void)state, (void)bytes, (void)size;
+    return lacking(c, "fmi2SerializeFMUstate");
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
+                                   fmi2FMUstate *state)
+{
+    (void)bytes, (void)size, (void)state;
+    return lacking(c, "fmi2DeSerializeFMUstate");
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[],
+                                        size_t unknown_count, const fmi2ValueReference knowns[],
+                                        size_t known_count, const fmi2Real seeds[], fmi2Real values[])
+{
+    (void)unknowns, (void)unknown_count, (void)knowns, (void)known_count, (void)seeds, (void)values;
+    return lacking(c, "fmi2GetDirectionalDerivative");
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                       const fmi2Integer order[], const fmi2Real value[])
+{
+    (void)vr, (void)n, (void)order, (void)value;
+    return lacking(c, "fmi2SetRealInputDerivatives");
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                        const fmi2Integer order[], fmi2Real value[])
+{
+    (void)vr, (void)n, (void)order, (void)value;
+    return lacking(c, "fmi2GetRealOutputDerivatives");
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c)
+{
+    return lacking(c, "fmi2CancelStep");
+}
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
+{
+    (void)kind, (void)value;
+    return lacking(c, "fmi2GetStatus");
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+{
+    if (!c || kind != fmi2LastSuccessfulTime)
+        return lacking(c, "fmi2GetRealStatus");
+    *value = ((struct controller *)c)->time;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
+{
+    (void)kind, (void)value;
+    return lacking(c, "fmi2GetIntegerStatus");
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    (void)kind, (void)value;
+    return lacking(c, "fmi2GetBooleanStatus");
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
+{
+    (void)kind, (void)value;
+    return lacking(c, "fmi2GetStringStatus");
+}

@@ -1,0 +1,331 @@
+"""For notebooks and scripts: what the command line does, on arrays and data frames.
+
+The functions are imported from the package itself: ``from it2hys import simulate, track``. Signals are
+in SI units (V, m, s, N, K) and named as the FMUs' variables. What comes in as a mapping of arrays comes
+out as one, a data frame (polars or pandas) as a data frame of its kind.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from it2hys import identification, packaging, simulation
+from it2hys.errors import InputError
+from it2hys.parameters import ParameterSet, read_ssv
+from it2hys.progress import progress_bar
+from it2hys.records import Record, read_record
+from it2hys.slave import Slave
+
+# diagnose has its place between identify and package
+__all__ = ["identify", "package", "simulate", "sweep", "track"]
+
+#: A data frame of polars or pandas, or a mapping of columns.
+Frame = Any
+#: An FMU's path, or a parameter set that is packaged for the call.
+Model = str | Path | ParameterSet
+
+
+def identify(
+    train: Frame | Sequence[Frame],
+    validate: Sequence[Frame] = (),
+    test: Sequence[Frame] = (),
+    rules: int | None = None,
+    seed: int = 0,
+) -> identification.Identification:
+    """Identify the paper's model from records.
+
+    Parameters
+    ----------
+    train : record or sequence of records
+        What is fitted. A record is a data frame or a mapping of arrays with units in its columns'
+        names, such as ``time_s``, ``voltage_V`` and ``displacement_um``, or the path of such a CSV.
+    validate, test : sequence of records, optional
+        What decides on the number of rules, and what is only reported on.
+    rules : int, optional
+        Number of rules; chosen on the validation records by default.
+    seed : int
+        Of the random starts.
+
+    Returns
+    -------
+    Identification
+        `parameters` is the parameter set, `records` how it does on every record.
+
+    Raises
+    ------
+    InputError
+        If a record or the model that it gives is not usable.
+
+    Examples
+    --------
+    A record of a model with one rule, and the model back:
+
+    >>> import numpy as np
+    >>> from it2hys import core, identify
+    >>> time = np.arange(600) * 1e-4
+    >>> voltage = 50 - 50 * np.cos(2 * np.pi * 50 * time)
+    >>> rules = np.array([[5e-6, 15e-6, 8e-6, 0.9, 1.5e-8, 1e-7]])
+    >>> displacement = core.free_run(rules, voltage, 1e-6)
+    >>> noise = 1e-9 * np.random.default_rng(0).standard_normal(len(time))
+    >>> record = {"time_s": time, "voltage_V": voltage, "displacement_m": displacement + noise}
+    >>> found = identify(record, rules=1)
+    >>> bool(abs(found.parameters["rule[1].q1"] - 0.9) < 1e-3)
+    True
+    """
+    single = isinstance(train, str | Path | Record | Mapping) or hasattr(train, "columns")
+    roles = ([train] if single else train, validate, test)
+    with tempfile.TemporaryDirectory(prefix="it2hys-") as folder:
+        records = [
+            [_record(item, f"{role}_{i}", Path(folder)) for i, item in enumerate(items, start=1)]
+            for role, items in zip(("train", "validate", "test"), roles, strict=True)
+        ]
+    with progress_bar(quiet=True) as progress:
+        return identification.identify(*records, rules, identification.Options(seed=seed), progress)
+
+
+def package(
+    parameters: str | Path | ParameterSet | identification.Identification,
+    directory: str | Path,
+    ssp: bool = False,
+) -> list[Path]:
+    """Write a parameter set as FMUs, and as SSP packages if asked for.
+
+    Parameters
+    ----------
+    parameters : ParameterSet, Identification or path
+        A path is that of an SSV file.
+    directory : path
+        Created if it does not exist.
+    ssp : bool
+        Write the systems of inverse, plant and controller, too.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        If the set cannot be used or the directory not be written to.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from it2hys import package
+    >>> from it2hys.parameters import table_1
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> [path.name for path in package(table_1(), folder.name)]
+    ['IT2Plant.fmu', 'IT2Inverse.fmu', 'parameters.ssv']
+    >>> folder.cleanup()
+    """
+    if isinstance(parameters, identification.Identification):
+        parameters = parameters.parameters
+    elif not isinstance(parameters, ParameterSet):
+        parameters = read_ssv(parameters)
+    written = packaging.package(parameters, directory)
+    if ssp:
+        from it2hys.ssp import write_ssp
+
+        written += write_ssp(parameters, directory)
+    return written
+
+
+def simulate(fmu: Model, inputs: Frame, start_values: Mapping | None = None) -> Frame:
+    """Run an FMU over input signals, one tick per row.
+
+    Parameters
+    ----------
+    fmu : path or ParameterSet
+        The FMU; of a parameter set, the plant.
+    inputs : mapping of str to ndarray, shape (N,), or data frame
+        Inputs by name, sampled at the FMU's `sampleTime`; a column ``time`` is left alone.
+    start_values : mapping, optional
+        Parameters by name.
+
+    Returns
+    -------
+    mapping of str to ndarray, shape (N,), or data frame
+        ``time`` in s and the outputs; row k belongs to tick k.
+
+    Raises
+    ------
+    InputError
+        If the FMU cannot be run or refuses a value.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import polars as pl
+    >>> from it2hys import simulate
+    >>> from it2hys.parameters import table_1
+    >>> voltage = 52.5 - 52.5 * np.cos(2 * np.pi * 20 * np.arange(500) * 1e-4)
+    >>> result = simulate(table_1(), pl.DataFrame({"voltage": voltage}))
+    >>> result.columns
+    ['time', 'displacement', 'measured']
+    >>> round(result["displacement"].max() * 1e6, 1)
+    15.5
+    """
+    signals = {name: values for name, values in _columns(inputs).items() if name != "time"}
+    with _path(fmu, "IT2Plant") as path:
+        outputs, _ = simulation.simulate(path, signals, start_values)
+        with Slave(path, start_values) as slave:
+            step = simulation.sample_time(slave)
+    time = np.arange(len(next(iter(signals.values()), ()))) * step
+    return _like(inputs, {"time": time, **outputs})
+
+
+def track(
+    inverse: Model, plant: Model, reference: Frame | np.ndarray, start_values: Mapping | None = None
+) -> Frame:
+    """Run a reference through an inverse FMU and its voltage through a plant FMU, tick for tick.
+
+    Parameters
+    ----------
+    inverse, plant : path or ParameterSet
+        The FMUs. Two parameter sets that differ show what feedforward does to another plant.
+    reference : ndarray, shape (N,), or data frame with a column ``reference``
+        Desired displacement, m.
+    start_values : mapping, optional
+        Parameters of both FMUs; `initialDisplacement` is the first of the reference by default.
+
+    Returns
+    -------
+    mapping of str to ndarray, shape (N,), or data frame
+        ``time`` in s, ``reference`` and ``displacement`` in m, ``voltage`` in V, and ``saturated``.
+
+    Raises
+    ------
+    InputError
+        If an FMU cannot be run or refuses a value.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from it2hys import track
+    >>> from it2hys.parameters import table_1
+    >>> reference = 7.7e-6 - 7e-6 * np.cos(2 * np.pi * 20 * np.arange(1000) * 1e-4)
+    >>> result = track(table_1(), table_1(), reference)
+    >>> bool(np.abs(result["displacement"] - reference).max() < 1e-15)
+    True
+    """
+    columns = {"reference": reference} if isinstance(reference, np.ndarray) else _columns(reference)
+    if "reference" not in columns:
+        raise InputError(f"no column 'reference'; there are {', '.join(columns)}")
+    desired = np.asarray(columns["reference"], dtype=float)
+    start = {"initialDisplacement": float(desired[0])} if len(desired) else {}
+    start |= dict(start_values or {})
+    with _path(inverse, "IT2Inverse") as first, _path(plant, "IT2Plant") as second:
+        result = simulation.track(first, second, desired, start)
+        with Slave(first, start) as slave:
+            time = np.arange(len(desired)) * simulation.sample_time(slave)
+    return _like(reference, {"time": time, "reference": desired, **result})
+
+
+def sweep(
+    scenario: str | Path | Mapping,
+    directory: str | Path | None = None,
+    workers: int = 0,
+    dask: str | None = None,
+) -> Frame:
+    """Run all cases of a sweep scenario.
+
+    Parameters
+    ----------
+    scenario : str, path or mapping
+        Name or path of a scenario file, or its keys as a dictionary.
+    directory : path, optional
+        Where the table and its report are left; a run that was interrupted there is resumed. Without
+        it nothing is left.
+    workers : int
+        Processes; with 0 the cases run in this one. A script that asks for more must do so under
+        ``if __name__ == "__main__":``.
+    dask : str, optional
+        Address of a Dask scheduler, instead.
+
+    Returns
+    -------
+    polars.DataFrame
+        A row for every case: what was varied, the metrics, the outputs that are kept, `status` and
+        `message`.
+
+    Raises
+    ------
+    InputError
+        If the scenario, the directory or the cluster is not usable.
+
+    Examples
+    --------
+    >>> from it2hys import sweep
+    >>> table = sweep({
+    ...     "duration": 0.05,
+    ...     "fmu": {"plant": {"source": "IT2Plant"}},
+    ...     "signal": {"voltage": {"signal": "sine", "frequency": 20.0}},
+    ...     "connections": [{"from": "voltage", "to": "plant.voltage"}],
+    ...     "vary": [{"name": "amplitude", "of": "voltage.high", "values": [30, 60, 90]}],
+    ...     "metric": [{"name": "travel", "kind": "range", "of": "plant.displacement"}],
+    ... })
+    >>> (table["travel"] * 1e6).round(1).to_list()
+    [4.9, 10.1, 13.8]
+    """
+    import polars as pl
+
+    from it2hys.scenario import find_scenario
+    from it2hys.sweeps import parse_sweep, read_sweep, run_sweep
+
+    if isinstance(scenario, Mapping):
+        parsed = parse_sweep(scenario)
+    else:
+        path = Path(scenario)
+        parsed = read_sweep(path if path.suffix == ".toml" else find_scenario(str(scenario)))
+    with tempfile.TemporaryDirectory(prefix="it2hys-") as folder:
+        outcome = run_sweep(parsed, directory or folder, workers, dask, quiet=True)
+        return pl.read_parquet(outcome.results)
+
+
+# --- what goes in and out ------------------------------------------------------------------------
+
+
+def _columns(frame: Frame) -> dict[str, np.ndarray]:
+    """Return the columns of a data frame or of a mapping."""
+    names = frame.columns if hasattr(frame, "columns") else frame
+    return {str(name): np.asarray(frame[name]) for name in names}
+
+
+def _like(given: Frame, columns: dict[str, np.ndarray]) -> Frame:
+    """Return columns as a data frame of the kind that was given, or as they are."""
+    return type(given)(columns) if hasattr(given, "columns") else columns
+
+
+@contextmanager
+def _path(model: Model, identifier: str) -> Iterator[Path]:
+    if not isinstance(model, ParameterSet):
+        yield Path(model)
+        return
+    with tempfile.TemporaryDirectory(prefix="it2hys-") as folder:
+        path = Path(folder, f"{identifier}.fmu")
+        path.write_bytes(packaging.package_bytes(model)[identifier])
+        yield path
+
+
+def _record(item: Frame, name: str, folder: Path) -> Record:
+    """Return a record; a frame is held to the rules of a CSV file by being made one."""
+    if isinstance(item, Record):
+        return item
+    if isinstance(item, str | Path):
+        return read_record(Path(item))
+    columns = _columns(item)
+    table = np.column_stack(list(columns.values()))
+    lines = [",".join(columns), *(",".join(map(repr, row)) for row in table.tolist())]
+    path = folder / f"{name}.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    try:
+        return read_record(path)
+    except InputError as error:
+        raise InputError(str(error).replace(str(path), name)) from None

@@ -1,0 +1,141 @@
+"""PIController.fmu, and gains for it that suit a parameter set.
+
+The controller closes the loop around the inverse and the plant in studies of feedback and in SSP
+packages. Its variables are listed in `controller.toml`.
+"""
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+
+from it2hys import core
+from it2hys.model_description import add_structure, add_types, add_units, add_variables
+from it2hys.packaging import fmu_archive, package_version, platform_binaries
+from it2hys.parameters import ParameterSet
+from it2hys.variables import DeclaredType, Variable, load_table
+
+IDENTIFIER = "PIController"
+TABLE = Path(__file__).with_name("controller.toml")
+HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
+#: Crossover of the default loop times the sample time: two delayed ticks then cost little phase.
+CROSSOVER = 0.1
+
+
+@dataclass(frozen=True)
+class ControllerTable:
+    """The table of the controller's variables."""
+
+    guid: str
+    units: dict[str, dict]
+    variables: tuple[Variable, ...]
+
+
+@cache
+def load_controller() -> ControllerTable:
+    """Read `controller.toml`."""
+    source = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    types = load_table().types | {n: DeclaredType(n, **f) for n, f in source["types"].items()}
+    variables = tuple(
+        Variable(
+            name=row["name"],
+            value_reference=place,
+            models=("controller",),
+            causality=row["causality"],
+            type=types[row["type"]],
+            start=row.get("start"),
+            depends=tuple(row.get("depends", ())),
+            description=row["description"],
+        )
+        for place, row in enumerate(source["variable"])
+    )
+    return ControllerTable(source["guid"], load_table().units | source["units"], variables)
+
+
+def controller_fmu() -> bytes:
+    """Return PIController.fmu."""
+    native = core.native_directory()
+    sources = {f"{IDENTIFIER}.c": (native / "controller" / f"{IDENTIFIER}.c").read_bytes()}
+    sources |= {name: (native / "sources" / name).read_bytes() for name in HEADERS}
+    return fmu_archive(
+        {
+            "modelDescription.xml": _description(),
+            **{f"sources/{name}": content for name, content in sources.items()},
+            **platform_binaries(IDENTIFIER, native),
+            "documentation/licenses/license.txt": (native / "LICENSE").read_bytes(),
+        }
+    )
+
+
+def _description() -> bytes:
+    table = load_controller()
+    version = package_version()
+    root = etree.Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=IDENTIFIER,
+        guid=table.guid,
+        description="Sampled PI controller with feedforward, limits and no wind-up",
+        version=version,
+        copyright="Copyright (c) 2026, the it2hys developers",
+        license="BSD-2-Clause",
+        generationTool=f"it2hys {version}",
+        variableNamingConvention="structured",
+    )
+    slave = etree.SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=IDENTIFIER,
+        canHandleVariableCommunicationStepSize="true",
+        canNotUseMemoryManagementFunctions="true",
+    )
+    etree.SubElement(etree.SubElement(slave, "SourceFiles"), "File", name=f"{IDENTIFIER}.c")
+    types = {v.type.name: v.type for v in table.variables}
+    add_units(root, {t.unit for t in types.values()}, table.units)
+    add_types(root, types)
+    categories = etree.SubElement(root, "LogCategories")
+    etree.SubElement(categories, "Category", name="logEvents", description="Events")
+    etree.SubElement(categories, "Category", name="logStatusError", description="Refused calls")
+    etree.SubElement(
+        root, "DefaultExperiment", startTime="0.0", stopTime="0.2", tolerance="1e-6", stepSize="1e-4"
+    )
+    add_variables(root, table.variables, {})
+    add_structure(root, table.variables)
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def suitable_gains(parameters: ParameterSet) -> dict[str, float]:
+    """Return parameters of a PI controller for the plant that a set describes.
+
+    The plant, linearised in the middle of its range, is a lag of gain K and time constant T. The
+    controller's zero is put on the lag, and the integral gain makes the loop cross over at
+    `CROSSOVER` / sampleTime. Effects beyond the core are left to the loop's margins.
+
+    Parameters
+    ----------
+    parameters : ParameterSet
+        Of the plant.
+
+    Returns
+    -------
+    dict of str to float
+        Values for PIController.fmu by name, in SI units.
+    """
+    rules, sample_time = parameters.rules, parameters["sampleTime"]
+    middle = np.array([float(np.mean(parameters.displacement_range))])
+    voltage = core.solve(rules, middle, middle)
+    _, _, (by_voltage, by_displacement) = core.gradient(rules, middle[0], voltage[0])
+    gain = by_voltage / (1.0 - by_displacement)
+    time_constant = -sample_time / np.log(by_displacement) if 0.0 < by_displacement < 1.0 else 0.0
+    integral_gain = CROSSOVER / sample_time / gain
+    low, high = parameters.voltage_range
+    return {
+        "sampleTime": sample_time,
+        "proportionalGain": float(integral_gain * time_constant),
+        "integralGain": float(integral_gain),
+        "voltageMin": low,
+        "voltageMax": high,
+    }

@@ -1,0 +1,228 @@
+"""What a worker does: run cases of a plan and return them as a piece of the table."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Iterable, Mapping
+from contextlib import ExitStack, nullcontext
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from it2hys.errors import InputError
+from it2hys.slave import Slave
+from it2hys.stepping import System
+from it2hys.sweeps.metrics import KINDS
+from it2hys.sweeps.plan import Plan, Setup, signal_values
+
+OK, FAILED = "ok", "failed"
+#: Signals kept for cases that share them; a grid over the signals themselves would fill the memory.
+KEPT_SIGNALS = 8
+#: Against 3.0000000000000004 ticks where 3 are meant.
+_ROUNDING = 1e-9
+
+_plans: dict[str, Plan] = {}
+_local = threading.local()
+_shared: dict[str, Runner] = {}
+_turn = threading.Lock()
+
+
+def install(plan: Plan) -> None:
+    """Make a plan known to this process."""
+    _plans[plan.fingerprint] = plan
+
+
+def ready(fingerprint: str) -> bool:
+    """Tell whether a plan is installed."""
+    return fingerprint in _plans
+
+
+def run_cases(fingerprint: str, cases: Iterable[int]) -> bytes:
+    """Run cases of an installed plan; return their rows as Parquet.
+
+    Instances are made once for every thread and used again by reset; where an FMU allows but one in a
+    process, the threads take turns with it.
+    """
+    plan = _plans[fingerprint]
+    with _turn if plan.alone else nullcontext():
+        runner = _runner(plan, _shared if plan.alone else _local.__dict__)
+        return format_rows(plan, [runner.row(case) for case in cases])
+
+
+def _runner(plan: Plan, place: dict[str, Any]) -> Runner:
+    """Return the runner that is kept in a place, a new one if that was for another plan."""
+    kept = place.get("runner")
+    if kept is None or kept.plan is not plan:
+        if kept is not None:
+            kept.close()
+        place["runner"] = kept = Runner(plan)
+    return kept
+
+
+def close() -> None:
+    """Free the instances of this thread, and the shared ones, with their files."""
+    for place in (_local.__dict__, _shared):
+        if "runner" in place:
+            place.pop("runner").close()
+
+
+def failure(plan: Plan, case: int, message: str) -> dict:
+    """Return the row of a case that failed."""
+    return {**_columns(plan, case), "status": FAILED, "message": message}
+
+
+def format_rows(plan: Plan, rows: list[dict]) -> bytes:
+    """Return rows as a Parquet file; what a row lacks is null."""
+    import polars as pl
+
+    schema = {
+        "case": pl.Int64, "variant": pl.String,
+        **{axis.name: pl.Float64 for axis in plan.axes},
+        **{metric.name: pl.Float64 for metric in plan.metrics},
+        **{name: pl.List(pl.Float64) for name in plan.keep},
+        "status": pl.String, "message": pl.String,
+    }  # fmt: skip
+    columns = {name: [row.get(name) for row in rows] for name in schema}
+    for name in plan.keep:  # as series: polars would make arrays of traces of one length
+        columns[name] = [None if trace is None else pl.Series(trace) for trace in columns[name]]
+    buffer = BytesIO()
+    pl.DataFrame(columns, schema=schema).write_parquet(buffer)
+    return buffer.getvalue()
+
+
+def _columns(plan: Plan, case: int) -> dict:
+    names = [axis.name for axis in plan.axes]
+    variant = plan.setups[plan.variant[case]].name
+    return {
+        "case": case,
+        "variant": variant or None,
+        **dict(zip(names, plan.matrix[case].tolist(), strict=True)),
+    }
+
+
+class Runner:
+    """Runs cases one after the other on instances of its own.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is run.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self._stack = ExitStack()
+        self._slaves: dict[str, Slave] = {}
+        self._systems: dict[str, System] = {}
+        self._signals: dict[tuple, np.ndarray] = {}
+        self._directory = Path(
+            self._stack.enter_context(
+                tempfile.TemporaryDirectory(prefix="it2hys-", ignore_cleanup_errors=True)
+            )
+        )
+        outputs = [*(m.of for m in plan.metrics), *(m.against for m in plan.metrics), *plan.keep]
+        self._recorded = list(dict.fromkeys(name for name in outputs if "." in name))
+
+    def close(self) -> None:
+        """Free the instances and their files."""
+        self._stack.close()
+
+    def row(self, case: int) -> dict:
+        """Run a case and return its row; a failure is a row, too."""
+        try:
+            with np.errstate(all="ignore"):  # what overflows is told below
+                return {**_columns(self.plan, case), **self._run(case)}
+        except Exception as error:  # whatever a case does, the others go on
+            text = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+            for name in self.plan.files:
+                text = text.replace(str(self._path(name)), name)
+            return failure(self.plan, case, text)
+
+    def _path(self, fmu: str) -> Path:
+        return self._directory / f"{fmu}.fmu"
+
+    def _slave(self, fmu: str) -> Slave:
+        if fmu not in self._slaves:
+            self._path(fmu).write_bytes(self.plan.files[fmu])
+            self._slaves[fmu] = self._stack.enter_context(Slave(self._path(fmu)))
+        return self._slaves[fmu]
+
+    def _system(self, setup: Setup) -> System:
+        if setup.name not in self._systems:
+            slaves = {name: self._slave(name) for name in setup.fmus}
+            self._systems[setup.name] = System(slaves, setup.connections, self._recorded)
+        return self._systems[setup.name]
+
+    def _run(self, case: int) -> dict:
+        plan, values = self.plan, self.plan.values(case)
+        setup = plan.setups[plan.variant[case]]
+        step, count, skipped = plan.steps(values)
+        system = self._system(setup)
+        signals = {name: self._signal(name, values, step, count) for name in system.signals}
+        system.initialize(
+            {name: plan.slave_values(name, values) for name in setup.fmus},
+            {name: signal[0] for name, signal in signals.items()},
+        )
+        records = system.run(signals, count, step)
+        row = {"status": OK, "message": " | ".join(system.messages) or None}
+        for metric in plan.metrics:
+            of, against = (
+                self._output(name, records, values, step, count, metric.of)
+                for name in (metric.of, metric.against)
+            )
+            other = None if against is None else against[skipped:]
+            number = KINDS[metric.kind].function(of[skipped:], other, step)
+            if np.isinf(number):
+                raise InputError(f"{metric.name} is not finite: the outputs diverge")
+            row[metric.name] = None if np.isnan(number) else number
+        for name in plan.keep:
+            row[name] = self._output(name, records, values, step, count)[:: plan.keep_every]
+        return row
+
+    def _output(
+        self,
+        name: str,
+        records: Mapping[str, np.ndarray],
+        values: Mapping[str, float],
+        step: float,
+        count: int,
+        beside: str = "",
+    ) -> np.ndarray | None:
+        """Return a record, or a signal at the times that the output `beside` belongs to."""
+        if "." in name or not name:
+            return records.get(name)
+        slave = self._slaves.get(beside.partition(".")[0])
+        tick = slave.sample_time if slave else None
+        return self._signal(name, values, step, count, tick)
+
+    def _signal(
+        self,
+        name: str,
+        values: Mapping[str, float],
+        step: float,
+        count: int,
+        tick: float | None = None,
+    ) -> np.ndarray:
+        """Return a signal at the beginnings of the steps, or at the ticks that are read at their ends.
+
+        What is read at the end of a step is the output of the last tick before it. Where steps and
+        ticks are as long, that is the tick at the beginning.
+        """
+        own = tuple(sorted((t, v) for t, v in values.items() if t.partition(".")[0] == name))
+        late = tick is not None and abs(tick / step - 1.0) > _ROUNDING
+        key = (name, own, step, count, tick if late else None)
+        if key not in self._signals:
+            while len(self._signals) >= KEPT_SIGNALS:
+                del self._signals[next(iter(self._signals))]
+            begins = np.arange(count) * step
+            times = begins
+            if late:
+                last = np.ceil((begins + step) / tick - _ROUNDING) - 1.0
+                # with the inputs' samples, for a signal whose scale depends on those asked for
+                times = np.concatenate([begins, last * tick])
+            made = signal_values(self.plan.signals[name], values, times, count * step)
+            self._signals[key] = made[-count:]
+        return self._signals[key]

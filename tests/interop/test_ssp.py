@@ -1,0 +1,318 @@
+"""Our SSP packages in masters that we did not write, and the controller that one of them holds.
+
+libcosim and ecos are Jacobi masters: every FMU steps with what the others gave at the step before. The
+same algorithm is run here over FMPy, so the results agree as far as arithmetic goes.
+"""
+
+import importlib.util
+import json
+import math
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from conftest import TS, UM, make_set, run_python
+from fmpy.ssp.ssd import read_ssd
+from fmpy.ssp.ssd import read_ssv as fmpy_read_ssv
+from fmpy.validation import validate_fmu
+
+from it2hys import core
+from it2hys.cli import main
+from it2hys.controller import controller_fmu, load_controller, suitable_gains
+from it2hys.errors import InputError
+from it2hys.packaging import package_bytes
+from it2hys.parameters import format_ssv, table_1, write_ssv
+from it2hys.slave import Slave
+from it2hys.ssp import SYSTEMS, format_controller_ssv, format_ssp, write_ssp
+
+# Each program reads a job, steps the package as it is and prints the outputs after each step.
+LIBCOSIM = """
+import json, sys
+import fmpy
+from libcosimpy.CosimExecution import CosimExecution
+from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+from libcosimpy.CosimManipulator import CosimManipulator
+from libcosimpy.CosimObserver import CosimObserver
+
+job = json.load(open(sys.argv[1], encoding="utf-8"))
+log_output_level(CosimLogLevel.WARNING)
+execution = CosimExecution.from_ssp_file(job["ssp"], 100_000)
+index = {name: execution.slave_index_from_instance_name(name) for name in job["fmus"]}
+vr = {
+    name: {v.name: v.valueReference for v in fmpy.read_model_description(path).modelVariables}
+    for name, path in job["fmus"].items()
+}
+observer, manipulator = CosimObserver.create_last_value(), CosimManipulator.create_override()
+assert execution.add_observer(observer) and execution.add_manipulator(manipulator)
+rows = []
+for reference in job["reference"]:
+    for name, variable in job["driven"]:
+        assert manipulator.slave_real_values(index[name], [vr[name][variable]], [reference])
+    assert execution.step()
+    rows.append(
+        [observer.last_real_values(index[n], [vr[n][v]])[0] for n, v in job["outputs"]]
+    )
+print(json.dumps(rows))
+"""
+
+ECOS = """
+import json, sys
+from ecospy import EcosSimulation
+
+job = json.load(open(sys.argv[1], encoding="utf-8"))
+with EcosSimulation(1e-4, ssp_path=job["ssp"]) as simulation:
+    assert simulation.init(parameter_set=job["set"]) if job["set"] else simulation.init()
+    rows = []
+    for reference in job["reference"]:
+        for name, variable in job["driven"]:
+            simulation.set_real(f"{name}::{variable}", reference)
+        simulation.step()
+        rows.append([simulation.get_real(f"{n}::{v}") for n, v in job["outputs"]])
+print(json.dumps(rows))
+"""
+MASTERS = {"libcosimpy": LIBCOSIM, "ecospy": ECOS}
+START = 5 * UM
+OUTPUTS = {
+    "feedforward": [("inverse", "voltage"), ("plant", "displacement")],
+    "feedback": [("inverse", "voltage"), ("controller", "voltage"), ("plant", "displacement")],
+}
+DRIVEN = {
+    "feedforward": [("inverse", "reference")],
+    "feedback": [("inverse", "reference"), ("controller", "reference")],
+}
+
+
+@pytest.fixture(params=MASTERS)
+def run_master(request, tmp_path):
+    """Return a function from a package and a reference to the outputs after each step."""
+    if importlib.util.find_spec(request.param) is None:
+        pytest.skip(f"{request.param} is not installed")
+
+    def run(name: str, ssp: bytes, chosen: str, reference: np.ndarray) -> np.ndarray:
+        path = tmp_path / f"{name}.ssp"
+        path.write_bytes(ssp)
+        job = {
+            "ssp": str(path), "set": chosen, "fmus": unpack(path, tmp_path / "unpacked"),
+            "driven": DRIVEN[name], "outputs": OUTPUTS[name], "reference": reference.tolist(),
+        }  # fmt: skip
+        file = tmp_path / "job.json"
+        file.write_text(json.dumps(job), encoding="utf-8")
+        libraries = str(Path(sys.prefix) / "lib")  # where PyPI's tbb is, which ecos needs
+        out = run_python(MASTERS[request.param], file, LD_LIBRARY_PATH=libraries)
+        return np.array(json.loads(out.splitlines()[-1]))
+
+    run.master = request.param
+    return run
+
+
+def unpack(ssp: Path, directory: Path) -> dict[str, str]:
+    """Return the FMUs of a package by component."""
+    with zipfile.ZipFile(ssp) as archive:
+        archive.extractall(directory)
+    components = SYSTEMS[ssp.stem][0]
+    return {n: str(directory / "resources" / c.fmu) for n, c in components.items()}
+
+
+def jacobi(name: str, ssp: Path, sets: dict, reference: np.ndarray, directory: Path) -> np.ndarray:
+    """Return what a Jacobi master reads after each step, run over FMPy."""
+    components, connections = SYSTEMS[name]
+    slaves = {
+        n: Slave(path, sets[components[n].parameters]) for n, path in unpack(ssp, directory).items()
+    }
+    ends = [(a.split("."), b.split(".")) for a, b in connections]
+    rows = []
+    for k, desired in enumerate(reference):
+        given = [(b, slaves[a[0]].get(a[1])) for a, b in ends]
+        given += [(target, desired) for target in DRIVEN[name]]
+        for slave_name, slave in slaves.items():
+            inputs = {v: value for (n, v), value in given if n == slave_name}
+            slave.step(k * TS, TS, inputs)
+        rows.append([slaves[n].get(v) for n, v in OUTPUTS[name]])
+    for slave in slaves.values():
+        slave.close()
+    return np.array(rows)
+
+
+def other_sets():
+    """Return two parameter sets, SSV by file, and plain values by file, unlike what the FMUs hold."""
+    parameters = make_set(33, 3, "another stage", initialDisplacement=START)
+    gains = {**suitable_gains(parameters), "integralGain": 1e8, "proportionalGain": 1e5}
+    texts = {
+        "parameters.ssv": format_ssv(parameters),
+        "controller.ssv": format_controller_ssv(gains, parameters.name),
+    }
+    return parameters, texts, {"parameters.ssv": dict(parameters), "controller.ssv": gains}
+
+
+def default_fmus():
+    """Return FMUs that hold Table 1 and no gains."""
+    fmus = {f"{n}.fmu": content for n, content in package_bytes(table_1()).items()}
+    return {**fmus, "PIController.fmu": controller_fmu()}
+
+
+REFERENCE = (5 + np.sin(np.arange(150) / 20)) * UM
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_package_runs_as_over_fmpy_with_its_parameters(name, run_master, tmp_path):
+    """The FMUs hold Table 1; only a master that applies the sets of the package gets these numbers."""
+    parameters, texts, values = other_sets()
+    ssp = format_ssp(name, default_fmus(), texts, TS)
+    read = run_master(name, ssp, parameters.name, REFERENCE)
+    path = tmp_path / f"{name}.ssp"
+    expected = jacobi(name, path, values, REFERENCE, tmp_path / "again")
+    np.testing.assert_allclose(read, expected, rtol=1e-9)
+    # the voltage that this set's rules need, which Table 1 does not
+    needed = core.solve(parameters.rules, np.concatenate([[START], REFERENCE[:-1]]), REFERENCE)
+    np.testing.assert_allclose(read[:, 0], needed, rtol=1e-9)
+    defaults = core.solve(table_1().rules, np.concatenate([[START], REFERENCE[:-1]]), REFERENCE)
+    assert np.abs(read[:, 0] - defaults).max() > 1
+
+
+def test_without_gains_the_loop_is_another(run_master, tmp_path):
+    """A guard for the controller's set: had it not been applied, the test above would have seen it."""
+    parameters, texts, values = other_sets()
+    expected = {}
+    for gain in (0.0, values["controller.ssv"]["integralGain"]):
+        gains = {**values["controller.ssv"], "integralGain": gain}
+        texts["controller.ssv"] = format_controller_ssv(gains, parameters.name)
+        ssp = format_ssp("feedback", default_fmus(), texts, TS)
+        expected[gain] = run_master("feedback", ssp, parameters.name, REFERENCE)
+    with_gain, without = expected.values()
+    assert np.abs(with_gain - without).max() > 1e-3
+
+
+@pytest.mark.parametrize("run_master", ["ecospy"], indirect=True)
+def test_ecos_runs_the_defaults_unless_it_is_told_the_name_of_the_set(run_master):
+    """Why all sets of a package have one name, and the README says which."""
+    parameters, texts, _ = other_sets()
+    ssp = format_ssp("feedforward", default_fmus(), texts, TS)
+    told, untold = (
+        run_master("feedforward", ssp, chosen, REFERENCE)[:, 0] for chosen in (parameters.name, "")
+    )
+    assert np.abs(told - untold).max() > 1
+
+
+def test_the_feedback_package_as_written_holds_the_reference(run_master, tmp_path):
+    """With the gains that are chosen for the set, a wrong inverse is corrected by the loop."""
+    parameters = table_1().replace(initialDisplacement=START)
+    _, feedback = write_ssp(parameters, tmp_path / "package")
+    reference = np.full(400, 7 * UM)
+    read = run_master("feedback", feedback.read_bytes(), parameters.name, reference)
+    assert abs(read[-1, 2] - 7 * UM) < 1e-3 * UM
+
+
+def test_the_command_writes_packages_that_fmpy_accepts(tmp_path):
+    write_ssv(table_1(), tmp_path / "p.ssv")
+    arguments = ["package", str(tmp_path / "p.ssv"), "-o", str(tmp_path / "out"), "--ssp", "--quiet"]
+    assert main(arguments) == 0
+    for name in SYSTEMS:
+        path = tmp_path / "out" / f"{name}.ssp"
+        system = read_ssd(str(path)).system
+        assert {e.name for e in system.elements} == set(SYSTEMS[name][0])
+        ends = {
+            (f"{c.startElement}.{c.startConnector}", f"{c.endElement}.{c.endConnector}")
+            for c in system.connections
+        }
+        assert ends == set(SYSTEMS[name][1])
+        with zipfile.ZipFile(path) as archive:
+            assert all(i.compress_type in (0, 8) for i in archive.infolist())
+            archive.extractall(tmp_path / name)
+        for component in SYSTEMS[name][0].values():
+            resources = tmp_path / name / "resources"
+            known = {
+                v.name
+                for v in fmpy.read_model_description(str(resources / component.fmu)).modelVariables
+            }
+            given = {p.name for p in fmpy_read_ssv(str(resources / component.parameters)).parameters}
+            assert given <= known
+
+
+# --- the controller ----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def controller(tmp_path_factory):
+    path = tmp_path_factory.mktemp("controller") / "PIController.fmu"
+    path.write_bytes(controller_fmu())
+    return path
+
+
+def test_the_controllers_xml_agrees_with_its_table_and_its_binary(controller):
+    assert validate_fmu(str(controller)) == []
+    table = load_controller().variables
+    with Slave(controller) as slave:
+        assert list(slave.variables) == [v.name for v in table]
+        for variable in table:
+            assert slave.variable(variable.name).valueReference == variable.value_reference
+            if variable.causality != "output":
+                assert slave.get(variable.name) == variable.start
+        # every Real can be set and is the variable that the table says
+        values = {v.name: (1.0 + v.value_reference) * 1e-3 for v in table if v.causality != "output"}
+        slave.initialize(values)
+        assert {name: slave.get(name) for name in values} == values
+
+
+def reference_pi(error, feedforward, gains):
+    """Return the voltage by the equations of PIController.c."""
+    integral, voltage = gains["initialVoltage"], []
+    for e, f in zip(error, feedforward, strict=True):
+        grown = integral + gains["integralGain"] * TS * e
+        wanted = f + gains["proportionalGain"] * e + grown
+        given = min(max(wanted, gains["voltageMin"]), gains["voltageMax"])
+        deeper = (wanted > given and grown > integral) or (wanted < given and grown < integral)
+        integral = integral if deeper else grown
+        voltage.append(given)
+    return np.array(voltage)
+
+
+def test_the_controller_computes_its_equations_and_does_not_wind_up(controller):
+    gains = {
+        "proportionalGain": 2e6, "integralGain": 3e9, "voltageMin": 0.0, "voltageMax": 60.0,
+        "initialVoltage": 20.0,
+    }  # fmt: skip
+    # far too much for half of the time, then the other way
+    error = np.where(np.arange(200) < 100, 5 * UM, -1 * UM) * (1 + 0.1 * np.sin(np.arange(200)))
+    feedforward = 10 + np.cos(np.arange(200) / 7)
+    read, limited = [], []
+    with Slave(controller, gains) as slave:
+        for k, (e, f) in enumerate(zip(error, feedforward, strict=True)):
+            slave.tick(k, {"reference": 7 * UM + e, "displacement": 7 * UM, "feedforward": f})
+            read.append(slave.get("voltage"))
+            limited.append(slave.get("limited"))
+    expected = reference_pi(7 * UM + error - 7 * UM, feedforward, gains)
+    np.testing.assert_allclose(read, expected, rtol=1e-12)
+    assert max(read) == 60.0 and any(limited) and not all(limited)
+    # with wind-up it would stay at the limit for long after the error has turned
+    assert read[110] < 60.0
+
+
+def test_the_controllers_ticks_do_not_depend_on_the_steps(controller):
+    gains = {"integralGain": 1e9}
+    inputs = {"reference": 6 * UM, "displacement": 5 * UM}
+    results = []
+    for size in (TS, 0.3 * TS, 7 * TS):
+        with Slave(controller, gains) as slave:
+            time, steps = 0.0, round(2.1e-2 / size)
+            for k in range(steps):
+                slave.step(k * size, size, inputs)
+                time = (k + 1) * size
+            assert math.isclose(time, 2.1e-2)
+            results.append(slave.get("voltage"))
+    assert results[0] == results[1] == results[2] > 0
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"sampleTime": 0.0}, "sampleTime is 0 s"),
+        ({"voltageMin": 10.0, "voltageMax": 5.0}, "must be below voltageMax"),
+        ({"integralGain": float("nan")}, "finite"),
+    ],
+)
+def test_the_controller_refuses_what_it_cannot_use(controller, values, said):
+    with pytest.raises(InputError, match=said), Slave(controller, values):
+        pass
