@@ -25,8 +25,8 @@ from it2hys.parameters import RULE_FIELDS
 #: Beyond so many half ranges a run is on its way to infinity.
 _DIVERGED = 1e3
 #: A second difference of the density of play operators (as mean weight per operator) of the inverse
-#: of this costs as much as one sample that is off by the noise.
-_SMOOTHNESS = 600.0
+#: of this costs as much as one sample that is off by the noise: for few loops, and for many.
+STIFF, SOFT = 2000.0, 200.0
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3
 
@@ -79,12 +79,15 @@ class Model:
         The constant of each record.
     own : Mapping of str to ndarray, shape (R,)
         Values of parameters that differ from record to record.
+    smoothness : float
+        With which the play operators' density is held smooth, STIFF or SOFT.
     """
 
     values: Mapping[str, float | int]
     effects: tuple[str, ...]
     offsets: np.ndarray
     own: Mapping[str, np.ndarray]
+    smoothness: float = STIFF
 
     @property
     def rules(self) -> np.ndarray:
@@ -196,6 +199,7 @@ class ChainCriterion:
             self.model.effects,
             offsets,
             {c.name: point[places[c.name]] * c.unit for c in self._own},
+            self.model.smoothness,
         )
 
     def guarded(self, strength: float) -> ChainCriterion:
@@ -254,7 +258,7 @@ class ChainCriterion:
         density = np.zeros((count, len(self._guess)))
         density[np.arange(count), places] = np.array(units) * np.mean(width) / width
         noise = np.sqrt(np.mean([t.noise**2 for t in self.traces])) / self.scaling.y_unit
-        return noise * _SMOOTHNESS * np.diff(density, 2, axis=0)
+        return noise * self.model.smoothness * np.diff(density, 2, axis=0)
 
     def _prior_weights(self) -> np.ndarray:
         weights = np.zeros(len(self._guess))

@@ -36,6 +36,8 @@ _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
 _ROWS = 20_000
 #: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
 _TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
+#: Histories from which what belongs to a record is fitted.
+_HISTORIES = 3
 
 
 def off_values() -> dict[str, float]:
@@ -105,6 +107,17 @@ def without_effect(model: Model, effect: str) -> Model:
     if "delay" not in effects and not _shifts(result):
         values["delay.time"] = 0.0
     return result
+
+
+def with_slower_creep(model: Model, extent: Extent) -> Model:
+    """Return the model with one creep term more, slower than the others if the records allow."""
+    count = int(model.values["creepCount"]) + 1
+    slowest = max(model.values[f"creep[{i}].timeConstant"] for i in range(1, count))
+    term = {
+        f"creep[{count}].gain": 1e-3,
+        f"creep[{count}].timeConstant": min(3.0 * slowest, extent.duration),
+    }
+    return replace(model, values={**model.values, **term, "creepCount": count})
 
 
 def with_another_rule(model: Model, rule: int, distance: float) -> Model:
@@ -271,15 +284,26 @@ class Bench:
 
         The first `known` of them are the records that the model was fitted to.
         """
-        fresh = with_starts(model, traces)
-        model = replace(
-            fresh,
-            offsets=_with_known(fresh.offsets, model.offsets, known),
-            own={name: _with_known(v, model.own[name], known) for name, v in fresh.own.items()},
-        )
-        fitted = [c for c in fitted_coordinates(model, self.extent) if c.name in BY_RECORD]
-        criterion = ChainCriterion(traces, model, fitted, self.scaling).holding(["rules"])
-        return minimise(criterion, 30, 1e-8).model
+        kept = [_of_record(model, i) for i in range(known)]
+        return _joined([*kept, *(self._fit_own_to_one(model, t) for t in traces[known:])])
+
+    def _fit_own_to_one(self, model: Model, trace: Trace) -> Model:
+        """Return the model of one record, from the best of several likely histories before it."""
+        # all that is judged counts, also where a fit of everything gives a record time to fall in
+        trace = replace(trace, weight=trace.importance * trace.judged)
+        start = with_starts(model, [trace])
+        fitted = [c for c in fitted_coordinates(start, self.extent) if c.name in BY_RECORD]
+        if not fitted and not trace.has_offset:
+            return start
+        starts = [start]
+        if "initialExcursion" in model.own:
+            histories = likely_histories(start, trace, 0)[:_HISTORIES]
+            starts = [_with_history(start, history) for history in histories]
+        fits = [
+            minimise(ChainCriterion([trace], s, fitted, self.scaling).holding(["rules"]), 30, 1e-8)
+            for s in starts
+        ]
+        return min(fits, key=lambda fit: fit.minimum.cost).model
 
     def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> list[np.ndarray]:
         """Return the errors on the judged samples of records that were not fitted, m.
@@ -298,8 +322,18 @@ class Bench:
         ]
 
 
-def _with_known(fresh: np.ndarray, fitted: np.ndarray, known: int) -> np.ndarray:
-    return np.concatenate([fitted[:known], fresh[known:]])
+def _of_record(model: Model, index: int) -> Model:
+    own = {name: values[index : index + 1] for name, values in model.own.items()}
+    return replace(model, offsets=model.offsets[index : index + 1], own=own)
+
+
+def _joined(models: Sequence[Model]) -> Model:
+    """Return one model with what belongs to the records of several, which are alike but for that."""
+    return replace(
+        models[0],
+        offsets=np.concatenate([m.offsets for m in models]),
+        own={name: np.concatenate([m.own[name] for m in models]) for name in models[0].own},
+    )
 
 
 def clues(model: Model, traces: Sequence[Trace], extent: Extent) -> Clues:
@@ -336,24 +370,35 @@ def with_starts(model: Model, traces: Sequence[Trace]) -> Model:
     return model
 
 
-@np.errstate(over="ignore", invalid="ignore")
 def with_histories(model: Model, traces: Sequence[Trace]) -> Model:
     """Return the model with the history before each record that suits it best, of a few likely ones."""
-    chosen = np.zeros((2, len(traces)))
-    for i, t in enumerate(traces):
-        low, high = t.drive.voltage.min(), t.drive.voltage.max()
-        turns = [low + share * (high - low) for share in _TURNS]
-        rests = [0.0, t.drive.voltage[0]]
-        histories = [(rest, turn - rest) for rest in rests for turn in (rest, *turns)]
-        costs = []
-        for rest, excursion in histories:
-            history = {
-                "initialRestVoltage": np.full(len(traces), rest),
-                "initialExcursion": np.full(len(traces), excursion),
-            }
-            trial = replace(model, own={**model.own, **history})
-            error = (trial.predict(t, i) - t.y)[t.weight > 0]
-            costs.append(np.var(error) if t.has_offset else np.mean(error**2))
-        chosen[:, i] = histories[int(np.argmin(costs))]
-    history = dict(zip(("initialRestVoltage", "initialExcursion"), chosen, strict=True))
-    return replace(model, own={**model.own, **history})
+    records = [
+        _with_history(_of_record(model, i), likely_histories(model, t, i)[0])
+        for i, t in enumerate(traces)
+    ]
+    return _joined(records)
+
+
+def _with_history(model: Model, history: tuple[float, float]) -> Model:
+    names = ("initialRestVoltage", "initialExcursion")
+    values = {n: np.full(model.offsets.shape, v) for n, v in zip(names, history, strict=True)}
+    return replace(model, own={**model.own, **values})
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def likely_histories(model: Model, trace: Trace, index: int) -> list[tuple[float, float]]:
+    """Return rest and excursion before a record, in V, the likeliest first.
+
+    The stack was new or demagnetised at 0 V or at the record's first voltage, and may then have been
+    driven somewhere within or a little beyond the record's range.
+    """
+    voltage = trace.drive.voltage
+    low, high = voltage.min(), voltage.max()
+    turns = [low + share * (high - low) for share in _TURNS]
+    histories = [(rest, turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)]
+    costs = []
+    for history in histories:
+        error = (_with_history(model, history).predict(trace, index) - trace.y)[trace.weight > 0]
+        cost = np.var(error) if trace.has_offset else np.mean(error**2)
+        costs.append(cost if np.isfinite(cost) else np.inf)
+    return [histories[i] for i in np.argsort(costs)]

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis.comparison import Comparison, compare
-from it2hys.diagnosis.criterion import ChainFit, Model
-from it2hys.diagnosis.fitting import Bench, is_sampling, without_effect
+from it2hys.diagnosis.criterion import SOFT, ChainFit, Model
+from it2hys.diagnosis.fitting import Bench, is_sampling, with_slower_creep, without_effect
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"
@@ -20,6 +20,8 @@ LEVEL = 0.01
 LEAST_GAIN = 0.05
 #: ... which has to be more than this, or else more than the other share of what exceeds the noise.
 CLEAR_GAIN, LEAST_SHARE = 0.1, 0.25
+#: Least gain, and largest probability of it by chance, for a variant of a model to be taken.
+_REFINED, _LIKELY = 0.01, 0.05
 #: Models that are followed side by side, none with an error above so many times the best one's.
 BEAM, BEAM_RATIO = 3, 2.0
 #: Effects that are added one after the other.
@@ -147,6 +149,25 @@ class Search:
         fit = self.bench.reshaped(node.fit.model)
         if fit.minimum.cost < node.fit.minimum.cost:
             node.fit, node.errors = fit, self.bench.errors(fit.model)
+        if "play" in node.effects and node.fit.model.smoothness > SOFT:
+            self._take_if_better(node, replace(node.fit.model, smoothness=SOFT))
+
+    def _take_if_better(self, node: Node, model: Model) -> bool:
+        """Fit a variant of a node's model and keep it if it predicts better; return whether it does."""
+        fit = self.bench.fit(model, FINISHING)
+        errors = self.bench.errors(fit.model)
+        comparison = compare(node.errors, errors)
+        if comparison.gain < _REFINED or comparison.p_value > _LIKELY:
+            return False
+        node.fit, node.errors = fit, errors
+        return True
+
+    def _refine(self, node: Node) -> None:
+        """Add creep terms, slower ones, as long as they predict better."""
+        while "creep" in node.effects and self._take_if_better(
+            node, with_slower_creep(node.fit.model, self.bench.extent)
+        ):
+            pass
 
     def is_better(self, comparison: Comparison, tried: int) -> bool:
         """Return whether a gain is more than chance, and enough to speak of."""
@@ -169,6 +190,7 @@ class Search:
         while True:
             fresh = [e for e in chosen.effects if chosen.added - {e} not in self.nodes]
             if not fresh:
+                self._refine(chosen)
                 return chosen
             for effect in fresh:
                 fit = self.bench.fit(without_effect(chosen.fit.model, effect), FINISHING)
