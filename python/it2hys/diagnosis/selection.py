@@ -22,6 +22,9 @@ LEAST_GAIN = 0.05
 CLEAR_GAIN, LEAST_SHARE = 0.1, 0.25
 #: Least gain, and largest probability of it by chance, for a variant of a model to be taken.
 _REFINED, _LIKELY = 0.01, 0.05
+#: A model that is not accepted, but lowers the cost on the training records to less than this share, is
+#: followed where no other is: of two effects that are both missing, one alone may predict nothing.
+_PROMISING = 0.7
 #: Models that are followed side by side, none with an error above so many times the best one's.
 BEAM, BEAM_RATIO = 3, 2.0
 #: Effects that are added one after the other.
@@ -96,7 +99,9 @@ class Search:
         self.nodes[frozenset()] = self.root
         beam = [self.root]
         for _ in range(DEPTH):
+            self._promising: list[Node] = []
             grown = [child for node in beam for child in self._grow(node, node is beam[0])]
+            grown = grown or sorted(self._promising, key=lambda n: n.fit.minimum.cost)[:1]
             if not grown:
                 break
             for node in sorted(grown, key=lambda n: n.rms)[:BEAM]:
@@ -133,6 +138,8 @@ class Search:
             if accepted:
                 self.nodes[child.added] = child
                 grown.append(child)
+            elif fit.minimum.cost < _PROMISING * node.fit.minimum.cost and not sampling:
+                self._promising.append(child)
         return grown
 
     def _additions(self, node: Node) -> list[str]:
