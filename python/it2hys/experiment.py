@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from it2hys import figures
+from it2hys.diagnosis import RULES, Diagnosis, diagnose
+from it2hys.diagnosis_report import write_diagnosis
 from it2hys.estimator_comparison import compare_estimators
 from it2hys.identification import Options, RecordResult, identify
 from it2hys.identification.evaluation import evaluate
@@ -66,15 +68,15 @@ def run_scenario(name: str, directory: Path | None = None, quiet: bool = False) 
     ]
     if scenario.model == "table 1":
         return _with_table_1(scenario, records, directory)
+    if scenario.model == "diagnosed":
+        return _with_diagnosis(scenario, records, directory, quiet)
     return _with_identification(scenario, records, directory, quiet)
 
 
 def _with_identification(
     scenario: Scenario, records: list[Record], directory: Path, quiet: bool
 ) -> Outcome:
-    roles = [
-        [r for r, e in zip(records, scenario.records, strict=True) if e.role == role] for role in ROLES
-    ]
+    roles = _by_role(scenario, records)
     options = Options(seed=scenario.seed)
     with progress_bar(quiet) as progress:
         identification = identify(*roles, scenario.rules, options, progress)
@@ -85,6 +87,53 @@ def _with_identification(
         sections.append(compare_estimators(roles[0], scenario.rules or 3, scenario.seed, quiet))
     report = write_identification(identification, records, directory, scenario.title, sections)
     return Outcome([table for section in sections for table in section.tables], report)
+
+
+def _by_role(scenario: Scenario, records: list[Record]) -> list[list[Record]]:
+    """Return the training, validation and test records."""
+    pairs = list(zip(records, scenario.records, strict=True))
+    return [[record for record, entry in pairs if entry.role == role] for role in ROLES]
+
+
+def _with_diagnosis(scenario: Scenario, records: list[Record], directory: Path, quiet: bool) -> Outcome:
+    roles = _by_role(scenario, records)
+    options = Options(seed=scenario.seed)
+    with progress_bar(quiet) as progress:
+        diagnosis = diagnose(*roles, rules=scenario.rules or RULES, options=options, progress=progress)
+    sections = [before_and_after(scenario.records, diagnosis)]
+    if scenario.tracking:
+        sections += [
+            # the stand begins as it did for the training record, from which its history is known
+            tracking(scenario, diagnosis.base, records[0], "before", {}),
+            tracking(scenario, diagnosis.parameters, records[0], "after", {}),
+        ]
+    in_order = [r for role in roles for r in role]
+    report = write_diagnosis(diagnosis, in_order, directory, scenario.title, sections)
+    return Outcome([table for section in sections for table in section.tables], report)
+
+
+def before_and_after(entries: Sequence[RecordEntry], diagnosis: Diagnosis) -> Section:
+    """Set the free-run errors before and after a diagnosis beside the paper's figures."""
+    by_name = {entry.name: entry for entry in entries}
+    rows = [
+        [
+            after.name, ROLES[after.role],
+            _figure(by_name[after.name].signal.paper.e_mr_percent),
+            f"{100 * before.e_mr:.2f}", f"{100 * after.e_mr:.2f}",
+            f"{UM * before.e_rms:.4f}", f"{UM * after.e_rms:.4f}",
+            f"{UM * after.noise:.4f}",
+        ]
+        for before, after in zip(diagnosis.before, diagnosis.after, strict=True)
+    ]  # fmt: skip
+    table = Table(
+        [
+            "record", "role", "paper e_mr %", "e_mr % before", "e_mr % after",
+            "e_rms µm before", "e_rms µm after", "noise µm",
+        ],
+        rows,
+        f"Free-run errors before and after adding {', '.join(diagnosis.effects) or 'nothing'}",
+    )  # fmt: skip
+    return Section("Beside the published figures", [], [table])
 
 
 def _with_table_1(scenario: Scenario, records: list[Record], directory: Path) -> Outcome:
@@ -130,11 +179,21 @@ def _figure(value: float | None) -> str:
     return NONE if value is None else f"{value:g}"
 
 
-def tracking(scenario: Scenario, parameters: ParameterSet, record: Record) -> Section:
-    """Drive the stand, and the plant FMU, through the inverse FMU; compare with straight lines."""
+def tracking(
+    scenario: Scenario,
+    parameters: ParameterSet,
+    record: Record,
+    label: str = "",
+    start: dict[str, float] | None = None,
+) -> Section:
+    """Drive the stand, and the plant FMU, through the inverse FMU; compare with straight lines.
+
+    `start` are parameters with which the FMUs begin, by default at rest at the reference.
+    """
     entry = scenario.tracking
     reference, paper = entry.signal.values(), entry.signal.paper
-    start = {"initialDisplacement": float(reference[0])}
+    if start is None:
+        start = {"initialDisplacement": float(reference[0])}
     with tempfile.TemporaryDirectory() as folder:
         package(parameters, folder)
         inverse = Path(folder, "IT2Inverse.fmu")
@@ -165,7 +224,7 @@ def tracking(scenario: Scenario, parameters: ParameterSet, record: Record) -> Se
     table = Table(
         ["feedforward", "paper e_mr %", "paper e_rms µm", "e_mr %", "e_rms µm"],
         rows,
-        f"Tracking of {entry.signal.signal}",
+        f"Tracking of {entry.signal.signal} {label}".rstrip(),
     )
     drawn = {name: courses[name][0][kept] for name in ("inverse FMU → stand", "proportional → stand")}
     figure = figures.tracking(
@@ -178,4 +237,5 @@ def tracking(scenario: Scenario, parameters: ParameterSet, record: Record) -> Se
         "slope of a straight line fitted to the first record; without any identification one divides "
         f"by the data sheet's. Errors leave out the first {entry.lead_in:g} s."
     ]
-    return Section("Feedforward tracking", text, [table], [Picture("tracking_stand", figure, caption)])
+    picture = Picture("_".join(filter(None, ("tracking_stand", label))), figure, caption)
+    return Section(f"Feedforward tracking {label}".rstrip(), text, [table], [picture])

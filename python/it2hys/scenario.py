@@ -19,7 +19,7 @@ from it2hys.keys import Keys, read_toml
 from it2hys.rig import Stand
 
 SAMPLE_TIME = 1e-4
-MODELS = ("identified", "table 1")
+MODELS = ("identified", "diagnosed", "table 1")
 STAND_PARTS = ("dac", "amplifier", "hysteresis", "creep", "mechanics", "thermal", "gauge", "adc")
 
 
@@ -139,7 +139,7 @@ def _scenario(name: str, table: Mapping) -> Scenario:
         estimators=entry.take("estimators", bool, False),
     )
     entry.done()
-    if scenario.model == "identified" and not any(r.role == "train" for r in scenario.records):
+    if scenario.model != "table 1" and not any(r.role == "train" for r in scenario.records):
         raise InputError("record: a model can only be identified with a record of role 'train'")
     order = list(ROLES)
     return replace(scenario, records=tuple(sorted(scenario.records, key=lambda r: order.index(r.role))))
