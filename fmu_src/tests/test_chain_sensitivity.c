@@ -214,6 +214,24 @@ static void random_sets(unsigned effects)
     CHECK(told > 0.8); /* the others hardly matter to the reading: rules that are far away */
 }
 
+/* A voltage beyond the amplifier's limits is rest at the limit. */
+static void beyond_the_limits(void)
+{
+    struct chain_parameters p;
+    struct signals s;
+    struct run beyond, at_limit;
+    uint64_t seed = 29;
+
+    signals_from(&s, random_set(&seed, &p, CHAIN_SATURATION | CHAIN_LAG | CHAIN_PLAY | CHAIN_CREEP));
+    s.voltage[0] = p.saturation.maximum + 10.0;
+    predict(&p, &s, &beyond);
+    are_the_derivatives(&p, &s);
+    s.voltage[0] = p.saturation.maximum;
+    predict(&p, &s, &at_limit);
+    for (int k = 0; k < TICKS; k++)
+        CHECK(beyond.measured[k] == at_limit.measured[k]);
+}
+
 /* --- no rest ------------------------------------------------------------------------------------- */
 
 /* A core that is being fitted need not keep any displacement: then it begins where it is told to. */
@@ -243,6 +261,7 @@ int main(void)
     without_rest(1.0, 1e-4);  /* moves on for ever, slowly: the search ends */
     without_rest(1.0, 0.02);  /* and faster, out of the range */
     without_rest(1.01, 0.02); /* away from an equilibrium that is not stable */
+    beyond_the_limits();
     random_sets(0);
     for (unsigned effect = 1; effect < ALL; effect *= 2)
         random_sets(effect);
