@@ -19,7 +19,7 @@ enum {
 static const unsigned ALL = 2047;
 static const double RANGE = 16.0;
 #define STEP 2e-6      /* of a difference quotient, relative */
-#define TOLERANCE 5e-5 /* relative; where a limit or an operator engages within the step, of its order */
+#define TOLERANCE 5e-5 /* relative; of the step's order where a limit engages within it */
 #define NOISE 1e-14    /* rounding in a difference of two runs, of the largest displacement */
 
 struct signals {
@@ -36,7 +36,7 @@ struct run {
 
 struct columns {
     int count;
-    struct chain_knob knob[MOST_COLUMNS]; /* the rules' parameters are no knobs, but have place and step */
+    struct chain_knob knob[MOST_COLUMNS]; /* the rules' parameters are none, but have place and step */
 };
 
 static double *value_at(struct chain_parameters *p, size_t offset)
@@ -190,7 +190,9 @@ static double are_the_derivatives(struct chain_parameters *p, const struct signa
     int told = 0;
 
     every_column(&c, p);
-    CHECK(chain_sensitivity(p, &record, c.knob + rules, c.count - rules, measured, sensitivity) == TICKS);
+    const size_t done =
+        chain_sensitivity(p, &record, c.knob + rules, c.count - rules, measured, sensitivity);
+    CHECK(done == TICKS);
     predict(p, s, &run);
     for (int k = 0; k < TICKS; k++)
         CHECK_NEAR(measured[k], run.measured[k], RANGE, 1e-14);
@@ -211,7 +213,7 @@ static void random_sets(unsigned effects)
         is_the_chain(p, &s);
         told += are_the_derivatives(&p, &s);
     }
-    CHECK(told > 0.8 * (double)SETS); /* the others hardly matter to the reading: rules that are far away */
+    CHECK(told > 0.8 * (double)SETS); /* the others are of rules that are far away */
 }
 
 /* A voltage beyond the amplifier's limits is rest at the limit. */
