@@ -47,11 +47,11 @@ static double begin_drive(struct walker *walker, const struct chain_parameters *
     return play_step(&chain->play, &state->play, x);
 }
 
-/* The displacement that the core keeps at the input, by Newton's method; the guess, if it is not near
- * that: a core that is being fitted need not have one. */
-static double equilibrium(const struct it2 *core, double input, double guess, double range)
+/* Takes *y to the displacement that the core keeps at the input, by Newton's method. Returns whether it
+ * is found within the range from there: a core that is being fitted need not have one; *y stays then. */
+static bool equilibrium(const struct it2 *core, double input, double range, double *displacement)
 {
-    double y = guess;
+    double y = *displacement;
 
     for (int i = 0; i < NEWTON_STEPS; i++) {
         const struct it2_partials f = it2_partials(core, y, input);
@@ -59,12 +59,14 @@ static double equilibrium(const struct it2 *core, double input, double guess, do
         /* outside the range where it contracts the core has other, unstable equilibria */
         const double step = f.dy < STEEPEST ? change / (1.0 - f.dy) : change;
         y += step;
-        if (fabs(step) <= NEGLIGIBLE * range)
-            return y;
-        if (!(fabs(y - guess) <= range))
+        if (!(fabs(y - *displacement) <= range))
             break;
+        if (fabs(step) <= NEGLIGIBLE * range && f.dy < STEEPEST) {
+            *displacement = y;
+            return true;
+        }
     }
-    return guess;
+    return false;
 }
 
 /* Brings the core to the displacement, and what stands behind it. */
@@ -82,16 +84,22 @@ static void begin_respond(struct walker *walker, const struct chain_parameters *
     resonance_reset(&state->resonance, y);
 }
 
-/* Returns the core's input at rest. */
-static double begin(struct walker *walker, const struct chain_parameters *parameters, double voltage)
+/* The core's input before the first tick, and whether the core keeps its displacement under it. */
+struct start {
+    double input;
+    bool at_rest;
+};
+
+static struct start begin(struct walker *walker, const struct chain_parameters *parameters,
+                          double voltage)
 {
-    const double input = begin_drive(walker, parameters, voltage);
-
     const double range = parameters->displacementMax - parameters->displacementMin;
+    struct start start = { .input = begin_drive(walker, parameters, voltage) };
+    double core = parameters->initialDisplacement;
 
-    begin_respond(walker, parameters,
-                  equilibrium(&walker->chain.core, input, parameters->initialDisplacement, range));
-    return input;
+    start.at_rest = equilibrium(&walker->chain.core, start.input, range, &core);
+    begin_respond(walker, parameters, core);
+    return start;
 }
 
 static struct chain_surroundings at(const struct chain_parameters *parameters,
@@ -226,15 +234,16 @@ size_t chain_sensitivity(const struct chain_parameters *parameters, const struct
     if (!pairs || !d || count > CHAIN_MAX_KNOBS)
         goto end;
     *d = (struct columns){ .count = columns };
-    const double input = begin(&walker, parameters, record->voltage[0]);
-    /* at rest y = F(y, x, p): dy = (dF/dp dp + dF/dx dx) / (1 - dF/dy) */
-    it2_gradient(&walker.chain.core, walker.state.core.y, input, gradient, &f);
+    const struct start start = begin(&walker, parameters, record->voltage[0]);
+    it2_gradient(&walker.chain.core, walker.state.core.y, start.input, gradient, &f);
+    /* at rest y = F(y, x, p): dy = (dF/dp dp + dF/dx dx) / (1 - dF/dy); elsewhere y is given */
+    const double follows = start.at_rest ? 1.0 / (1.0 - f.dy) : 0.0;
     for (int i = 0; i < rules; i++)
-        core[i] = gradient[i] / (1.0 - f.dy);
+        core[i] = follows * gradient[i];
     for (int j = 0; j < count; j++) {
         const double change =
             begin_pair(&pairs[j], parameters, record->voltage[0], walker.state.core.y, &knobs[j]);
-        core[rules + j] = f.dx * change / (2.0 * knobs[j].step * (1.0 - f.dy));
+        core[rules + j] = follows * f.dx * change / (2.0 * knobs[j].step);
     }
     begin_columns(d, &walker.chain, core);
     for (; k < record->samples; k++) {

@@ -155,8 +155,10 @@ def add_structure(root: etree._Element, variables: Sequence[Variable]) -> None:
     """Say what depends on what.
 
     At a communication point an output is held since the last tick: it depends on no input that is
-    set there, so there is no algebraic loop. Before the first tick it depends on parameters.
+    set there, so there is no algebraic loop. Before the first tick it depends on parameters, but not on
+    those of an effect of which this FMU has no element: how the play operators began, for instance.
     """
+    without = set(load_table().counts) - {v.group for v in variables}
     structure = etree.SubElement(root, "ModelStructure")
     outputs = [(i, v) for i, v in enumerate(variables, start=1) if v.causality == "output"]
     element = etree.SubElement(structure, "Outputs")
@@ -167,6 +169,6 @@ def add_structure(root: etree._Element, variables: Sequence[Variable]) -> None:
         known = [
             str(i)
             for i, v in enumerate(variables, start=1)
-            if v.name in output.depends or v.group in output.depends
+            if (v.name in output.depends or v.group in output.depends) and v.effect not in without
         ]
         etree.SubElement(element, "Unknown", index=str(index), dependencies=" ".join(known))

@@ -20,7 +20,7 @@ from effects import with_effects
 from library import CLASSES, LIBRARY, kind
 
 from it2hys import core
-from it2hys.chain import EFFECTS
+from it2hys.chain import EFFECTS, Chain
 from it2hys.excitations import identification, time_grid, tracking_reference
 from it2hys.modelica import format_record
 from it2hys.parameters import ParameterSet, table_1
@@ -336,12 +336,19 @@ def test_the_fmus_tick_at_the_sample_times_with_all_inputs():
     assert np.array_equal(at("saturated").astype(bool), t > 5e-4)
 
 
-@pytest.mark.parametrize("effects", [("play",), ("creep",), ("resonance", "lag", "play", "creep")])
+@pytest.mark.parametrize("effects", [("play",), ("creep",), ("lag", "play", "creep", "resonance")])
 def test_at_rest_the_chain_has_the_states_that_hold_it(effects):
-    parameters = with_effects(effects, seed=2, initialDisplacement=6e-6)
+    # a delay's first state is the voltage at rest; it comes behind the core's
+    parameters = with_effects(("delay", *effects), seed=2, initialDisplacement=6e-6)
     source = format_record(parameters, "Stage") + (
         f"block M {PREAMBLE} extends {INTERFACES}.PartialChain(parameters=p); parameter Stage p; "
-        "output Real v = voltageRest; end M;"
+        "output Real v = voltageRest; output Real y = coreRest; output Real p1 = playRest[1]; "
+        "output Real s1 = creepRest; end M;"
     )
-    held, _ = core.chain_inverse_run(parameters, np.full(1, 6e-6))
-    assert run(source, 2)("v")[0] == pytest.approx(held[0], rel=1e-10)
+    chain = Chain(parameters)
+    core_rest, voltage, *states = chain.rest(chain.vector()).full().ravel()
+    at = run(source, 2)
+    assert at("y")[0] == pytest.approx(core_rest, rel=1e-10)
+    assert at("v")[0] == pytest.approx(voltage, rel=1e-10)
+    for effect, state in (("play", "p1"), ("creep", "s1")):
+        assert effect not in effects or np.isclose(at(state)[0], states, rtol=1e-10, atol=0).any()

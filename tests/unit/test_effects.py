@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from it2hys import core
 from it2hys.chain import EFFECTS, Chain, active_effects
-from it2hys.effects import Extent
+from it2hys.effects import Extent, play
 from it2hys.errors import InputError
 from it2hys.parameters import ParameterSet, format_ssv, read_ssv, table_1, write_ssv
 from it2hys.variables import load_table
@@ -146,6 +146,7 @@ def test_starts_lie_within_their_bounds_and_make_a_usable_set(effect):
         if name in known:
             assert known[name].type.min <= start.value <= known[name].type.max
     values = {n: v for n, v in table_1().items() if n not in ("playCount", "creepCount")}
+    values |= play.thresholds(EXTENT) if effect == "play" else {}  # held, so no start
     ParameterSet({**values, **{name: s.value for name, s in starts.items()}}).validate()
 
 

@@ -361,7 +361,7 @@ def test_metrics_are_what_they_are_called():
         assert KINDS[kind].function(y, r, 0.1) == pytest.approx(value), kind
 
 
-@pytest.mark.parametrize("kind", set(KINDS) - {"time true"})
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "time true"])
 def test_no_metric_takes_what_is_not_finite(kind):
     y = np.array([1.0, np.nan, 3.0, 2.0])
     with pytest.raises(InputError, match="not finite"):

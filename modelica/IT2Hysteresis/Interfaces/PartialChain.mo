@@ -38,8 +38,10 @@ protected
       cat(1, parameters.creepTimeConstant, {1}))
     "Part of the way that a creep term goes in one tick, g_i";
   final parameter Modelica.Units.SI.Length coreRest=
-    parameters.initialDisplacement/(1 + sum(creepGain))
-    "Displacement behind the fuzzy system, at rest for long at initialDisplacement";
+    (parameters.initialDisplacement - sum(creepGain)*parameters.initialCreep)/(1 + sum(creepGain))
+    "Displacement behind the fuzzy system, at initialDisplacement";
+  final parameter Modelica.Units.SI.Length creepRest=coreRest + parameters.initialCreep
+    "Creep states at initialDisplacement";
   final parameter Modelica.Units.SI.Voltage coreInputRest=IT2Hysteresis.Functions.inverse(
     parameters.ruleSigmaLower,
     parameters.ruleSigmaUpper,
@@ -50,16 +52,22 @@ protected
     coreRest,
     coreRest)
     "Voltage behind the play operators, at rest";
+  final parameter Modelica.Units.SI.Voltage playTurned[parameters.playCount + 1]=
+    IT2Hysteresis.Functions.Effects.playStates(
+      playThreshold,
+      fill(parameters.initialRestVoltage, parameters.playCount + 1),
+      parameters.initialRestVoltage + parameters.initialExcursion)
+    "Play operators where the excursion turned, before the voltage came to the start";
   final parameter Modelica.Units.SI.Voltage voltageRest=IT2Hysteresis.Functions.Effects.playInverse(
     playThreshold,
     playWeight,
-    zeros(parameters.playCount + 1),
+    playTurned,
     coreInputRest)
-    "Voltage at rest, reached from 0 on the initial loading curve";
+    "Voltage at rest, reached from the end of the excursion";
   final parameter Modelica.Units.SI.Voltage playRest[parameters.playCount + 1]=
     IT2Hysteresis.Functions.Effects.playStates(
       playThreshold,
-      zeros(parameters.playCount + 1),
+      playTurned,
       voltageRest)
     "Play operators at rest";
   final parameter Boolean saturates=parameters.saturationMinimum < parameters.saturationMaximum
@@ -96,7 +104,9 @@ equation
   annotation (Documentation(info="<html>
 <p>
 The parameter set, and the two inputs beside the signal path. They are off by default, so that a block without them
-needs no connection. Before the first tick the chain rests for long at <code>initialDisplacement</code>.
+needs no connection. Before the first tick the chain is at <code>initialDisplacement</code>, as <a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a> says:
+for long if <code>initialCreep</code> is 0, and on the initial loading curve of the play operators if
+<code>initialRestVoltage</code> and <code>initialExcursion</code> are.
 </p>
 </html>", revisions="<html>
 <ul>

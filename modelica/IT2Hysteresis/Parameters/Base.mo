@@ -241,6 +241,25 @@ record Base "Parameters of plant and inverse"
     nominal=1.0)=0.0
     "Phase of the hum at time 0"
     annotation (Dialog(tab="Effects", group="Hum"));
+  parameter Modelica.Units.SI.ElectricPotential initialRestVoltage(
+    min=-2000.0,
+    max=2000.0,
+    nominal=100.0)=0.0
+    "Voltage at which the play operators last forgot all that went before: demagnetised, or new at 0"
+    annotation (Dialog(tab="Effects", group="Play"));
+  parameter Modelica.Units.SI.ElectricPotential initialExcursion(
+    min=-2000.0,
+    max=2000.0,
+    nominal=100.0)=0.0
+    "How far beyond initialRestVoltage the voltage went before it came to the start; 0: it did not"
+    annotation (Dialog(tab="Effects", group="Play"));
+  parameter Modelica.Units.SI.Length initialCreep(
+    displayUnit="um",
+    min=-0.1,
+    max=0.1,
+    nominal=1e-05)=0.0
+    "How far the states of creep lie above the core's displacement at the start; 0 after long rest"
+    annotation (Dialog(tab="Effects", group="Creep"));
   annotation (
     defaultComponentPrefixes="parameter",
     Documentation(info="<html>

@@ -25,7 +25,7 @@ protected
   discrete Modelica.Units.SI.Length reached(start=coreRest, fixed=true)
     "What the plant really has behind the fuzzy system";
   discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
-    each start=coreRest,
+    each start=creepRest,
     each fixed=true) "Creep states of the plant";
   discrete Boolean short(start=false, fixed=true) "The reference was out of reach";
   discrete Boolean left(start=false, fixed=true) "The voltage left its range";

@@ -20,7 +20,7 @@ protected
   discrete Modelica.Units.SI.Length core(start=coreRest, fixed=true) "Behind the fuzzy system, y_k of (10)";
   discrete Modelica.Units.SI.Length loaded(start=coreRest, fixed=true) "Behind the load";
   discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
-    each start=coreRest,
+    each start=creepRest,
     each fixed=true) "Creep states";
   discrete Modelica.Units.SI.Length crept(start=parameters.initialDisplacement, fixed=true)
     "Behind creep";

@@ -17,8 +17,7 @@ static void inverse_start_tangent(const struct chain *chain, const struct chain_
                                   const struct chain_parameters *d_parameters,
                                   struct fmu_outputs *d_outputs)
 {
-    (void)parameters;
-    d_outputs->voltage = chain_equilibrium_tangent(chain, state, d_parameters);
+    d_outputs->voltage = chain_equilibrium_tangent(chain, state, parameters, d_parameters);
 }
 
 static unsigned inverse_tick(const struct chain *chain, struct chain_state *state,

@@ -52,11 +52,12 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
     if (chain->effects & CHAIN_RESONANCE)
         resonance_reset(&state->resonance, y);
     if (chain->effects & CHAIN_CREEP)
-        y = creep_reset(&chain->creep, &state->creep, y);
+        y = creep_reset(&chain->creep, &state->creep, y, parameters->initialCreep);
     it2_reset(&state->core, y);
     if (!chain->effects)
         return;
-    const double x = play_reset(&chain->play, &state->play, it2_solve(&chain->core, y, y));
+    const double x = play_reset(&chain->play, &state->play, it2_solve(&chain->core, y, y),
+                                chain_history(parameters));
     lag_reset(&state->lag, x);
     it2_reset(&state->reached.core, y);
     lag_reset(&state->reached.lag, x);
@@ -66,9 +67,10 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
 
 /* --- forwards ---------------------------------------------------------------------------------- */
 
-/* From behind the delay to the core's input. */
-static double to_core(const struct chain *chain, struct chain_state *state, double x)
+double chain_drive(const struct chain *chain, struct chain_state *state, double x)
 {
+    if (chain->effects & CHAIN_DELAY)
+        x = delay_step(&chain->delay, &state->delay, x);
     if (chain->effects & CHAIN_SLEW)
         x = slew_step(&chain->slew, &state->slew, x);
     if (chain->effects & CHAIN_SATURATION)
@@ -80,8 +82,8 @@ static double to_core(const struct chain *chain, struct chain_state *state, doub
     return x;
 }
 
-static double from_core(const struct chain *chain, struct chain_state *state, double y,
-                        const struct chain_surroundings *around)
+double chain_respond(const struct chain *chain, struct chain_state *state, double y,
+                     const struct chain_surroundings *around)
 {
     if (chain->effects & CHAIN_LOAD)
         y = load_step(&chain->load, y, around->force);
@@ -97,10 +99,8 @@ static double from_core(const struct chain *chain, struct chain_state *state, do
 double chain_step_effects(const struct chain *chain, struct chain_state *state, double voltage,
                           const struct chain_surroundings *around)
 {
-    if (chain->effects & CHAIN_DELAY)
-        voltage = delay_step(&chain->delay, &state->delay, voltage);
-    const double x = to_core(chain, state, voltage);
-    return from_core(chain, state, it2_step(&chain->core, &state->core, x), around);
+    const double x = chain_drive(chain, state, voltage);
+    return chain_respond(chain, state, it2_step(&chain->core, &state->core, x), around);
 }
 
 double chain_measure_effects(const struct chain *chain, double displacement, double time)

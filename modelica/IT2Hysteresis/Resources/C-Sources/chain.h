@@ -34,6 +34,9 @@
 struct chain_parameters {
     double sampleTime;
     double initialDisplacement;
+    double initialRestVoltage;
+    double initialExcursion;
+    double initialCreep;
     double voltageMin;
     double voltageMax;
     double displacementMin;
@@ -124,11 +127,16 @@ struct chain_point {
 
 HIDDEN_BEGIN
 
+static inline struct play_history chain_history(const struct chain_parameters *parameters)
+{
+    return (struct play_history){ parameters->initialRestVoltage, parameters->initialExcursion };
+}
+
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
 void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
 
-/* At rest for long at initialDisplacement, without force, at drift's reference temperature, time 0;
- * play operators are on the initial loading curve. */
+/* At rest at initialDisplacement, without force, at drift's reference temperature, time 0: for long if
+ * initialCreep is 0, after the play operators' history of initialRestVoltage and initialExcursion. */
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 
@@ -151,6 +159,12 @@ static inline double chain_step(const struct chain *chain, struct chain_state *s
     return chain->effects ? chain_step_effects(chain, state, voltage, around)
                           : it2_step(&chain->core, &state->core, voltage);
 }
+
+/* The parts of a step before and behind the core: voltage to core's input, core's output to
+ * displacement. */
+double chain_drive(const struct chain *chain, struct chain_state *state, double x);
+double chain_respond(const struct chain *chain, struct chain_state *state, double y,
+                     const struct chain_surroundings *around);
 
 /* What the sensor reads of the displacement. */
 double chain_measure_effects(const struct chain *chain, double displacement, double time);
@@ -183,6 +197,7 @@ double chain_equilibrium(const struct chain *chain, const struct chain_state *st
 
 /* Derivative of chain_equilibrium right after chain_reset, in the direction of `d_parameters`. */
 double chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
+                                 const struct chain_parameters *parameters,
                                  const struct chain_parameters *d_parameters);
 
 HIDDEN_END

@@ -192,16 +192,20 @@ static double core_equilibrium_tangent(const struct chain *chain, double y, doub
 }
 
 double chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
+                                 const struct chain_parameters *parameters,
                                  const struct chain_parameters *d_parameters)
 {
     const double y = state->core.y;
     double d = d_parameters->initialDisplacement;
 
     if (chain->effects & CHAIN_CREEP)
-        d = creep_reset_tangent(&chain->creep, y, d_parameters->creep, d);
+        d = creep_reset_tangent(&chain->creep, y, parameters->initialCreep, d_parameters->creep, d,
+                                d_parameters->initialCreep);
     d = core_equilibrium_tangent(chain, y, d, d_parameters);
     if (chain->effects & CHAIN_PLAY)
-        d = play_reset_tangent(&chain->play, it2_solve(&chain->core, y, y), d_parameters->play, d);
+        d = play_reset_tangent(&chain->play, it2_solve(&chain->core, y, y),
+                               chain_history(parameters), d_parameters->play, d,
+                               chain_history(d_parameters));
     if (!(chain->effects & CHAIN_SATURATION))
         return d;
     struct chain unlimited = *chain;

@@ -32,22 +32,22 @@ void creep_prepare(struct creep *stage, const struct creep_element *elements, in
     }
 }
 
-/* y / x after long rest. */
-static double final_slope(const struct creep *stage)
+static double sum_of_gains(const struct creep *stage)
 {
-    double slope = 1.0;
+    double sum = 0.0;
 
     for (int i = 0; i < stage->count; i++)
-        slope += stage->gain[i];
-    return slope;
+        sum += stage->gain[i];
+    return sum;
 }
 
-double creep_reset(const struct creep *stage, struct creep_state *state, double y)
+double creep_reset(const struct creep *stage, struct creep_state *state, double y, double ahead)
 {
-    const double x = y / final_slope(stage);
+    const double sum = sum_of_gains(stage);
+    const double x = (y - sum * ahead) / (1.0 + sum);
 
     for (int i = 0; i < stage->count; i++)
-        state->s[i] = x;
+        state->s[i] = x + ahead;
     return x;
 }
 
@@ -77,12 +77,12 @@ double creep_inverse(const struct creep *stage, struct creep_state *state, doubl
     return x;
 }
 
-double creep_reset_tangent(const struct creep *stage, double x, const struct creep_element *d,
-                           double d_y)
+double creep_reset_tangent(const struct creep *stage, double x, double ahead,
+                           const struct creep_element *d, double d_y, double d_ahead)
 {
-    const double slope = final_slope(stage);
+    const double sum = sum_of_gains(stage);
 
     for (int i = 0; i < stage->count; i++)
-        d_y -= x * d[i].gain;
-    return d_y / slope;
+        d_y -= (x + ahead) * d[i].gain;
+    return (d_y - sum * d_ahead) / (1.0 + sum);
 }

@@ -30,16 +30,16 @@ bool creep_check(const struct creep_element *elements, int count, char *message,
 void creep_prepare(struct creep *stage, const struct creep_element *elements, int count,
                    double sample_time);
 
-/* At rest for long at the output y; returns the input. */
-double creep_reset(const struct creep *stage, struct creep_state *state, double y);
+/* At the output y with states that lie `ahead` of the input, by 0 after long rest; returns the input. */
+double creep_reset(const struct creep *stage, struct creep_state *state, double y, double ahead);
 double creep_step(const struct creep *stage, struct creep_state *state, double x);
 double creep_inverse(const struct creep *stage, struct creep_state *state, double y);
 
 /* The input that gives y; the state stays. */
 double creep_solve(const struct creep *stage, const struct creep_state *state, double y);
 
-/* Derivative of the input x that creep_reset returns, in the direction of `d` and d_y. */
-double creep_reset_tangent(const struct creep *stage, double x, const struct creep_element *d,
-                           double d_y);
+/* Derivative of the input x that creep_reset returns, in the direction of `d`, d_y and d_ahead. */
+double creep_reset_tangent(const struct creep *stage, double x, double ahead,
+                           const struct creep_element *d, double d_y, double d_ahead);
 
 #endif

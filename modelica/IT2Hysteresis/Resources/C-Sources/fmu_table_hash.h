@@ -1,3 +1,3 @@
 /* Generated from variables.toml by codegen.py. */
-#define FMU_TABLE_HASH_PLANT 0x96c67765da31759fu
-#define FMU_TABLE_HASH_INVERSE 0xd0022e4894abd47du
+#define FMU_TABLE_HASH_PLANT 0x506016ebacee3e63u
+#define FMU_TABLE_HASH_INVERSE 0x7917ee0ef9796f81u

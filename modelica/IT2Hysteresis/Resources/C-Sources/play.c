@@ -27,9 +27,18 @@ void play_prepare(struct play *stage, const struct play_element *elements, int c
         stage->element[j] = elements[j];
 }
 
-double play_reset(const struct play *stage, struct play_state *state, double h)
+void play_recall(const struct play *stage, struct play_state *state, struct play_history history)
 {
     *state = (struct play_state){ { 0.0 } };
+    for (int j = 0; j < stage->count; j++)
+        state->p[j] = history.rest;
+    play_step(stage, state, history.rest + history.excursion);
+}
+
+double play_reset(const struct play *stage, struct play_state *state, double h,
+                  struct play_history history)
+{
+    play_recall(stage, state, history);
     return play_inverse(stage, state, h);
 }
 
@@ -117,19 +126,40 @@ double play_solve_tangent(const struct play *stage, const struct play_state *sta
     return d_h / slope;
 }
 
-double play_reset_tangent(const struct play *stage, double h, const struct play_element *d, double d_h)
+/* The operator's output and its derivative once the input has come to x from where the output was p. */
+struct moved {
+    double p;
+    double d_p;
+    bool engaged;
+};
+
+static struct moved move(struct moved from, double threshold, double d_threshold, double x, double d_x)
 {
-    struct play_state origin = { { 0.0 } };
-    const double x = play_solve(stage, &origin, h);
-    const double side = x > 0.0 ? 1.0 : -1.0;
+    if (x - threshold > from.p)
+        return (struct moved){ x - threshold, d_x - d_threshold, true };
+    if (x + threshold < from.p)
+        return (struct moved){ x + threshold, d_x + d_threshold, true };
+    from.engaged = false;
+    return from;
+}
+
+double play_reset_tangent(const struct play *stage, double h, struct play_history history,
+                          const struct play_element *d, double d_h, struct play_history d_history)
+{
+    struct play_state state;
+    const double x = play_reset(stage, &state, h, history);
+    const double turn = history.rest + history.excursion;
+    const double d_turn = d_history.rest + d_history.excursion;
+    const struct moved rested = { history.rest, d_history.rest, false };
     double slope = 1.0;
 
     for (int j = 0; j < stage->count; j++) {
-        if (!engaged(stage, &origin, j, x))
-            continue;
-        const double p = x - side * stage->element[j].threshold;
-        slope += stage->element[j].weight;
-        d_h -= d[j].weight * p - stage->element[j].weight * side * d[j].threshold;
+        const double r = stage->element[j].threshold;
+        const struct moved turned = move(rested, r, d[j].threshold, turn, d_turn);
+        const struct moved last = move(turned, r, d[j].threshold, x, 0.0);
+        if (last.engaged)
+            slope += stage->element[j].weight;
+        d_h -= d[j].weight * last.p + stage->element[j].weight * last.d_p;
     }
     return d_h / slope;
 }

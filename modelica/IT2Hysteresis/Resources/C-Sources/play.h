@@ -16,6 +16,13 @@ struct play_element {
     double weight;    /* w_j */
 };
 
+/* How the operators came to a start: from long rest, where all their outputs are that voltage (0: they
+ * are then on the initial loading curve), by way of an excursion from it. */
+struct play_history {
+    double rest;
+    double excursion;
+};
+
 struct play {
     int count;
     struct play_element element[PLAY_MAX];
@@ -28,8 +35,12 @@ struct play_state {
 bool play_check(const struct play_element *elements, int count, char *message, size_t size);
 void play_prepare(struct play *stage, const struct play_element *elements, int count);
 
-/* At rest at the output h, reached from 0 on the initial loading curve; returns the input. */
-double play_reset(const struct play *stage, struct play_state *state, double h);
+/* The state after the history, before the start. */
+void play_recall(const struct play *stage, struct play_state *state, struct play_history history);
+
+/* At rest at the output h after the history; returns the input. */
+double play_reset(const struct play *stage, struct play_state *state, double h,
+                  struct play_history history);
 double play_step(const struct play *stage, struct play_state *state, double x);
 double play_inverse(const struct play *stage, struct play_state *state, double h);
 
@@ -43,7 +54,8 @@ double play_step_tangent(const struct play *stage, const struct play_state *stat
 double play_solve_tangent(const struct play *stage, const struct play_state *state, double x,
                           const struct play_state *d_state, double d_h);
 
-/* Derivative of the input that play_reset returns, in the direction of `d` and d_h. */
-double play_reset_tangent(const struct play *stage, double h, const struct play_element *d, double d_h);
+/* Derivative of the input that play_reset returns, in the direction of `d`, d_h and d_history. */
+double play_reset_tangent(const struct play *stage, double h, struct play_history history,
+                          const struct play_element *d, double d_h, struct play_history d_history);
 
 #endif

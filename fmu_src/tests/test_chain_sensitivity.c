@@ -1,0 +1,272 @@
+/* The chain over a record: what it predicts is what chain_step gives, and its sensitivities are the
+ * derivatives of that by everything that can be fitted. */
+#include "chain_sensitivity.h"
+
+#include <stddef.h>
+
+#include "check.h"
+#include "effect_sets.h"
+
+CHECK_MAIN;
+
+enum {
+    SETS = 12,
+    TICKS = 250,
+    FIRST_TICK = 3000,
+    MOST_COLUMNS = IT2_RULE_PARAMETERS * IT2_MAX_RULES + CHAIN_MAX_KNOBS
+};
+
+static const unsigned ALL = 2047;
+static const double RANGE = 16.0;
+#define STEP 2e-6      /* of a difference quotient, relative */
+#define TOLERANCE 5e-5 /* relative; of the step's order where a limit engages within it */
+#define NOISE 1e-14    /* rounding in a difference of two runs, of the largest displacement */
+
+struct signals {
+    double voltage[TICKS];
+    double force[TICKS];
+    double temperature[TICKS];
+};
+
+struct run {
+    double measured[TICKS];
+    double core_input[TICKS];
+    double core_output[TICKS];
+};
+
+struct columns {
+    int count;
+    struct chain_knob knob[MOST_COLUMNS]; /* the rules' parameters are none, but have place and step */
+};
+
+static double *value_at(struct chain_parameters *p, size_t offset)
+{
+    return (double *)(void *)((char *)p + offset);
+}
+
+static struct chain_record record_of(const struct signals *s)
+{
+    return (struct chain_record){ s->voltage, s->force, s->temperature, FIRST_TICK, TICKS };
+}
+
+static bool predict(const struct chain_parameters *p, const struct signals *signals, struct run *run)
+{
+    const struct chain_record record = record_of(signals);
+
+    return CHECK(chain_predict(p, &record, run->measured, run->core_input, run->core_output) == TICKS);
+}
+
+/* --- sets ---------------------------------------------------------------------------------------- */
+
+/* A random set that is at rest at the returned voltage, within the amplifier's limits. */
+static double random_set(uint64_t *seed, struct chain_parameters *p, unsigned effects)
+{
+    struct chain chain;
+    struct chain_state state;
+
+    plain(p);
+    p->ruleCount = random_usable_rules(seed, p->rule);
+    p->initialDisplacement = random_between(seed, 5.0, 9.0);
+    add_effects(seed, p, effects & ~(unsigned)CHAIN_SATURATION);
+    if (effects & CHAIN_PLAY) {
+        p->initialRestVoltage = random_between(seed, 0.0, 50.0);
+        p->initialExcursion = random_between(seed, -30.0, 50.0);
+    }
+    if (effects & CHAIN_CREEP)
+        p->initialCreep = random_between(seed, -1.0, 1.0);
+    chain_prepare(&chain, p);
+    chain_reset(&chain, &state, p);
+    const double voltage = chain_equilibrium(&chain, &state);
+    if (effects & CHAIN_SATURATION)
+        p->saturation = (struct saturation_parameters){ voltage - random_between(seed, 3.0, 20.0),
+                                                        voltage + random_between(seed, 3.0, 20.0) };
+    return voltage;
+}
+
+static void signals_from(struct signals *s, double voltage)
+{
+    for (int k = 0; k < TICKS; k++) {
+        const struct chain_surroundings around = surroundings(FIRST_TICK + k);
+        s->voltage[k] = voltage + swing(-25.0, 25.0, k, 0.0);
+        s->force[k] = around.force;
+        s->temperature[k] = around.temperature;
+    }
+}
+
+/* --- prediction ---------------------------------------------------------------------------------- */
+
+/* From chain_reset at the displacement that belongs to the first voltage. */
+static void is_the_chain(struct chain_parameters p, const struct signals *s)
+{
+    struct chain chain;
+    struct chain_state state;
+    struct run run;
+
+    chain_prepare(&chain, &p);
+    chain_reset(&chain, &state, &p);
+    p.initialDisplacement += 0.3; /* where the search begins */
+    if (!predict(&p, s, &run))
+        return;
+    for (int k = 0; k < TICKS; k++) {
+        const struct chain_surroundings around = surroundings(FIRST_TICK + k);
+        const double y = chain_step(&chain, &state, s->voltage[k], &around);
+        CHECK_NEAR(run.measured[k], chain_measure(&chain, y, around.time), RANGE, 1e-12);
+        CHECK_NEAR(run.core_output[k], state.core.y, RANGE, 1e-12);
+    }
+}
+
+/* --- sensitivities ------------------------------------------------------------------------------- */
+
+/* Adds a row of parameters, but for those that are off. */
+static void add(struct columns *c, struct chain_parameters *p, size_t first, int count, int before_core)
+{
+    for (int i = 0; i < count; i++) {
+        const size_t offset = first + (size_t)i * sizeof(double);
+        const double step = STEP * fabs(*value_at(p, offset));
+        if (step > 0.0)
+            c->knob[c->count++] = (struct chain_knob){ offset, before_core, step };
+    }
+}
+
+#define ADD(member, before_core) \
+    add(c, p, offsetof(struct chain_parameters, member), (int)(sizeof p->member / (sizeof(double))), \
+        (before_core))
+
+/* All that can be fitted, first the rules' parameters. */
+static void every_column(struct columns *c, struct chain_parameters *p)
+{
+    c->count = 0;
+    add(c, p, offsetof(struct chain_parameters, rule), IT2_RULE_PARAMETERS * p->ruleCount, 0);
+    ADD(delay, 1);
+    ADD(slew, 1);
+    ADD(saturation, 1);
+    ADD(lag, 1);
+    ADD(play, 1);
+    ADD(initialRestVoltage, 1);
+    ADD(initialExcursion, 1);
+    ADD(load, 0);
+    ADD(creep, 0);
+    ADD(initialCreep, 0);
+    ADD(resonance, 0);
+    ADD(drift, 0);
+    ADD(nonlinearity, 0);
+    ADD(hum, 0);
+}
+
+/* Returns whether the column is far above what rounding makes of its difference quotient. */
+static bool column_is_the_derivative(const struct chain_parameters *p, const struct signals *s,
+                                     const struct chain_knob *knob, const double *column, int stride)
+{
+    struct chain_parameters changed = *p;
+    struct run below, above;
+    double largest = 0.0, deviation = 0.0, furthest = RANGE;
+
+    *value_at(&changed, knob->offset) -= knob->step;
+    predict(&changed, s, &below);
+    *value_at(&changed, knob->offset) += 2.0 * knob->step;
+    predict(&changed, s, &above);
+    for (int k = 0; k < TICKS; k++) {
+        const double slope = (above.measured[k] - below.measured[k]) / (2.0 * knob->step);
+        largest = fmax(largest, fabs(slope));
+        deviation = fmax(deviation, fabs(column[(size_t)k * (size_t)stride] - slope));
+        furthest = fmax(furthest, fabs(above.measured[k]));
+    }
+    const double rounding = NOISE * furthest / knob->step;
+    if (!CHECK(deviation <= TOLERANCE * largest + rounding))
+        fprintf(stderr, "offset %zu: off by %g of %g, rounding %g\n", knob->offset, deviation, largest,
+                rounding);
+    return TOLERANCE * largest > rounding;
+}
+
+/* Returns the share of columns that could be told from rounding. */
+static double are_the_derivatives(struct chain_parameters *p, const struct signals *s)
+{
+    static double sensitivity[TICKS * MOST_COLUMNS];
+    struct columns c;
+    struct run run;
+    double measured[TICKS];
+    const int rules = IT2_RULE_PARAMETERS * p->ruleCount;
+    const struct chain_record record = record_of(s);
+    int told = 0;
+
+    every_column(&c, p);
+    const size_t done =
+        chain_sensitivity(p, &record, c.knob + rules, c.count - rules, measured, sensitivity);
+    CHECK(done == TICKS);
+    predict(p, s, &run);
+    for (int k = 0; k < TICKS; k++)
+        CHECK_NEAR(measured[k], run.measured[k], RANGE, 1e-14);
+    for (int j = 0; j < c.count; j++)
+        told += column_is_the_derivative(p, s, &c.knob[j], sensitivity + j, c.count);
+    return (double)told / c.count;
+}
+
+static void random_sets(unsigned effects)
+{
+    struct chain_parameters p;
+    struct signals s;
+    uint64_t seed = 23 + effects;
+    double told = 0.0;
+
+    for (int i = 0; i < SETS; i++) {
+        signals_from(&s, random_set(&seed, &p, effects));
+        is_the_chain(p, &s);
+        told += are_the_derivatives(&p, &s);
+    }
+    CHECK(told > 0.8 * (double)SETS); /* the others are of rules that are far away */
+}
+
+/* A voltage beyond the amplifier's limits is rest at the limit. */
+static void beyond_the_limits(void)
+{
+    struct chain_parameters p;
+    struct signals s;
+    struct run beyond, at_limit;
+    uint64_t seed = 29;
+
+    signals_from(&s, random_set(&seed, &p, CHAIN_SATURATION | CHAIN_LAG | CHAIN_PLAY | CHAIN_CREEP));
+    s.voltage[0] = p.saturation.maximum + 10.0;
+    predict(&p, &s, &beyond);
+    are_the_derivatives(&p, &s);
+    s.voltage[0] = p.saturation.maximum;
+    predict(&p, &s, &at_limit);
+    for (int k = 0; k < TICKS; k++)
+        CHECK(beyond.measured[k] == at_limit.measured[k]);
+}
+
+/* --- no rest ------------------------------------------------------------------------------------- */
+
+/* A core that is being fitted need not keep any displacement: then it begins where it is told to. */
+static void without_rest(double q1, double q2)
+{
+    struct chain_parameters p;
+    struct chain chain;
+    struct signals s;
+    struct run run;
+    uint64_t seed = 5;
+
+    plain(&p);
+    add_effects(&seed, &p, CHAIN_PLAY | CHAIN_CREEP);
+    p.ruleCount = 1;
+    p.rule[0].q1 = q1;
+    p.rule[0].q2 = q2;
+    p.rule[0].q3 = 1e-3;
+    chain_prepare(&chain, &p);
+    signals_from(&s, 40.0);
+    predict(&p, &s, &run);
+    CHECK(run.core_output[0] == it2_evaluate(&chain.core, p.initialDisplacement, run.core_input[0]));
+    are_the_derivatives(&p, &s);
+}
+
+int main(void)
+{
+    without_rest(1.0, 1e-4);  /* moves on for ever, slowly: the search ends */
+    without_rest(1.0, 0.02);  /* and faster, out of the range */
+    without_rest(1.01, 0.02); /* away from an equilibrium that is not stable */
+    beyond_the_limits();
+    random_sets(0);
+    for (unsigned effect = 1; effect < ALL; effect *= 2)
+        random_sets(effect);
+    random_sets(ALL);
+    return check_report("chain_sensitivity");
+}
