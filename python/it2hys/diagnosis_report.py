@@ -85,8 +85,8 @@ def summary(diagnosis: Diagnosis) -> list[str]:
             )
     for group, experiment in zip(diagnosis.indistinguishable, diagnosis.experiments, strict=True):
         texts.append(
-            f"{' and '.join(group)} explain what is left equally well: these records cannot tell them "
-            f"apart, so none of them is named or added. {experiment}"
+            f"{', '.join(group)}: these records cannot tell them apart, so none of them is named or "
+            f"added. {experiment}"
         )
     if diagnosis.unexplained:
         texts.append(

@@ -22,6 +22,7 @@ from it2hys.diagnosis.selection import LEVEL, Node, Search, Trial
 from it2hys.effects import Clues
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
+from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.preparation import (
     Prepared,
     check_sample_times,
@@ -40,6 +41,8 @@ Progress = Callable[[float, str], None]
 #: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
 #: more does better than the effect is tried in the search.
 RULES = 3
+#: Effects that a loop of one amplitude and one frequency cannot tell apart.
+ONE_LOOP = ("delay", "lag", "play")
 #: Iterations of the last fit.
 _FINAL = 150
 #: A run from the packaged start is taken for a record if its error is above that from the record's own
@@ -122,6 +125,9 @@ class _Session:
             *(("validation", prepare(r, options)) for r in validation),
             *(("test", prepare(r, options)) for r in test),
         ]
+        # one loop, gone through again and again, is any of these, or the core
+        one_tone = holds_one_tone(prepared)
+        self._inseparable = tuple(e for e in ONE_LOOP if e not in self._declared) if one_tone else ()
         self._seconds: dict[str, float] = {}
         self._warnings: list[str] = []
 
@@ -130,7 +136,7 @@ class _Session:
         base = self._timed("paper's model", self._base, given, rules)
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
-        search = Search(bench, self._report_trial)
+        search = Search(bench, self._report_trial, self._inseparable)
         self._tried = 0
         chosen = self._timed("search", search.run, first)
         node = search.settled(chosen)
@@ -290,6 +296,8 @@ class _Session:
         parameters = self._parameters(fit.model, "diagnosed")
         named = tuple(e for e in fit.model.effects if e in node.effects)
         groups = _indistinguishable(chosen, search.rivals)
+        if self._inseparable:
+            groups = (*groups, self._inseparable)
         judged = self._traces("train", "validation")
         fitted = bench.fit_own(fit.model, judged, len(self._train))
         final = clues(fitted, judged, self._extent)
@@ -396,6 +404,12 @@ class _Session:
                 return "in the starting model"
             if effect == "load" and self._extent.force is None:
                 return "not tried: no record has a force channel"
+            if effect in self._inseparable:
+                others = ", ".join(e for e in self._inseparable if e != effect)
+                return (
+                    "not tried: the training records hold one amplitude at one frequency, which cannot "
+                    f"tell it from {others} and from the core's own phase lag"
+                )
             return "not tried: no start of a fit with it stays finite, or the channel is constant"
         c = trial.comparison
         fall = (

@@ -84,10 +84,20 @@ class Trial:
 
 @dataclass(eq=False)
 class Search:
-    """The search over sets of effects, beginning with a model."""
+    """The search over sets of effects, beginning with a model.
+
+    Parameters
+    ----------
+    bench : Bench
+    report : callable
+        Told of every addition that was tried.
+    excluded : tuple of str
+        Effects that are not tried.
+    """
 
     bench: Bench
     report: Callable[[Trial], None] = lambda trial: None
+    excluded: tuple[str, ...] = ()
     trials: list[Trial] = field(default_factory=list)
     nodes: dict[frozenset[str], Node] = field(default_factory=dict)
     rivals: list[Node] = field(default_factory=list)
@@ -145,7 +155,7 @@ class Search:
     def _additions(self, node: Node) -> list[str]:
         rules = sum(a.startswith(RULE) for a in node.added)
         return [
-            *(e for e in EFFECTS if e not in node.fit.model.effects),
+            *(e for e in EFFECTS if e not in (*node.fit.model.effects, *self.excluded)),
             *([RULE if rules == 0 else f"{RULE} {rules + 1}"] if rules < 2 else []),
         ]
 

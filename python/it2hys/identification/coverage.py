@@ -17,7 +17,7 @@ _POWER_TAIL = 0.01
 def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> list[str]:
     """Return sentences on the training records' lack of amplitudes, frequencies and range."""
     warnings = []
-    if len({tone for p in train for tone in _tones(p)}) == 1:
+    if holds_one_tone(train):
         warnings.append(
             "The training records hold one amplitude at one frequency: memory of turning points, "
             "phase lag and dead time cannot be told apart, and other amplitudes or frequencies are "
@@ -39,6 +39,11 @@ def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> 
                 f"training records up to {fastest:.4g} Hz: the phase lag is not known there."
             )
     return warnings
+
+
+def holds_one_tone(prepared: Sequence[Prepared]) -> bool:
+    """Return whether all records are driven at one amplitude and one frequency."""
+    return len({tone for p in prepared for tone in _tones(p)}) == 1
 
 
 def _voltage_range(prepared: Sequence[Prepared]) -> tuple[float, float]:
