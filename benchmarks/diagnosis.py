@@ -23,6 +23,8 @@ from pathlib import Path
 
 # one thread a process: two processes share two processors; read when NumPy is loaded
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+# in place of this folder, where this file has the name of the package of cases
+sys.path.pop(0)
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import numpy as np
@@ -162,7 +164,7 @@ def _diagnose(case: Case, declared: Sequence[str]) -> Diagnosis:
 
 
 def _error_of_the_truth(case: Case, found: Diagnosis) -> float:
-    """Return the error on the test records of a model that has what is there; NaN where none is known."""
+    """Return the test error of a model that has what is there; NaN where none is known."""
     if case.outside:
         return np.nan
     if not case.truth:
