@@ -73,7 +73,7 @@ def assert_steps_lead_to_the_end(diagnosis: Diagnosis, train: Sequence[Record]) 
 
 
 def assert_groups_are_open_questions(diagnosis: Diagnosis) -> None:
-    """What cannot be told apart is not named, and the experiment that would decide is."""
+    """Check that what cannot be told apart is not named, but the experiment that would decide is."""
     why = {e.effect: e.why for e in diagnosis.evidence}
     for group, experiment in zip(diagnosis.indistinguishable, diagnosis.experiments, strict=True):
         assert not {*group} & {*diagnosis.effects, *diagnosis.declared}
