@@ -227,6 +227,8 @@ def print_confusion(outcomes: Sequence[Outcome]) -> None:
     names = [*EFFECTS, NOTHING]
     for there in [*EFFECTS, "none", "outside"]:
         own = [o for o in outcomes if there in o.there or there == o.kind]
+        if not own:
+            continue
         counts = [sum(_is_named(o, name) for o in own) for name in names]
         rows.append([there, str(len(own)), *(str(c) if c else "." for c in counts)])
     table("Effects named (columns) against effects there (rows)", ["", "cases", *names], rows)
