@@ -14,7 +14,9 @@ from diagnosis.cases import Case, suite
 
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis import Diagnosis, diagnose
+from it2hys.diagnosis.residuals import left_over
 from it2hys.diagnosis.selection import LEAST_GAIN, LEVEL
+from it2hys.effects import Clue, Clues, Extent
 from it2hys.errors import InputError
 from it2hys.records import Record
 
@@ -126,6 +128,21 @@ def test_an_effect_outside_the_catalogue_is_left_unexplained_and_described():
     assert found.unexplained
     assert len(found.left_over) >= 3 and "noise" in found.left_over[0]
     assert_sound(found, roles[0])
+
+
+def test_samples_that_are_left_out_do_not_make_noise_look_like_more():
+    """Half of a record may be a start-up transient: what is left is noise as before."""
+    rng = np.random.default_rng(0)
+    count = 2500
+    used = np.arange(count) >= count // 2
+    quiet = np.zeros(count)
+    voltage = 50.0 - 50.0 * np.cos(0.02 * np.arange(count))
+    noise = 7e-9 * rng.standard_normal(count)
+    clue = Clue(voltage, quiet, quiet, 1.5e-7 * voltage + noise, noise, used)
+    extent = Extent(1e-4, count * 1e-4, (0.0, 100.0), (0.0, 15e-6))
+    left = left_over(Clues(extent, [clue]), [7e-9])
+    assert left.records[0].noise == pytest.approx(7e-9, rel=0.1)
+    assert left.records[0].p_steady > 1e-3 and not left.significant
 
 
 # --- refusals ------------------------------------------------------------------------------------
