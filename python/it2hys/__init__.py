@@ -1,13 +1,13 @@
 """Piezo hysteresis: an interval type-2 fuzzy model and its closed-form inverse, as FMUs.
 
 Data flow one way: records (`records`) are identified (`identification`) to a parameter set
-(`parameters`), which is packaged as FMUs (`packaging`) and run in co-simulation (`simulation`), one
-case or many (`sweeps`). For notebooks and scripts there is `api`, whose functions are imported from
-here.
+(`parameters`), to which the effects that it lacks are added (`diagnosis`), and which is packaged as
+FMUs (`packaging`) and run in co-simulation (`simulation`), one case or many (`sweeps`). For notebooks
+and scripts there is `api`, whose functions are imported from here.
 """
 
 # loaded when first asked for, so that the command line starts quickly
-_API = ("identify", "package", "simulate", "sweep", "track")
+_API = ("diagnose", "identify", "package", "simulate", "sweep", "track")
 
 
 def __getattr__(name: str) -> object:

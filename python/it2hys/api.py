@@ -15,15 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from it2hys import identification, packaging, simulation
+from it2hys import diagnosis, identification, packaging, simulation
 from it2hys.errors import InputError
 from it2hys.parameters import ParameterSet, read_ssv
 from it2hys.progress import progress_bar
-from it2hys.records import Record, read_record
+from it2hys.records import Record, check_roles, read_record
 from it2hys.slave import Slave
 
-# diagnose has its place between identify and package
-__all__ = ["identify", "package", "simulate", "sweep", "track"]
+__all__ = ["diagnose", "identify", "package", "simulate", "sweep", "track"]
 
 #: A data frame of polars or pandas, or a mapping of columns.
 Frame = Any
@@ -78,19 +77,84 @@ def identify(
     >>> bool(abs(found.parameters["rule[1].q1"] - 0.9) < 1e-3)
     True
     """
-    single = isinstance(train, str | Path | Record | Mapping) or hasattr(train, "columns")
-    roles = ([train] if single else train, validate, test)
-    with tempfile.TemporaryDirectory(prefix="it2hys-") as folder:
-        records = [
-            [_record(item, f"{role}_{i}", Path(folder)) for i, item in enumerate(items, start=1)]
-            for role, items in zip(("train", "validate", "test"), roles, strict=True)
-        ]
+    records = _records(train, validate, test)
     with progress_bar(quiet=True) as progress:
         return identification.identify(*records, rules, identification.Options(seed=seed), progress)
 
 
+def diagnose(
+    train: Frame | Sequence[Frame],
+    validate: Sequence[Frame] = (),
+    test: Sequence[Frame] = (),
+    model: str | Path | ParameterSet | None = None,
+    declared: Sequence[str] = (),
+    rules: int = diagnosis.RULES,
+    seed: int = 0,
+) -> diagnosis.Diagnosis:
+    """Find the effects that records contain and a model lacks, and add them to it.
+
+    Parameters
+    ----------
+    train : record or sequence of records
+        What is fitted; a record is what it is for `identify`, and may have columns such as
+        ``force_N`` and ``temperature_degC``.
+    validate, test : sequence of records, optional
+        What decides whether an effect is added, and what is only reported on.
+    model : ParameterSet or path of an SSV file, optional
+        The model to start from; by default the paper's, identified on the training records.
+    declared : sequence of str
+        Effects that are in the model from the start.
+    rules : int
+        Number of rules of the model that is identified.
+    seed : int
+        Of the random starts.
+
+    Returns
+    -------
+    Diagnosis
+        `effects` names what was found, `parameters` is the set with it, `after` how it does on every
+        record, `evidence` what was tried and why it was taken or not.
+
+    Raises
+    ------
+    InputError
+        If a record or the given model is not usable, or an effect is not known.
+
+    Examples
+    --------
+    A stage with one rule, loaded by a force that its model knows nothing of:
+
+    >>> import numpy as np
+    >>> from it2hys import core, diagnose
+    >>> time = np.arange(800) * 1e-4
+    >>> voltage = 50 - 50 * np.cos(2 * np.pi * 50 * time)
+    >>> force = 10 - 10 * np.cos(2 * np.pi * 17 * time)
+    >>> rules = np.array([[5e-6, 15e-6, 8e-6, 0.9, 1.5e-8, 1e-7]])
+    >>> displacement = core.free_run(rules, voltage, 1e-6) - 2e-8 * force
+    >>> noise = 5e-9 * np.random.default_rng(0).standard_normal(len(time))
+    >>> record = {
+    ...     "time_s": time,
+    ...     "voltage_V": voltage,
+    ...     "force_N": force,
+    ...     "displacement_m": displacement + noise,
+    ... }
+    >>> found = diagnose(record, rules=1)
+    >>> found.effects
+    ('load',)
+    >>> round(found.parameters["load.compliance"] * 1e9)
+    20
+    """
+    records = _records(train, validate, test)
+    if isinstance(model, str | Path):
+        model = read_ssv(model)
+    with progress_bar(quiet=True) as progress:
+        return diagnosis.diagnose(
+            *records, model, declared, rules, identification.Options(seed=seed), progress
+        )
+
+
 def package(
-    parameters: str | Path | ParameterSet | identification.Identification,
+    parameters: str | Path | ParameterSet | identification.Identification | diagnosis.Diagnosis,
     directory: str | Path,
     ssp: bool = False,
 ) -> list[Path]:
@@ -98,7 +162,7 @@ def package(
 
     Parameters
     ----------
-    parameters : ParameterSet, Identification or path
+    parameters : ParameterSet, Identification, Diagnosis or path
         A path is that of an SSV file.
     directory : path
         Created if it does not exist.
@@ -125,7 +189,7 @@ def package(
     ['IT2Plant.fmu', 'IT2Inverse.fmu', 'parameters.ssv']
     >>> folder.cleanup()
     """
-    if isinstance(parameters, identification.Identification):
+    if isinstance(parameters, identification.Identification | diagnosis.Diagnosis):
         parameters = parameters.parameters
     elif not isinstance(parameters, ParameterSet):
         parameters = read_ssv(parameters)
@@ -312,6 +376,21 @@ def _path(model: Model, identifier: str) -> Iterator[Path]:
         path = Path(folder, f"{identifier}.fmu")
         path.write_bytes(packaging.package_bytes(model)[identifier])
         yield path
+
+
+def _records(
+    train: Frame | Sequence[Frame], validate: Sequence[Frame], test: Sequence[Frame]
+) -> list[list[Record]]:
+    """Return training, validation and test records."""
+    single = isinstance(train, str | Path | Record | Mapping) or hasattr(train, "columns")
+    roles = ([train] if single else train, validate, test)
+    with tempfile.TemporaryDirectory(prefix="it2hys-") as folder:
+        records = [
+            [_record(item, f"{role}_{i}", Path(folder)) for i, item in enumerate(items, start=1)]
+            for role, items in zip(("train", "validate", "test"), roles, strict=True)
+        ]
+    check_roles(*records)
+    return records
 
 
 def _record(item: Frame, name: str, folder: Path) -> Record:

@@ -155,7 +155,7 @@ def _columns(options: argparse.Namespace) -> dict:
 
 def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
     """Return training, validation and test records under names of their own."""
-    from it2hys.records import read_record
+    from it2hys.records import check_roles, read_record
 
     roles = (options.train, options.validate, options.test)
     paths = [path for role in roles for path in role]
@@ -170,7 +170,9 @@ def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
         name = path.stem if stems.count(path.stem) == 1 else f"{path.parent.name}_{path.stem}"
         return replace(record, name=name)
 
-    return tuple([read(path) for path in role] for role in roles)
+    records = tuple([read(path) for path in role] for role in roles)
+    check_roles(*records)
+    return records
 
 
 def _say(options: argparse.Namespace, *texts: object) -> None:

@@ -16,6 +16,7 @@ the samples concerned are marked in `Record.outliers`.
 from it2hys.records.columns import ColumnChoice, parse_column_option
 from it2hys.records.reading import MINIMUM_SAMPLES, read_record
 from it2hys.records.record import Record
+from it2hys.records.roles import check_roles
 from it2hys.records.units import UNITS
 from it2hys.records.writing import write_record
 
@@ -24,6 +25,7 @@ __all__ = [
     "UNITS",
     "ColumnChoice",
     "Record",
+    "check_roles",
     "parse_column_option",
     "read_record",
     "write_record",

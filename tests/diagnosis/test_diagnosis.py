@@ -1,0 +1,166 @@
+"""The loop on seeded records of an independent simulator: what it names, and what it leaves alone.
+
+The cases are those of `cases.suite`, most with their records cut short so that a diagnosis takes
+seconds; all of them at full length are `benchmarks/diagnosis.py`. A case is one test, so that processes
+that share the tests do not diagnose it twice.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.cases import Case, suite
+
+from it2hys.chain import EFFECTS
+from it2hys.diagnosis import Diagnosis, diagnose
+from it2hys.diagnosis.residuals import left_over
+from it2hys.diagnosis.selection import LEAST_GAIN, LEVEL
+from it2hys.effects import Clue, Clues, Extent
+from it2hys.errors import InputError
+from it2hys.records import Record
+
+TRAINING = 4
+CASES = {case.name: case for case in suite()}
+
+
+def records(case: Case, samples: int) -> list[list[Record]]:
+    """Return training, validation and test records, cut to so many samples."""
+
+    def cut(record: Record) -> Record:
+        arrays = {n: v[:samples] for n, v in vars(record).items() if isinstance(v, np.ndarray)}
+        return replace(record, **arrays)
+
+    roles = (case.train[:TRAINING], case.validation, case.test)
+    return [[cut(record) for record in role] for role in roles]
+
+
+def unseen_error(diagnosis: Diagnosis) -> float:
+    return float(np.sqrt(np.mean([j.e_rms**2 for j in diagnosis.after if j.role == "test"])))
+
+
+# --- what holds for every diagnosis --------------------------------------------------------------
+
+
+def assert_sound(diagnosis: Diagnosis, train: Sequence[Record]) -> None:
+    assert_evidence_is_whole(diagnosis)
+    assert_steps_lead_to_the_end(diagnosis, train)
+    assert_groups_are_open_questions(diagnosis)
+    assert_parameters_belong_to_it(diagnosis)
+
+
+def assert_evidence_is_whole(diagnosis: Diagnosis) -> None:
+    assert [e.effect for e in diagnosis.evidence] == list(EFFECTS)
+    for e in diagnosis.evidence:
+        assert e.why
+        assert e.accepted == (e.effect in diagnosis.effects), e
+        assert np.isnan(e.p_value) == np.isnan(e.statistic) == (e.signature == ""), e
+        assert np.isnan(e.p_value) or 0.0 <= e.p_value <= 1.0, e
+        tried = not e.why.startswith(("not tried", "declared"))
+        assert np.isfinite(e.held_out_gain) == np.isfinite(e.held_out_p_value) == tried, e
+        if e.accepted:
+            assert e.held_out_gain > LEAST_GAIN and e.held_out_p_value * len(EFFECTS) < LEVEL, e
+
+
+def assert_steps_lead_to_the_end(diagnosis: Diagnosis, train: Sequence[Record]) -> None:
+    stages = diagnosis.stages
+    assert stages[0].label == "before"
+    assert (len(stages) > 1) == bool(diagnosis.effects)
+    if diagnosis.effects:
+        assert stages[-1].label == " + ".join(diagnosis.effects)
+        assert stages[-1].e_rms < (1.0 - LEAST_GAIN) * stages[0].e_rms
+    for stage in stages:
+        assert [len(r) for r in stage.residuals] == [len(r) for r in train]
+        assert all(np.all(np.isfinite(r)) for r in stage.residuals)
+
+
+def assert_groups_are_open_questions(diagnosis: Diagnosis) -> None:
+    """Check that what cannot be told apart is not named, but the experiment that would decide is."""
+    why = {e.effect: e.why for e in diagnosis.evidence}
+    for group, experiment in zip(diagnosis.indistinguishable, diagnosis.experiments, strict=True):
+        assert not {*group} & {*diagnosis.effects, *diagnosis.declared}
+        assert all(effect in experiment and "cannot tell" in why[effect] for effect in group)
+
+
+def assert_parameters_belong_to_it(diagnosis: Diagnosis) -> None:
+    for judgements in (diagnosis.before, diagnosis.after):
+        assert [j.role for j in judgements] == ["train"] * TRAINING + ["validation"] * 2 + ["test"] * 2
+        assert all(np.isfinite([j.e_mr, j.e_rms]).all() and j.noise > 0.0 for j in judgements)
+    on = {name for name, effect in EFFECTS.items() if effect.is_on(diagnosis.parameters)}
+    # a part of a sample of delay belongs to how fast effects are sampled
+    assert {*diagnosis.effects, *diagnosis.declared} == on - ({"delay"} - {*diagnosis.effects})
+    for name, (low, high) in diagnosis.intervals.items():
+        assert np.isnan(low) or low <= diagnosis.parameters[name] <= high, name
+
+
+# --- cases ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["hum 1", "creep 1"])
+def test_what_is_there_is_named_and_nothing_else(name):
+    case = CASES[name]
+    roles = records(case, 1200)
+    found = diagnose(*roles)
+    assert set(found.effects) == set(case.truth)
+    assert_sound(found, roles[0])
+    assert unseen_error(found) < 1.5 * case.noise_rms
+    told = diagnose(*roles, declared=case.truth)
+    assert told.declared == case.truth and told.effects == ()
+    assert_sound(told, roles[0])
+    assert unseen_error(found) < 1.1 * unseen_error(told)
+
+
+def test_where_nothing_is_nothing_is_named_and_noise_is_left():
+    case = CASES["none 1"]
+    roles = records(case, 2500)
+    found = diagnose(*roles)
+    assert found.effects == ()
+    assert not found.unexplained, found.left_over
+    assert_sound(found, roles[0])
+    assert unseen_error(found) < 1.1 * case.noise_rms
+
+
+def test_an_effect_outside_the_catalogue_is_left_unexplained_and_described():
+    case = CASES["outside: jumps"]
+    roles = records(case, 1200)
+    found = diagnose(*roles)
+    assert found.effects == ()
+    assert found.unexplained
+    assert len(found.left_over) >= 3 and "noise" in found.left_over[0]
+    assert_sound(found, roles[0])
+
+
+def test_samples_that_are_left_out_do_not_make_noise_look_like_more():
+    """Half of a record may be a start-up transient: what is left is noise as before."""
+    rng = np.random.default_rng(0)
+    count = 2500
+    used = np.arange(count) >= count // 2
+    quiet = np.zeros(count)
+    voltage = 50.0 - 50.0 * np.cos(0.02 * np.arange(count))
+    noise = 7e-9 * rng.standard_normal(count)
+    clue = Clue(voltage, quiet, quiet, 1.5e-7 * voltage + noise, noise, used)
+    extent = Extent(1e-4, count * 1e-4, (0.0, 100.0), (0.0, 15e-6))
+    left = left_over(Clues(extent, [clue]), [7e-9])
+    assert left.records[0].noise == pytest.approx(7e-9, rel=0.1)
+    assert left.records[0].p_steady > 1e-3 and not left.significant
+
+
+# --- refusals ------------------------------------------------------------------------------------
+
+
+def test_a_declared_load_needs_a_force():
+    train = [replace(r, force=None) for r in records(CASES["none 1"], 1000)[0]]
+    with pytest.raises(InputError, match="force_N"):
+        diagnose(train, declared=["load"])
+
+
+def test_records_of_two_sample_times_are_refused():
+    first, second, *_ = records(CASES["none 1"], 1000)[0]
+    slow = replace(second, sample_time=2 * first.sample_time, time=2 * second.time)
+    with pytest.raises(InputError, match="sample"):
+        diagnose([first, slow])
+
+
+def test_no_training_record_is_refused():
+    with pytest.raises(InputError, match="no training record"):
+        diagnose([])

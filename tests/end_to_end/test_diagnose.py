@@ -1,0 +1,399 @@
+"""`it2hys diagnose` as a whole: what it writes is opened and run, bad input leaves nothing behind."""
+
+import base64
+import json
+from io import BytesIO
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+from conftest import TS, UM
+from effects import gentle_reference
+from fmpy import read_model_description, simulate_fmu
+from test_cli import FILES, MEASURED, Page, assert_refused, run
+
+from it2hys import core
+from it2hys.chain import EFFECTS, Chain
+from it2hys.packaging import package
+from it2hys.parameters import RULE_FIELDS, ParameterSet, read_ssv, table_1, write_ssv
+from it2hys.records import Record, read_record, write_record
+from it2hys.simulation import simulate
+
+SAMPLES, NOISE = 800, 0.006 * UM
+COMPLIANCE = 2e-8
+ONE_RULE = (5 * UM, 15 * UM, 8 * UM, 0.9, 1.5e-8, 0.1 * UM)
+ROLES = {"a": "train", "b": "train", "v": "validation", "t": "test"}
+KEYS = {"effects", "unexplained", "noise_rms_um", "error", "evidence", "parameters"}
+
+
+def stage_with(**effects: float) -> ParameterSet:
+    """Return a stage of one rule, which is quickly fitted, with an effect."""
+    values = {n: v for n, v in table_1().items() if not n.startswith("rule")}
+    values.update({f"rule[1].{f}": v for f, v in zip(RULE_FIELDS, ONE_RULE, strict=True)})
+    for group in ("play", "creep"):
+        del values[f"{group}Count"]
+    return ParameterSet({**values, **effects}, "stage").validate()
+
+
+def measure(stage: ParameterSet, name: str, seed: int, has_force: bool = True) -> Record:
+    """Return a record of the stage from rest at 0 V, of two sines and a force, with noise."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(SAMPLES) * TS
+    first, second = rng.uniform(20.0, 60.0, 2)
+    wave = np.cos(2 * np.pi * first * time) * (0.7 + 0.3 * np.cos(2 * np.pi * second * time))
+    voltage = 50.0 - 50.0 * wave
+    force = 10.0 * (1.0 - np.cos(2 * np.pi * rng.uniform(5.0, 15.0) * time)) if has_force else None
+    acting = 0.0 if force is None else force
+    measured = core.chain_free_run(stage.replace(initialDisplacement=UM), voltage, acting)[1]
+    noise = NOISE * rng.standard_normal(SAMPLES)
+    return Record(name, time, voltage, measured + noise, TS, force=force)
+
+
+def write_all(folder: Path, stage: ParameterSet, has_force: bool = True) -> None:
+    for seed, name in enumerate(ROLES):
+        write_record(folder / f"{name}.csv", measure(stage, name, seed, has_force))
+
+
+def diagnose(folder: Path, out: Path, *options: object) -> int:
+    return run(
+        "diagnose", folder / "a.csv", folder / "b.csv", "--validate", folder / "v.csv",
+        "--test", folder / "t.csv", "--rules", 1, "-o", out, *options,
+    )  # fmt: skip
+
+
+def report_of(out: Path) -> dict:
+    return json.loads((out / "report.json").read_text(encoding="utf-8"))
+
+
+def evidence_on(report: dict, effect: str) -> dict:
+    return next(e for e in report["evidence"] if e["effect"] == effect)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Make records of a stage that yields to a force, and their diagnosis in `out`."""
+    folder = tmp_path_factory.mktemp("stage")
+    write_all(folder, stage_with(**{"load.compliance": COMPLIANCE}))
+    assert diagnose(folder, folder / "out", "--quiet") == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def forceless(tmp_path_factory):
+    """Make records without a force channel of a stage that a line disturbs, and their diagnosis."""
+    folder = tmp_path_factory.mktemp("forceless")
+    stage = stage_with(**{"hum.amplitude": 0.06 * UM, "hum.frequency": 150.0})
+    write_all(folder, stage, has_force=False)
+    assert diagnose(folder, folder / "out", "--quiet") == 0
+    return folder
+
+
+# --- what is written -----------------------------------------------------------------------------
+
+
+def test_the_directory_holds_what_design_promises(folder):
+    written = {path.name for path in (folder / "out").iterdir()}
+    assert written >= FILES
+    assert {f"{name}_{kind}.png" for name in ROLES for kind in ("time", "loop")} <= written
+    assert "tracking.png" in written and any(name.startswith("step1_") for name in written)
+    assert not [name for name in written if name.startswith(".") or name.endswith(".tmp")]
+    for name in ("IT2Plant.fmu", "IT2Inverse.fmu"):
+        read_model_description(folder / "out" / name, validate=True)
+
+
+def test_the_report_is_one_self_contained_page_with_all_its_pictures(folder):
+    text = (folder / "out" / "report.html").read_text(encoding="utf-8")
+    page = Page(text)
+    assert page.open == [] and page.links == []
+    assert len(page.images) == len(list((folder / "out").glob("*.png")))
+    for source in page.images:
+        head, _, data = source.partition(",")
+        assert head == "data:image/png;base64"
+        picture = matplotlib.image.imread(BytesIO(base64.b64decode(data)), format="png")
+        assert min(picture.shape[:2]) > 100 and np.ptp(picture) > 0.5
+    for word in ("load", *EFFECTS, "µm", *ROLES):
+        assert word in text
+
+
+def test_report_json_has_the_settled_keys(folder):
+    report = report_of(folder / "out")
+    assert set(report) >= KEYS
+    assert report["effects"] == ["load"]
+    assert isinstance(report["unexplained"], bool)
+    assert report["noise_rms_um"] == pytest.approx(NOISE / UM, rel=0.3)
+    for when in ("before", "after"):
+        assert {n: e["role"] for n, e in report["error"][when].items()} == ROLES
+        for entry in report["error"][when].values():
+            assert np.isfinite([entry["e_mr_percent"], entry["e_rms_um"]]).all()
+    assert [e["effect"] for e in report["evidence"]] == list(EFFECTS)
+    for entry in report["evidence"]:
+        assert {"effect", "statistic", "p_value", "held_out_gain_percent", "accepted", "why"} <= {
+            *entry
+        }
+        assert entry["why"] and entry["accepted"] is (entry["effect"] == "load")
+
+
+def test_the_effect_is_found_with_its_value(folder):
+    report = report_of(folder / "out")
+    before, after = (report["error"][when]["t"]["e_rms_um"] for when in ("before", "after"))
+    assert before > 0.1 and after < 1.1 * NOISE / UM
+    entry = report["parameters"]["load.compliance"]
+    assert entry["unit"] == "m/N"
+    low, high = entry["ci95"]
+    assert low < entry["value"] < high < 1.05 * low
+    assert entry["value"] == pytest.approx(COMPLIANCE, rel=0.02)
+    load = evidence_on(report, "load")
+    assert load["p_value"] < 1e-6 and load["held_out_gain_percent"] > 50
+
+
+def test_parameters_are_those_of_the_set(folder):
+    parameters = read_ssv(folder / "out" / "parameters.ssv")
+    for name, entry in report_of(folder / "out")["parameters"].items():
+        assert entry["value"] == parameters[name]
+        assert set(entry) == {"value", "ci95", "unit"} and len(entry["ci95"]) == 2
+
+
+# --- what is written can be run ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ROLES)
+@pytest.mark.parametrize("case", ["folder", "forceless"])
+def test_the_plant_fmu_gives_the_reported_errors(case, name, request):
+    folder = request.getfixturevalue(case)
+    assert_reported_errors_hold(folder / f"{name}.csv", name, folder / "out")
+
+
+def assert_reported_errors_hold(path: Path, name: str, out: Path) -> None:
+    """Run the FMU as the report says, and compare the errors."""
+    record, entry = read_record(path), report_of(out)["error"]["after"][name]
+    inputs = {"voltage": record.voltage}
+    for channel in ("force", "temperature"):
+        if getattr(record, channel) is not None:
+            inputs[channel] = getattr(record, channel)
+    outputs, _ = simulate(out / "IT2Plant.fmu", inputs, entry["start"])
+    kept = slice(entry["skipped_samples"], None)
+    error = (record.displacement - outputs["measured"] - entry["offset_um"] * UM)[kept]
+    assert np.sqrt(np.mean(error**2)) / UM == pytest.approx(entry["e_rms_um"], rel=1e-6)
+    span = np.ptp(record.displacement[kept])
+    assert 100 * np.abs(error).max() / span == pytest.approx(entry["e_mr_percent"], rel=1e-6)
+
+
+def test_a_plain_fmpy_run_gives_the_reported_error(forceless):
+    record = read_record(forceless / "t.csv")
+    entry = report_of(forceless / "out")["error"]["after"]["t"]
+    table = np.array(
+        list(zip(record.time, record.voltage, strict=True)), dtype=[("time", float), ("voltage", float)]
+    )
+    result = simulate_fmu(
+        forceless / "out" / "IT2Plant.fmu", input=table, start_values=entry["start"],
+        output=["measured"], stop_time=len(record) * TS, step_size=TS, output_interval=TS,
+    )  # fmt: skip
+    # row k + 1 is what the tick k gave
+    measured = result["measured"][1 : len(record) + 1]
+    error = (record.displacement - measured - entry["offset_um"] * UM)[entry["skipped_samples"] :]
+    assert np.sqrt(np.mean(error**2)) / UM == pytest.approx(entry["e_rms_um"], rel=1e-6)
+
+
+@pytest.mark.parametrize("case", ["folder", "forceless"])
+def test_c_casadi_and_fmu_agree_on_the_diagnosed_set(case, request):
+    folder = request.getfixturevalue(case)
+    parameters = read_ssv(folder / "out" / "parameters.ssv")
+    record = read_record(folder / "t.csv")
+    force = np.zeros(SAMPLES) if record.force is None else record.force
+    temperature = np.full(SAMPLES, core.REST_TEMPERATURE)
+    in_c = core.chain_free_run(parameters, record.voltage, force, temperature)
+    in_casadi = Chain(parameters).free_run(record.voltage, force, temperature)
+    channels = {"voltage": record.voltage}
+    if "load" in report_of(folder / "out")["effects"]:
+        channels["force"] = force
+    outputs, _ = simulate(folder / "out" / "IT2Plant.fmu", channels)
+    for i, name in enumerate(("displacement", "measured")):
+        tolerance = 1e-12 * np.ptp(in_c[i])
+        np.testing.assert_allclose(in_casadi[i], in_c[i], rtol=0, atol=tolerance)
+        np.testing.assert_allclose(outputs[name], in_c[i], rtol=0, atol=tolerance)
+
+
+def test_the_inverse_fmu_drives_the_plant_fmu_to_the_reference(folder):
+    out, reference = folder / "out", gentle_reference(SAMPLES)
+    force = 5.0 * np.sin(50.0 * np.arange(SAMPLES) * TS)
+    start = {"initialDisplacement": float(reference[0])}
+    inputs = {"reference": reference, "force": force}
+    inverse, _ = simulate(out / "IT2Inverse.fmu", inputs, start)
+    assert not np.any(inverse["saturated"])
+    inputs = {"voltage": inverse["voltage"], "force": force}
+    plant, _ = simulate(out / "IT2Plant.fmu", inputs, start)
+    np.testing.assert_allclose(plant["displacement"], reference, rtol=1e-9)
+
+
+# --- options -------------------------------------------------------------------------------------
+
+
+def test_without_a_force_channel_load_is_not_tried_and_the_report_says_so(forceless):
+    report = report_of(forceless / "out")
+    assert report["effects"] == ["hum"]
+    load = evidence_on(report, "load")
+    assert load["held_out_gain_percent"] is None and load["accepted"] is False
+    assert "not tried" in load["why"] and "force" in load["why"]
+    assert load["why"] in (forceless / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_json_is_the_report_and_nothing_else(folder, tmp_path, capsys):
+    assert diagnose(folder, tmp_path / "out", "--json") == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out) == report_of(tmp_path / "out")
+    assert captured.err == ""
+    first, second = (report_of(out) for out in (folder / "out", tmp_path / "out"))
+    del first["seconds"], second["seconds"]
+    assert first == second  # the same records give the same report
+
+
+def test_the_summary_is_printed(folder, tmp_path, capsys):
+    assert diagnose(folder, tmp_path / "out", "--declared", "load") == 0
+    printed = capsys.readouterr().out
+    assert "load declared" in printed and "report:" in printed
+    for name in (*ROLES, *EFFECTS):
+        assert name in printed
+    report = report_of(tmp_path / "out")
+    assert report["effects"] == [] and report["declared"] == ["load"]
+    assert "declared" in evidence_on(report, "load")["why"]
+    assert report["error"]["after"]["t"]["e_rms_um"] < 1.1 * NOISE / UM
+    parameters = read_ssv(tmp_path / "out" / "parameters.ssv")
+    assert parameters["load.compliance"] == pytest.approx(COMPLIANCE, rel=0.02)
+
+
+def test_a_model_of_last_year_and_what_has_appeared_since(folder, tmp_path):
+    """The stage as it was, without the effect, is the model that the diagnosis starts from."""
+    package(stage_with(), tmp_path / "then")
+    model = tmp_path / "then" / "parameters.ssv"
+    assert diagnose(folder, tmp_path / "out", "--model", model, "--quiet") == 0
+    report = report_of(tmp_path / "out")
+    assert report["effects"] == ["load"]
+    assert report["error"]["after"]["t"]["e_rms_um"] < 1.1 * NOISE / UM
+    assert report["error"]["before"]["t"]["e_rms_um"] > 0.1
+
+
+def test_from_the_set_that_a_diagnosis_wrote_nothing_new_is_found(folder, tmp_path):
+    model = folder / "out" / "parameters.ssv"
+    assert diagnose(folder, tmp_path / "out", "--model", model, "--quiet") == 0
+    report = report_of(tmp_path / "out")
+    assert report["effects"] == []
+    assert "starting model" in evidence_on(report, "load")["why"]
+    before, after = (report["error"][when]["t"]["e_rms_um"] for when in ("before", "after"))
+    first = report_of(folder / "out")["error"]["after"]["t"]["e_rms_um"]
+    assert before == pytest.approx(first, rel=0.02) and after == pytest.approx(first, rel=0.02)
+
+
+# --- bad input -----------------------------------------------------------------------------------
+
+
+def refuse(capsys, folder, out, *words, options=()):
+    arguments = [
+        "diagnose", folder / "a.csv", folder / "b.csv", "--validate", folder / "v.csv",
+        "--rules", 1, "-o", out, "--quiet", *options,
+    ]  # fmt: skip
+    assert_refused(capsys, arguments, *words)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("declared", "words"),
+    [
+        ("stiction", ["--declared", "stiction", "creep"]),
+        ("play,kreep", ["--declared", "kreep", "creep"]),
+        ("load", ["--declared", "load", "force_N"]),
+    ],
+)
+def test_a_declaration_that_cannot_be_is_refused(forceless, tmp_path, capsys, declared, words):
+    refuse(capsys, forceless, tmp_path / "out", *words, options=["--declared", declared])
+
+
+def test_a_record_in_two_roles_is_refused(folder, tmp_path, capsys):
+    (tmp_path / "link.csv").symlink_to(folder / "a.csv")
+    for path in (folder / "a.csv", tmp_path / "link.csv"):
+        refuse(capsys, folder, tmp_path / "out", "a.csv", "twice", options=["--test", path])
+
+
+def test_the_same_samples_under_another_name_are_one_record(folder, tmp_path, capsys):
+    (tmp_path / "copy.csv").write_bytes((folder / "a.csv").read_bytes())
+    refuse(capsys, folder, tmp_path / "out", "copy", "a", options=["--test", tmp_path / "copy.csv"])
+
+
+def shortened(source: Path, target: Path, rows: int) -> Path:
+    lines = source.read_text().splitlines()[: rows + 1]
+    target.write_text("\n".join(lines) + "\n")
+    return target
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"), [(8, ["short.csv", "8 samples"]), (150, ["short", "samples"])]
+)
+def test_a_record_that_is_too_short_is_refused(folder, tmp_path, capsys, rows, words):
+    path = shortened(folder / "a.csv", tmp_path / "short.csv", rows)
+    arguments = ["diagnose", path, "--rules", 1, "-o", tmp_path / "out", "--quiet"]
+    assert_refused(capsys, arguments, *words)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_constant_voltage_is_refused(folder, tmp_path, capsys):
+    record = read_record(folder / "a.csv")
+    write_record(
+        tmp_path / "still.csv",
+        Record("still", record.time, np.full(SAMPLES, 20.0), record.displacement, TS),
+    )
+    refuse(
+        capsys, folder, tmp_path / "out", "still.csv", "constant",
+        options=["--test", tmp_path / "still.csv"],
+    )  # fmt: skip
+
+
+def test_missing_files_are_named(folder, tmp_path, capsys):
+    refuse(capsys, folder, tmp_path / "out", "no.csv", options=["--test", tmp_path / "no.csv"])
+    refuse(capsys, folder, tmp_path / "out", "no.ssv", options=["--model", tmp_path / "no.ssv"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"sampleTime": 2e-4}, ["sampleTime", "0.0002", "0.0001"]),
+        ({"voltageMin": 0.0, "voltageMax": 10.0}, ["to 10 V", "to 99.", "range"]),
+    ],
+)
+def test_a_starting_model_of_other_records_is_refused(folder, tmp_path, capsys, changes, words):
+    write_ssv(stage_with(**changes), tmp_path / "p.ssv")
+    refuse(
+        capsys, folder, tmp_path / "out", "starting model", *words,
+        options=["--model", tmp_path / "p.ssv"],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e-3, 10.0])
+def test_records_of_another_unit_than_the_starting_model_are_refused(folder, tmp_path, capsys, factor):
+    """Nanometres under a header that says micrometres, and the like."""
+    for name in ("a", "b", "v"):
+        lines = (folder / f"{name}.csv").read_text().splitlines()
+        place = lines[0].split(",").index("displacement_um")
+        rows = [line.split(",") for line in lines[1:]]
+        for row in rows:
+            row[place] = repr(float(row[place]) * factor)
+        text = "\n".join([lines[0], *map(",".join, rows)]) + "\n"
+        (tmp_path / f"{name}.csv").write_text(text)
+    write_ssv(stage_with(), tmp_path / "p.ssv")
+    refuse(capsys, tmp_path, tmp_path / "out", "unit", options=["--model", tmp_path / "p.ssv"])
+
+
+# --- measured records ----------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(not MEASURED.is_dir(), reason="the measured records are not beside the project")
+def test_play_is_found_in_measured_records(tmp_path):
+    code = run(
+        "diagnose", MEASURED / "train.csv", MEASURED / "minor_loops.csv",
+        "--test", MEASURED / "test.csv", "-o", tmp_path, "--quiet",
+    )  # fmt: skip
+    assert code == 0
+    report = report_of(tmp_path)
+    assert "play" in report["effects"]
+    assert report["error"]["after"]["test"]["e_rms_um"] < 0.2
+    assert report["error"]["before"]["test"]["e_rms_um"] > 0.4
+    assert_reported_errors_hold(MEASURED / "test.csv", "test", tmp_path)

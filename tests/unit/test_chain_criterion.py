@@ -1,0 +1,198 @@
+"""The free-run criterion of the whole chain: derivatives, coordinates, effects at zero strength."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import TS, UM
+from effects import signals, surroundings, with_effects
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from it2hys import core
+from it2hys.chain import EFFECTS, active_effects
+from it2hys.diagnosis.coordinates import BY_RECORD
+from it2hys.diagnosis.criterion import ChainCriterion, Model, Trace
+from it2hys.diagnosis.fitting import fitted_coordinates, off_values, with_effect, without_effect
+from it2hys.effects import Extent
+from it2hys.identification.scaling import Scaling
+from it2hys.parameters import table_1
+from it2hys.variables import load_table
+
+SAMPLES = 400
+NOISE = 0.006 * UM
+ALL = tuple(EFFECTS)
+SCALING = Scaling(8 * UM, 8 * UM, 50.0, 50.0)
+EXTENT = Extent(TS, SAMPLES * TS, (0.0, 100.0), (0.0, 16 * UM), (-10.0, 10.0), (288.0, 298.0))
+
+
+def model_with(effects: tuple[str, ...], seed: int, records: int) -> Model:
+    """Return a model with effects of random parameters, and what differs from record to record."""
+    rng = np.random.default_rng(seed)
+    parameters = dict(with_effects(effects, seed))
+    for name, value in parameters.items():
+        if name.startswith("play[") and name.endswith("weight"):
+            parameters[name] = abs(value)  # a fit's are not negative
+    if "saturation" in effects:
+        # the records go beyond
+        parameters.update({"saturation.minimum": 20.0, "saturation.maximum": 80.0})
+    spans = {
+        "initialRestVoltage": (0.0, 40.0),
+        "initialExcursion": (-20.0, 40.0),
+        "initialCreep": (-UM, UM),
+        "hum.phase": (-3.0, 3.0),
+    }
+    known = load_table().parameters()
+    assert set(spans) == set(BY_RECORD)
+    own = {n: rng.uniform(*spans[n], records) for n in BY_RECORD if known[n].effect in effects}
+    offsets = np.array([0.0, *rng.uniform(-0.1, 0.1, records - 1)]) * UM
+    return Model(parameters, tuple(active_effects(parameters)), offsets, own)
+
+
+def traces_of(count: int, seed: int = 0) -> list[Trace]:
+    """Return records of different lengths and weights; the first has no constant of its own."""
+    rng = np.random.default_rng(seed)
+    traces = []
+    for i in range(count):
+        samples = SAMPLES - 50 * i
+        voltage = signals(samples, 5.0 + 5 * i, 95.0 - 10 * i)
+        y = 0.15 * UM * voltage + NOISE * rng.standard_normal(samples)
+        weight = np.full(samples, 1.0 / (i + 1))
+        weight[: 20 * i] = 0.0
+        drive = core.Drive.of(voltage, *surroundings(samples))
+        traces.append(Trace(f"record {i}", "train", drive, y, weight, weight > 0, NOISE, i > 0))
+    return traces
+
+
+def criterion_of(model: Model, traces: list[Trace]) -> ChainCriterion:
+    return ChainCriterion(traces, model, fitted_coordinates(model, EXTENT), SCALING)
+
+
+def within(criterion: ChainCriterion, point: np.ndarray) -> np.ndarray:
+    """Return the point, moved well inside the bounds so that steps stay within them."""
+    lower, upper = (np.clip(b, -1e6, 1e6) for b in (criterion.lower, criterion.upper))
+    margin = 1e-4 * (upper - lower)
+    return np.clip(point, lower + margin, upper - margin)
+
+
+# --- derivatives ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "effects", [(), *((e,) for e in ALL), ALL], ids=lambda e: "+".join(e) or "none"
+)
+def test_the_jacobian_is_that_of_the_residuals(effects):
+    traces = traces_of(3)
+    criterion = criterion_of(model_with(effects, 7, len(traces)), traces)
+    point = within(criterion, criterion.pack(criterion.model))
+    jacobian, residual = criterion.jacobian(point)
+    rows = slice(0, len(residual))  # what follows in `residual` are the priors
+    np.testing.assert_allclose(criterion.residual(point)[rows], residual, rtol=0, atol=1e-12)
+    moving = 0
+    for column in range(len(point)):
+        step = np.zeros_like(point)
+        step[column] = 1e-6
+        ahead, behind = (criterion.residual(p)[rows] for p in (point + step, point - step))
+        expected = (ahead - behind) / 2e-6
+        size = np.max(np.abs(expected))
+        moving += bool(size > 0.0)
+        # at a bend (a slew limit that sets in, a turning point) both quotients are right and differ
+        off = np.abs(jacobian[:, column] - expected) > 1e-4 * size + 1e-6
+        assert np.mean(off) < 0.02, (column, np.mean(off))
+    # a history that moves no play operator, and what the amplifier hides of it, are idle
+    assert moving >= 0.8 * len(point)
+
+
+def test_linearisation_agrees_with_residual_and_jacobian():
+    traces = traces_of(2)
+    criterion = criterion_of(model_with(ALL, 3, 2), traces).guarded(1.0)
+    rng = np.random.default_rng(0)
+    point = within(criterion, criterion.pack(criterion.model))
+    point = within(criterion, point + 1e-3 * rng.standard_normal(point.shape))
+    linear = criterion.linearise(point)
+    residual = criterion.residual(point)
+    jacobian = np.array([linear.transposed(row) for row in np.eye(len(residual))])
+    np.testing.assert_allclose(linear.hessian, jacobian.T @ jacobian, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(linear.gradient, jacobian.T @ residual, rtol=1e-9, atol=1e-9)
+
+
+# --- coordinates ---------------------------------------------------------------------------------
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 2**32 - 1), st.lists(st.sampled_from(ALL), unique=True))
+def test_unpack_undoes_pack(seed, chosen):
+    effects = tuple(e for e in ALL if e in chosen)
+    criterion = criterion_of(model_with(effects, seed, 2), traces_of(2))
+    rng = np.random.default_rng(seed)
+    point = within(criterion, criterion.pack(criterion.model))
+    point = within(criterion, point + 1e-2 * rng.standard_normal(point.shape))
+    model = criterion.unpack(point)
+    np.testing.assert_allclose(criterion.pack(model), point, rtol=1e-9, atol=1e-9)
+    again = criterion.unpack(criterion.pack(model))
+    for name, value in model.values.items():
+        assert again.values[name] == pytest.approx(value, rel=1e-9, abs=1e-15), name
+    np.testing.assert_allclose(again.offsets, model.offsets, rtol=1e-9)
+    for name, values in model.own.items():
+        np.testing.assert_allclose(again.own[name], values, rtol=1e-9, atol=1e-15)
+    assert again.effects == model.effects
+
+
+def test_what_is_held_does_not_move():
+    criterion = criterion_of(model_with(("play", "creep"), 5, 2), traces_of(2)).holding(["rules"])
+    rules = slice(0, criterion.rule_size)
+    assert np.array_equal(criterion.lower[rules], criterion.upper[rules])
+    assert np.all(criterion.lower[criterion.rule_size :] < criterion.upper[criterion.rule_size :])
+
+
+# --- effects at zero strength --------------------------------------------------------------------
+
+#: Guesses at which an effect does nothing; a resonance is never nothing.
+ZERO = {
+    "delay": {"delay.time": 0.0},
+    "slew": {"slew.rate": 1e9},
+    "saturation": {"saturation.minimum": -1e4, "saturation.maximum": 1e4},
+    "play": {
+        "playCount": 2, "play[1].threshold": 5.0, "play[1].weight": 0.0,
+        "play[2].threshold": 10.0, "play[2].weight": 0.0,
+    },
+    "load": {"load.compliance": 0.0},
+    "creep": {"creepCount": 1, "creep[1].gain": 0.0, "creep[1].timeConstant": 0.1},
+    "drift": {"drift.temperatureCoefficient": 0.0, "drift.rate": 0.0},
+    "nonlinearity": {f"nonlinearity.{n}": 0.0 for n in ("quadratic", "cubic", "quartic")},
+    "hum": {"hum.amplitude": 0.0, "hum.frequency": 50.0},
+    "lag": {"lag.timeConstant": 1e-3 * TS},
+}  # fmt: skip
+
+
+@settings(max_examples=40)
+@given(
+    st.integers(0, 2**32 - 1),
+    st.lists(st.sampled_from(ALL), unique=True),
+    st.sampled_from(list(ZERO)),
+)
+def test_an_effect_at_zero_strength_changes_nothing(seed, chosen, added):
+    base = tuple(e for e in ALL if e in chosen and e != added)
+    model, traces = model_with(base, seed, 2), traces_of(2)
+    # beside a lag, a slew limit or a resonance a delay of a part of a sample belongs to the model
+    # without it being an effect: here it is the added effect that is looked at
+    grown = with_effect(model, added, ZERO[added], EXTENT)
+    grown = replace(grown, values={**grown.values, "delay.time": model.values["delay.time"]})
+    for i, trace in enumerate(traces):
+        before, after = model.predict(trace, i), grown.predict(trace, i)
+        np.testing.assert_allclose(after, before, rtol=0, atol=1e-12 * 16 * UM)
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 2**32 - 1), st.sampled_from(ALL))
+def test_adding_an_effect_and_taking_it_out_gives_the_model_back(seed, effect):
+    model = Model({**off_values(), **table_1()}, (), np.array([0.0, 0.02 * UM]), {})
+    full = model_with((effect,), seed, 2)
+    known = load_table().parameters()
+    guess = {n: v for n, v in full.values.items() if known[n].effect == effect and n not in BY_RECORD}
+    grown = with_effect(model, effect, guess, EXTENT)
+    assert grown.effects == (effect,)
+    back = without_effect(grown, effect)
+    assert back.effects == () and back.own == {}
+    for i, trace in enumerate(traces_of(2)):
+        assert back.predict(trace, i).tobytes() == model.predict(trace, i).tobytes()
