@@ -239,7 +239,7 @@ class _Session:
         model = base
         for effect in self._declared:
             self._progress(0.25, f"declared: {effect}")
-            fit = bench.add(model, effect)
+            fit = bench.add(model, effect, thorough=True)
             if fit is None:
                 raise InputError(f"'{effect}' is declared, but no fit with it stays finite")
             model = fit.model

@@ -254,6 +254,7 @@ class Bench:
             costs.append(left if np.isfinite(left) else np.inf)
         return np.array(costs)
 
+    @np.errstate(over="ignore", invalid="ignore")
     def reshaped(self, model: Model, starts: int = 12) -> ChainFit:
         """Fit from rules that were sought anew, from many starts, on what the effects leave for them.
 

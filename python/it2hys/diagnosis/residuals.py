@@ -171,7 +171,10 @@ def left_over(clues: Clues, noise: Sequence[float]) -> LeftOver:
 
 
 def _numbers(clue: Clue, noise: float, sample_time: float) -> RecordNumbers:
-    residual = np.where(clue.used, clue.residual - np.mean(clue.residual[clue.used]), 0.0)
+    # samples left out at the ends are no quiet part of the record
+    inside = np.flatnonzero(clue.used)
+    kept = slice(inside[0], inside[-1] + 1)
+    residual = np.where(clue.used, clue.residual - np.mean(clue.residual[clue.used]), 0.0)[kept]
     pole = short_pole(residual)
     # a line or bursts may have passed for noise in what was given; in differences a line that is fast
     own, given = _short_noise(residual, pole), max(noise, 0.0) * _colour_correction(pole)
@@ -186,9 +189,9 @@ def _numbers(clue: Clue, noise: float, sample_time: float) -> RecordNumbers:
         p_white=ljung_box(rest),
         p_white_squares=ljung_box(rest**2),
         p_steady=p_steady,
-        busiest=(busiest[0] * sample_time, busiest[1] * sample_time),
+        busiest=tuple((inside[0] + end) * sample_time for end in busiest),
         peak=float(frequency[1:][np.argmax(power[1:])]),
-        jumps=_jumps(residual, clue.voltage, corrected),
+        jumps=_jumps(residual, clue.voltage[kept], corrected),
     )
 
 
