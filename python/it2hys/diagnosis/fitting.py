@@ -319,8 +319,15 @@ class Bench:
         counts = [np.count_nonzero(t.judged) for t in traces]
         level = np.sqrt(np.average([t.importance**2 for t in traces], weights=counts))
         return [
-            t.importance / level * (fitted.predict(t, i) - t.y)[t.judged] for i, t in enumerate(traces)
+            t.importance / level * self._error(fitted, t, i)[t.judged] for i, t in enumerate(traces)
         ]
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _error(self, model: Model, trace: Trace, index: int) -> np.ndarray:
+        """Return model minus measured; ten times the travel where a run is on its way to infinity."""
+        most = 10.0 * self.extent.displacement_span
+        error = model.predict(trace, index) - trace.y
+        return np.clip(np.where(np.isfinite(error), error, most), -most, most)
 
 
 def _of_record(model: Model, index: int) -> Model:
