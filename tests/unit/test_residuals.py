@@ -1,8 +1,8 @@
 """What is left over by a model: whether it is more than noise, and which effect it looks like."""
 
+import re
 from dataclasses import replace
 
-import re
 import numpy as np
 import pytest
 from diagnosis import simulator as sim
