@@ -69,7 +69,8 @@ hardened: ctest
 	  $(CURDIR)/$(BIN)/python
 
 pytest: $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched)
-	$(BIN)/python -m pytest -n 2
+	# two workers are all the cores there may be: no threads besides
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
 
 bench: $(INSTALLED) ctest
 	$(BIN)/cmake --build $(CBUILD) --target bench
