@@ -241,21 +241,27 @@ def finish(process: subprocess.Popen) -> list[float]:
 
 def compare_workers() -> None:
     """Compare two workers with one, in turns, and with what the machine gives two at once."""
-    cases, once, twice, apart = 3000, [], [], []
-    for _ in range(5):
-        once.append(finish(start("wall", cases, TICKS, 1)))
-        twice.append(finish(start("wall", cases, TICKS, 2)))
+    cases, turns = 3000, []
+    for _ in range(9):
+        once = finish(start("wall", cases, TICKS, 1))
+        twice = finish(start("wall", cases, TICKS, 2))
         # two sweeps that know nothing of each other: no scheduling could be quicker
         both = [start("wall", cases // 2, TICKS, 1) for _ in range(2)]
-        apart.append(max(finish(process) for process in both))
-    medians = [np.median(turns, axis=0) for turns in (once, twice, apart)]
+        turns.append([once, twice, max(finish(process) for process in both)])
+    walls, idle = np.moveaxis(turns, -1, 0)
     names = ("1", "2", "two sweeps of half the cases at once")
     rows = [
-        [name, f"{cases / wall:.0f}", f"{medians[0][0] / wall:.2f}", f"{100 * idle:.1f} %"]
-        for name, (wall, idle) in zip(names, medians, strict=True)
+        [name, f"{cases / wall:.0f}", f"{ratio:.2f}", f"{100 * share:.1f} %"]
+        for name, wall, ratio, share in zip(
+            names,
+            np.median(walls, axis=0),
+            np.median(walls[:, :1] / walls, axis=0),
+            np.median(idle, axis=0),
+            strict=True,
+        )
     ]
     table(
-        f"Workers: {cases} scenarios of {TICKS} ticks, {os.cpu_count()} processors (5 turns, medians)",
+        f"Workers: {cases} scenarios of {TICKS} ticks, {os.cpu_count()} processors (9 turns, medians)",
         ["workers", "scenarios per s", "times one", "workers idle"],
         rows,
     )
