@@ -192,6 +192,53 @@ static void seeds_overflow(const struct fmi2_api *m)
     m->FreeInstance(c);
 }
 
+/* A derivative repeats the last step: what a state claims of it must not keep a host waiting. */
+static void endless_step(const struct fmi2_api *m)
+{
+    enum { HEADER = 40, CHECKSUM = 32 };
+    const fmi2ValueReference in = reference_of(m, input_of(m)), out = reference_of(m, output_of(m));
+    const double seed = 1.0;
+    double value = 7.0;
+    fmi2Component c = make_running(m, 0.0);
+    fmi2FMUstate state = NULL;
+    struct state_bytes bytes;
+    struct fmu_snapshot snapshot;
+
+    CHECK(set_real(m, c, input_of(m), signal(m, 0.0)) == fmi2OK);
+    CHECK(m->DoStep(c, 0.0, TS, fmi2True) <= fmi2Warning);
+    read_state(m, c, &bytes);
+    memcpy(&snapshot, bytes.byte + HEADER, sizeof snapshot);
+    snapshot.last_step.span.start = -1e9; /* 1e13 ticks, all in their place */
+    snapshot.last_step.span.first_tick = fmu_first_tick(-1e9, TS);
+    const uint64_t checksum = fmu_hash(&snapshot, sizeof snapshot);
+    memcpy(bytes.byte + CHECKSUM, &checksum, sizeof checksum);
+    memcpy(bytes.byte + HEADER, &snapshot, sizeof snapshot);
+    CHECK(m->DeSerializeFMUstate(c, bytes.byte, bytes.size, &state) == fmi2OK);
+    CHECK(m->SetFMUstate(c, state) == fmi2OK);
+    CHECK(m->GetDirectionalDerivative(c, &out, 1, &in, 1, &seed, &value) == fmi2Discard);
+    CHECK(log_says("more than 1000000 ticks") && value == 7.0);
+    CHECK(m->DoStep(c, TS, TS, fmi2True) <= fmi2Warning); /* and then it is as good as any */
+    CHECK(isfinite(derivative(m, c, input_of(m))));
+    m->FreeFMUstate(c, &state);
+    m->FreeInstance(c);
+}
+
+/* The longest step with a derivative, and one tick more. */
+static void longest_step(const struct fmi2_api *m)
+{
+    const fmi2ValueReference in = reference_of(m, input_of(m)), out = reference_of(m, output_of(m));
+    const double seed = 1.0;
+    double value = 7.0;
+    fmi2Component c = make_running(m, 0.0);
+
+    CHECK(set_real(m, c, input_of(m), signal(m, 0.0)) == fmi2OK);
+    CHECK(m->DoStep(c, 0.0, 100.0, fmi2True) <= fmi2Warning);
+    CHECK(isfinite(derivative(m, c, input_of(m))));
+    CHECK(m->DoStep(c, 100.0, 100.0 + TS, fmi2True) <= fmi2Warning);
+    CHECK(m->GetDirectionalDerivative(c, &out, 1, &in, 1, &seed, &value) == fmi2Discard && value == 7.0);
+    m->FreeInstance(c);
+}
+
 int main(void)
 {
     of_model(&PLANT);
@@ -199,5 +246,8 @@ int main(void)
     several_at_once();
     seeds_overflow(&PLANT);
     seeds_overflow(&INVERSE);
+    endless_step(&PLANT);
+    endless_step(&INVERSE);
+    longest_step(&PLANT);
     return check_report("fmi2 derivatives");
 }

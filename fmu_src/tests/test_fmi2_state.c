@@ -160,6 +160,44 @@ static void damage(const struct fmi2_api *m)
     m->FreeInstance(c);
 }
 
+/* What cannot be, under a checksum that is right, is refused with its reason. */
+static bool refused_when(const struct fmi2_api *m, fmi2Component c, struct fmu_snapshot snapshot,
+                         const char *reason)
+{
+    enum { HEADER = 40, CHECKSUM = 32 };
+    struct state_bytes bytes;
+    const uint64_t checksum = fmu_hash(&snapshot, sizeof snapshot);
+
+    read_state(m, c, &bytes);
+    memcpy(bytes.byte + CHECKSUM, &checksum, sizeof checksum);
+    memcpy(bytes.byte + HEADER, &snapshot, sizeof snapshot);
+    return refused(m, c, bytes.byte, bytes.size) && log_says(reason);
+}
+
+static void inventions(const struct fmi2_api *m)
+{
+    fmi2Component c = make_running(m, 0.0);
+    struct fmu_snapshot s;
+
+    steps(m, c, 0, 10, NULL);
+    const struct fmu_snapshot good = ((struct fmu *)c)->now;
+    s = good, s.phase = 3;
+    CHECK(refused_when(m, c, s, "phase"));
+    s = good, s.last_status = 7;
+    CHECK(refused_when(m, c, s, "status"));
+    s = good, s.chain.core.y = NAN;
+    CHECK(refused_when(m, c, s, "finite"));
+    s = good, s.last_step.span.end_tick = s.last_step.span.first_tick - 1;
+    CHECK(refused_when(m, c, s, "before it begins"));
+    s = good, s.values.parameter.rule[1].sigmaLower = -1.0;
+    CHECK(refused_when(m, c, s, "rule[2].sigmaLower"));
+    s = good, s.next_tick = INT64_MAX;
+    CHECK(refused_when(m, c, s, "ticks"));
+    s = good, s.last_step.span.first_tick = INT64_MIN / 2;
+    CHECK(refused_when(m, c, s, "ticks"));
+    m->FreeInstance(c);
+}
+
 static void other_model(void)
 {
     fmi2Component plant = make_running(&PLANT, 0.0), inverse = make_running(&INVERSE, 0.0);
@@ -200,6 +238,7 @@ static void of_model(const struct fmi2_api *m)
     phases(m);
     parameters_return(m);
     damage(m);
+    inventions(m);
     null_pointers(m);
 }
 
