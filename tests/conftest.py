@@ -18,6 +18,7 @@ from fmpy import fmi2
 from hypothesis import settings
 from hypothesis import strategies as st
 
+from it2hys.controller import controller_fmu
 from it2hys.model_description import IDENTIFIERS
 from it2hys.packaging import package
 from it2hys.parameters import ParameterSet, table_1
@@ -368,6 +369,15 @@ def packaged(
         "five_rules": (make_set(5, 5, "five rules"), five_rules),
         "sixteen_rules": (most, package_models(most, tmp_path_factory.mktemp("sixteen-rules"))),
     }
+
+
+@pytest.fixture(scope="session")
+def controller(tmp_path_factory: pytest.TempPathFactory) -> Unpacked:
+    """PIController.fmu, unpacked."""
+    directory = tmp_path_factory.mktemp("controller")
+    path = directory / "PIController.fmu"
+    path.write_bytes(controller_fmu())
+    return Unpacked(path, directory / "PIController")
 
 
 @pytest.fixture(params=MODELS)

@@ -12,6 +12,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,17 +31,25 @@ enum real {
     LIMITED = REALS /* the one Boolean */
 };
 
-enum phase { INSTANTIATED = 1, INITIALIZATION = 2, STEPPING = 4, TERMINATED = 8 };
+enum phase {
+    INSTANTIATED = 1, INITIALIZATION = 2, STEPPING = 4, TERMINATED = 8,
+    ANY_PHASE = INSTANTIATED | INITIALIZATION | STEPPING | TERMINATED
+};
+
+/* All that an FMU state holds: a plain value without pointers or padding. */
+struct state {
+    double real[REALS];
+    double integral, time;
+    int32_t phase;
+    int32_t limited;
+};
 
 struct controller {
     fmi2CallbackLogger logger;
     fmi2ComponentEnvironment environment;
     char *name;
-    bool verbose;
-    enum phase phase;
-    double real[REALS];
-    bool limited;
-    double integral, time;
+    bool events, errors; /* log categories */
+    struct state now;
 };
 
 static void begin(struct controller *c)
@@ -49,25 +58,31 @@ static void begin(struct controller *c)
         [SAMPLE_TIME] = 1e-4, [VOLTAGE_MAX] = 150.0,
     };
 
-    memcpy(c->real, START, sizeof START);
-    c->phase = INSTANTIATED;
-    c->limited = false;
-    c->integral = c->time = 0.0;
+    c->now = (struct state){ .phase = INSTANTIATED };
+    memcpy(c->now.real, START, sizeof START);
 }
 
-/* Errors are told even where logging is off. */
+/* Errors are told even where logging is off. The logger takes a printf format, but not every host looks
+ * at its arguments: the text goes into the format, its percent signs doubled. */
 static fmi2Status say(const struct controller *c, fmi2Status status, const char *format, ...)
 {
-    char text[512];
+    char text[512], escaped[2 * sizeof text];
     va_list arguments;
+    size_t n = 0;
 
-    if (!c->logger || (status == fmi2OK && !c->verbose))
+    if (!c->logger || !(status == fmi2OK ? c->events : c->errors))
         return status;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    c->logger(c->environment, c->name, status, status == fmi2OK ? "logEvents" : "logStatusError", "%s",
-              text);
+    for (const char *from = text; *from; from++) {
+        if (*from == '%')
+            escaped[n++] = '%';
+        escaped[n++] = *from;
+    }
+    escaped[n] = '\0';
+    c->logger(c->environment, c->name, status, status == fmi2OK ? "logEvents" : "logStatusError",
+              escaped);
     return status;
 }
 
@@ -75,29 +90,36 @@ static bool may(const struct controller *c, const char *function, int phases)
 {
     if (!c)
         return false;
-    if ((int)c->phase & phases)
+    if (c->now.phase & phases)
         return true;
     say(c, fmi2Error, "%s: not allowed now.", function);
     return false;
 }
 
-/* Outputs before the first tick, and whether the parameters can be used. */
-static fmi2Status start(struct controller *c, const char *function)
+static fmi2Status check(const struct controller *c, const double *p, const char *function)
 {
-    const double *p = c->real;
-
     if (!(p[SAMPLE_TIME] >= 1e-9 && p[SAMPLE_TIME] <= 1e3))
         return say(c, fmi2Error, "%s: sampleTime is %g s; it must be 1e-9 to 1000 s.", function,
                    p[SAMPLE_TIME]);
     if (!(p[VOLTAGE_MIN] < p[VOLTAGE_MAX]))
         return say(c, fmi2Error, "%s: voltageMin, %g V, must be below voltageMax, %g V.", function,
                    p[VOLTAGE_MIN], p[VOLTAGE_MAX]);
-    c->integral = p[INITIAL_VOLTAGE];
-    c->real[VOLTAGE] = fmin(fmax(p[INITIAL_VOLTAGE], p[VOLTAGE_MIN]), p[VOLTAGE_MAX]);
     return fmi2OK;
 }
 
-static void tick(struct controller *c)
+/* Outputs before the first tick, and whether the parameters can be used. */
+static fmi2Status start(struct controller *c, const char *function)
+{
+    double *p = c->now.real;
+
+    if (check(c, p, function) != fmi2OK)
+        return fmi2Error;
+    c->now.integral = p[INITIAL_VOLTAGE];
+    p[VOLTAGE] = fmin(fmax(p[INITIAL_VOLTAGE], p[VOLTAGE_MIN]), p[VOLTAGE_MAX]);
+    return fmi2OK;
+}
+
+static void tick(struct state *c)
 {
     double *p = c->real;
     const double error = p[REFERENCE] - p[DISPLACEMENT];
@@ -135,12 +157,23 @@ const char *fmi2GetVersion(void)
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
 {
+    static const char function[] = "fmi2SetDebugLogging";
     struct controller *controller = c;
+    bool events = n == 0, errors = n == 0;
 
-    (void)n, (void)categories;
-    if (!may(controller, "fmi2SetDebugLogging", INSTANTIATED | INITIALIZATION | STEPPING | TERMINATED))
+    if (!may(controller, function, ANY_PHASE))
         return fmi2Error;
-    controller->verbose = on;
+    for (size_t i = 0; i < n; i++) {
+        const char *name = categories && categories[i] ? categories[i] : "a null pointer";
+        if (strcmp(name, "logEvents") == 0)
+            events = true;
+        else if (strcmp(name, "logStatusError") == 0)
+            errors = true;
+        else
+            return say(controller, fmi2Error, "%s: %s is no log category.", function, name);
+    }
+    controller->events = events ? on : controller->events;
+    controller->errors = errors ? on : controller->errors;
     return fmi2OK;
 }
 
@@ -148,7 +181,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible,
                               fmi2Boolean logging)
 {
-    struct controller early = { .name = (char *)"", .verbose = logging };
+    struct controller early = { .name = (char *)"", .events = logging, .errors = true };
 
     (void)resources, (void)visible;
     if (functions) {
@@ -188,7 +221,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, f
         return fmi2Error;
     if (!isfinite(start_time))
         return say(c, fmi2Error, "fmi2SetupExperiment: startTime is not a finite number.");
-    ((struct controller *)c)->time = start_time;
+    ((struct controller *)c)->now.time = start_time;
     return fmi2OK;
 }
 
@@ -196,7 +229,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     if (!may(c, "fmi2EnterInitializationMode", INSTANTIATED))
         return fmi2Error;
-    ((struct controller *)c)->phase = INITIALIZATION;
+    ((struct controller *)c)->now.phase = INITIALIZATION;
     return fmi2OK;
 }
 
@@ -206,7 +239,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 
     if (!may(c, function, INITIALIZATION) || start(c, function) != fmi2OK)
         return fmi2Error;
-    ((struct controller *)c)->phase = STEPPING;
+    ((struct controller *)c)->now.phase = STEPPING;
     return fmi2OK;
 }
 
@@ -214,13 +247,13 @@ fmi2Status fmi2Terminate(fmi2Component c)
 {
     if (!may(c, "fmi2Terminate", STEPPING))
         return fmi2Error;
-    ((struct controller *)c)->phase = TERMINATED;
+    ((struct controller *)c)->now.phase = TERMINATED;
     return fmi2OK;
 }
 
 fmi2Status fmi2Reset(fmi2Component c)
 {
-    if (!may(c, "fmi2Reset", INSTANTIATED | INITIALIZATION | STEPPING | TERMINATED))
+    if (!may(c, "fmi2Reset", ANY_PHASE))
         return fmi2Error;
     begin(c);
     return fmi2OK;
@@ -232,12 +265,15 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 
     if (!may(c, "fmi2GetReal", INITIALIZATION | STEPPING | TERMINATED))
         return fmi2Error;
-    if (controller->phase == INITIALIZATION && start(c, "fmi2GetReal") != fmi2OK)
+    if (controller->now.phase == INITIALIZATION && start(c, "fmi2GetReal") != fmi2OK)
         return fmi2Error;
+    if (n && (!vr || !value))
+        return say(c, fmi2Error, "fmi2GetReal: an array is a null pointer.");
     for (size_t i = 0; i < n; i++) {
         if (vr[i] >= REALS)
-            return say(c, fmi2Error, "fmi2GetReal: no Real variable has the value reference %u.", vr[i]);
-        value[i] = controller->real[vr[i]];
+            return say(c, fmi2Error, "fmi2GetReal: no Real variable has the value reference %u.",
+                       vr[i]);
+        value[i] = controller->now.real[vr[i]];
     }
     return fmi2OK;
 }
@@ -246,11 +282,13 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
 {
     if (!may(c, "fmi2GetBoolean", INITIALIZATION | STEPPING | TERMINATED))
         return fmi2Error;
+    if (n && (!vr || !value))
+        return say(c, fmi2Error, "fmi2GetBoolean: an array is a null pointer.");
     for (size_t i = 0; i < n; i++) {
         if (vr[i] != LIMITED)
             return say(c, fmi2Error, "fmi2GetBoolean: no Boolean variable has the value reference %u.",
                        vr[i]);
-        value[i] = ((struct controller *)c)->limited;
+        value[i] = ((struct controller *)c)->now.limited;
     }
     return fmi2OK;
 }
@@ -261,18 +299,21 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 
     if (!may(c, "fmi2SetReal", INSTANTIATED | INITIALIZATION | STEPPING))
         return fmi2Error;
+    if (n && (!vr || !value))
+        return say(c, fmi2Error, "fmi2SetReal: an array is a null pointer.");
     for (size_t i = 0; i < n; i++) {
         if (vr[i] >= REALS || vr[i] == VOLTAGE)
             return say(c, fmi2Error, "fmi2SetReal: no variable that can be set has the value reference "
                        "%u.", vr[i]);
-        if (vr[i] > VOLTAGE && controller->phase == STEPPING)
+        if (vr[i] > VOLTAGE && controller->now.phase == STEPPING)
             return say(c, fmi2Error, "fmi2SetReal: parameters are fixed; set them before "
                        "fmi2ExitInitializationMode.");
         if (!isfinite(value[i]))
-            return say(c, fmi2Discard, "fmi2SetReal: a value must be a finite number, not %g.", value[i]);
+            return say(c, fmi2Discard, "fmi2SetReal: a value must be a finite number, not %g.",
+                       value[i]);
     }
     for (size_t i = 0; i < n; i++)
-        controller->real[vr[i]] = value[i];
+        controller->now.real[vr[i]] = value[i];
     return fmi2OK;
 }
 
@@ -283,18 +324,139 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
     (void)no_rollback;
     if (!may(c, "fmi2DoStep", STEPPING))
         return fmi2Error;
-    const double sample_time = controller->real[SAMPLE_TIME];
+    const double sample_time = controller->now.real[SAMPLE_TIME];
     const double end = time + step, end_ticks = end / sample_time;
     const double slack = sample_time * (TIME_TOLERANCE + 1e-14 * fabs(end_ticks));
-    if (!(isfinite(time) && isfinite(step) && step >= 0.0) || fabs(time - controller->time) > slack ||
-        fabs(end_ticks) >= LARGEST_TICK)
-        return say(c, fmi2Error, "fmi2DoStep: a step of %g s from %.17g s is not possible; this instance "
-                   "is at %.17g s.", step, time, controller->time);
+    if (!(isfinite(time) && isfinite(step) && step >= 0.0) ||
+        fabs(time - controller->now.time) > slack || fabs(end_ticks) >= LARGEST_TICK)
+        return say(c, fmi2Error, "fmi2DoStep: a step of %g s from %.17g s is not possible; this "
+                   "instance is at %.17g s.", step, time, controller->now.time);
     /* the inputs are held through the step, so every tick of it sees the same error */
-    const double ticks = first_tick(end, sample_time) - first_tick(controller->time, sample_time);
+    const double ticks = first_tick(end, sample_time) - first_tick(controller->now.time, sample_time);
+    struct state next = controller->now;
     for (double k = 0.0; k < ticks; k++)
-        tick(controller);
-    controller->time = end;
+        tick(&next);
+    if (!isfinite(next.integral))
+        return say(c, fmi2Discard, "fmi2DoStep: the integral is no longer finite between %g s and "
+                   "%g s; the step is not made.", time, end);
+    next.time = end;
+    controller->now = next;
+    return fmi2OK;
+}
+
+/* --- the FMU state ----------------------------------------------------------------------------- */
+
+/* What precedes the state where it is serialized. */
+struct header {
+    char magic[8];
+    uint64_t order; /* tells byte orders apart */
+    uint64_t size;
+    uint64_t checksum;
+};
+
+enum { BLOB = sizeof(struct header) + sizeof(struct state) };
+
+static struct header header_of(const struct state *state)
+{
+    struct header header = { "PICtrl1", 0x0102030405060708u, sizeof *state, 14695981039346656037u };
+    const unsigned char *byte = (const unsigned char *)state;
+
+    for (size_t i = 0; i < sizeof *state; i++) /* FNV-1a */
+        header.checksum = (header.checksum ^ byte[i]) * 1099511628211u;
+    return header;
+}
+
+/* A checksum stops damage, not invention: what a step relies on is checked too. */
+static bool plausible(const struct controller *c, const struct state *s, const char *function)
+{
+    bool finite = isfinite(s->integral) && isfinite(s->time);
+
+    for (int i = 0; i < REALS; i++)
+        finite = finite && isfinite(s->real[i]);
+    if (!finite || (s->limited != 0 && s->limited != 1))
+        return false;
+    if (s->phase == STEPPING || s->phase == TERMINATED)
+        return check(c, s->real, function) == fmi2OK;
+    return s->phase == INSTANTIATED || s->phase == INITIALIZATION;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    if (!may(c, "fmi2GetFMUstate", ANY_PHASE))
+        return fmi2Error;
+    if (!state)
+        return say(c, fmi2Error, "fmi2GetFMUstate: a null pointer.");
+    if (!*state)
+        *state = malloc(sizeof(struct state));
+    if (!*state)
+        return say(c, fmi2Error, "fmi2GetFMUstate: out of memory.");
+    memcpy(*state, &((struct controller *)c)->now, sizeof(struct state));
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+{
+    if (!may(c, "fmi2SetFMUstate", ANY_PHASE))
+        return fmi2Error;
+    if (!state)
+        return say(c, fmi2Error, "fmi2SetFMUstate: a null pointer.");
+    memcpy(&((struct controller *)c)->now, state, sizeof(struct state));
+    return fmi2OK;
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    if (!may(c, "fmi2FreeFMUstate", ANY_PHASE))
+        return fmi2Error;
+    if (state) {
+        free(*state);
+        *state = NULL;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    if (!may(c, "fmi2SerializedFMUstateSize", ANY_PHASE))
+        return fmi2Error;
+    if (!state || !size)
+        return say(c, fmi2Error, "fmi2SerializedFMUstateSize: a null pointer.");
+    *size = BLOB;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    if (!may(c, "fmi2SerializeFMUstate", ANY_PHASE))
+        return fmi2Error;
+    if (!state || !bytes || size < BLOB)
+        return say(c, fmi2Error, "fmi2SerializeFMUstate: needs a state and room for %d bytes.", BLOB);
+    const struct header header = header_of(state);
+    memcpy(bytes, &header, sizeof header);
+    memcpy(bytes + sizeof header, state, sizeof(struct state));
+    return fmi2OK;
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
+                                   fmi2FMUstate *state)
+{
+    static const char function[] = "fmi2DeSerializeFMUstate";
+    struct state read = { .phase = 0 };
+
+    if (!may(c, function, ANY_PHASE))
+        return fmi2Error;
+    if (!bytes || !state)
+        return say(c, fmi2Error, "%s: a null pointer.", function);
+    if (size == BLOB)
+        memcpy(&read, bytes + sizeof(struct header), sizeof read);
+    const struct header header = header_of(&read);
+    if (size != BLOB || memcmp(&header, bytes, sizeof header) != 0 || !plausible(c, &read, function))
+        return say(c, fmi2Error, "%s: these bytes are damaged or not a state of PIController.",
+                   function);
+    *state = malloc(sizeof read); /* never read before: masters pass it uninitialised */
+    if (!*state)
+        return say(c, fmi2Error, "%s: out of memory.", function);
+    memcpy(*state, &read, sizeof read);
     return fmi2OK;
 }
 
@@ -339,43 +501,6 @@ fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
     return n == 0 ? fmi2OK : lacking(c, "fmi2SetString");
 }
 
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
-{
-    (void)state;
-    return lacking(c, "fmi2GetFMUstate");
-}
-
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
-{
-    (void)state;
-    return lacking(c, "fmi2SetFMUstate");
-}
-
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
-{
-    (void)state;
-    return lacking(c, "fmi2FreeFMUstate");
-}
-
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
-{
-    (void)state, (void)size;
-    return lacking(c, "fmi2SerializedFMUstateSize");
-}
-
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
-{
-    (void)state, (void)bytes, (void)size;
-    return lacking(c, "fmi2SerializeFMUstate");
-}
-
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
-                                   fmi2FMUstate *state)
-{
-    (void)bytes, (void)size, (void)state;
-    return lacking(c, "fmi2DeSerializeFMUstate");
-}
-
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[],
                                         size_t unknown_count, const fmi2ValueReference knowns[],
                                         size_t known_count, const fmi2Real seeds[], fmi2Real values[])
@@ -411,9 +536,9 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status 
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
-    if (!c || kind != fmi2LastSuccessfulTime)
+    if (!c || kind != fmi2LastSuccessfulTime || !value)
         return lacking(c, "fmi2GetRealStatus");
-    *value = ((struct controller *)c)->time;
+    *value = ((struct controller *)c)->now.time;
     return fmi2OK;
 }
 

@@ -140,8 +140,8 @@ static bool all_finite(const struct fmu_snapshot *s)
            doubles_finite(&s->slope, sizeof s->slope) && doubles_finite(&s->chain, sizeof s->chain);
 }
 
-/* A checksum stops damage, not invention: what a step relies on is checked too. Returns what cannot be, or
- * NULL; `message` is room for it. */
+/* A checksum stops damage, not invention: what a step relies on is checked too. Returns what cannot be,
+ * or NULL; `message` is room for it. */
 static const char *invented(const struct fmu_snapshot *s, char *message, size_t size)
 {
     const struct chain_parameters *p = &s->values.parameter;

@@ -12,7 +12,8 @@
 /* Beyond this, ticks are no longer exact in a double. */
 #define LARGEST_TICK 9007199254740992.0
 
-/* A derivative repeats the ticks of the last step, and a state that was not made here may claim any number. */
+/* A derivative repeats the ticks of the last step, and a state that was not made here may claim any
+ * number of them. */
 #define LONGEST_DERIVATIVE 1000000
 
 /* How much a time, in units of one sample time, may be off. */
@@ -226,8 +227,8 @@ fmi2Status fmu_directional_derivative(struct fmu *fmu, const fmi2ValueReference 
     }
     const struct fmu_span *last = &fmu->now.last_step.span;
     if (!starting && (double)last->end_tick - (double)last->first_tick > LONGEST_DERIVATIVE)
-        return fmu_say(fmu, fmi2Discard, "%s: the last step has more than %d ticks; derivatives are those "
-                       "of shorter ones.", function, LONGEST_DERIVATIVE);
+        return fmu_say(fmu, fmi2Discard, "%s: the last step has more than %d ticks; derivatives are "
+                       "those of shorter ones.", function, LONGEST_DERIVATIVE);
     if (!starting)
         last_step_tangent(fmu, &d.input, &d.output);
     else if (fmu_start_outputs(fmu, function) != fmi2OK)

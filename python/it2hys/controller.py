@@ -21,6 +21,17 @@ from it2hys.variables import DeclaredType, Variable, load_table
 IDENTIFIER = "PIController"
 TABLE = Path(__file__).with_name("controller.toml")
 HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
+CAPABILITIES = {
+    "canHandleVariableCommunicationStepSize": "true",
+    "canInterpolateInputs": "false",
+    "maxOutputDerivativeOrder": "0",
+    "canRunAsynchronuously": "false",
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "canNotUseMemoryManagementFunctions": "true",
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
+    "providesDirectionalDerivative": "false",
+}
 #: Crossover of the default loop times the sample time: two delayed ticks then cost little phase.
 CROSSOVER = 0.1
 
@@ -89,8 +100,7 @@ def _description() -> bytes:
         root,
         "CoSimulation",
         modelIdentifier=IDENTIFIER,
-        canHandleVariableCommunicationStepSize="true",
-        canNotUseMemoryManagementFunctions="true",
+        **CAPABILITIES,
     )
     etree.SubElement(etree.SubElement(slave, "SourceFiles"), "File", name=f"{IDENTIFIER}.c")
     types = {v.type.name: v.type for v in table.variables}

@@ -1,4 +1,4 @@
-"""Our SSP packages in masters that we did not write, and the controller that one of them holds.
+"""Our SSP packages in masters that we did not write.
 
 libcosim and ecos are Jacobi masters: every FMU steps with what the others gave at the step before. The
 same algorithm is run here over FMPy, so the results agree as far as arithmetic goes.
@@ -6,7 +6,6 @@ same algorithm is run here over FMPy, so the results agree as far as arithmetic 
 
 import importlib.util
 import json
-import math
 import sys
 import zipfile
 from pathlib import Path
@@ -17,12 +16,10 @@ import pytest
 from conftest import TS, UM, make_set, run_python
 from fmpy.ssp.ssd import read_ssd
 from fmpy.ssp.ssd import read_ssv as fmpy_read_ssv
-from fmpy.validation import validate_fmu
 
 from it2hys import core
 from it2hys.cli import main
-from it2hys.controller import controller_fmu, load_controller, suitable_gains
-from it2hys.errors import InputError
+from it2hys.controller import controller_fmu, suitable_gains
 from it2hys.packaging import package_bytes
 from it2hys.parameters import format_ssv, table_1, write_ssv
 from it2hys.slave import Slave
@@ -229,90 +226,3 @@ def test_the_command_writes_packages_that_fmpy_accepts(tmp_path):
             }
             given = {p.name for p in fmpy_read_ssv(str(resources / component.parameters)).parameters}
             assert given <= known
-
-
-# --- the controller ----------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def controller(tmp_path_factory):
-    path = tmp_path_factory.mktemp("controller") / "PIController.fmu"
-    path.write_bytes(controller_fmu())
-    return path
-
-
-def test_the_controllers_xml_agrees_with_its_table_and_its_binary(controller):
-    assert validate_fmu(str(controller)) == []
-    table = load_controller().variables
-    with Slave(controller) as slave:
-        assert list(slave.variables) == [v.name for v in table]
-        for variable in table:
-            assert slave.variable(variable.name).valueReference == variable.value_reference
-            if variable.causality != "output":
-                assert slave.get(variable.name) == variable.start
-        # every Real can be set and is the variable that the table says
-        values = {v.name: (1.0 + v.value_reference) * 1e-3 for v in table if v.causality != "output"}
-        slave.initialize(values)
-        assert {name: slave.get(name) for name in values} == values
-
-
-def reference_pi(error, feedforward, gains):
-    """Return the voltage by the equations of PIController.c."""
-    integral, voltage = gains["initialVoltage"], []
-    for e, f in zip(error, feedforward, strict=True):
-        grown = integral + gains["integralGain"] * TS * e
-        wanted = f + gains["proportionalGain"] * e + grown
-        given = min(max(wanted, gains["voltageMin"]), gains["voltageMax"])
-        deeper = (wanted > given and grown > integral) or (wanted < given and grown < integral)
-        integral = integral if deeper else grown
-        voltage.append(given)
-    return np.array(voltage)
-
-
-def test_the_controller_computes_its_equations_and_does_not_wind_up(controller):
-    gains = {
-        "proportionalGain": 2e6, "integralGain": 3e9, "voltageMin": 0.0, "voltageMax": 60.0,
-        "initialVoltage": 20.0,
-    }  # fmt: skip
-    # far too much for half of the time, then the other way
-    error = np.where(np.arange(200) < 100, 5 * UM, -1 * UM) * (1 + 0.1 * np.sin(np.arange(200)))
-    feedforward = 10 + np.cos(np.arange(200) / 7)
-    read, limited = [], []
-    with Slave(controller, gains) as slave:
-        for k, (e, f) in enumerate(zip(error, feedforward, strict=True)):
-            slave.tick(k, {"reference": 7 * UM + e, "displacement": 7 * UM, "feedforward": f})
-            read.append(slave.get("voltage"))
-            limited.append(slave.get("limited"))
-    expected = reference_pi(7 * UM + error - 7 * UM, feedforward, gains)
-    np.testing.assert_allclose(read, expected, rtol=1e-12)
-    assert max(read) == 60.0 and any(limited) and not all(limited)
-    # with wind-up it would stay at the limit for long after the error has turned
-    assert read[110] < 60.0
-
-
-def test_the_controllers_ticks_do_not_depend_on_the_steps(controller):
-    gains = {"integralGain": 1e9}
-    inputs = {"reference": 6 * UM, "displacement": 5 * UM}
-    results = []
-    for size in (TS, 0.3 * TS, 7 * TS):
-        with Slave(controller, gains) as slave:
-            time, steps = 0.0, round(2.1e-2 / size)
-            for k in range(steps):
-                slave.step(k * size, size, inputs)
-                time = (k + 1) * size
-            assert math.isclose(time, 2.1e-2)
-            results.append(slave.get("voltage"))
-    assert results[0] == results[1] == results[2] > 0
-
-
-@pytest.mark.parametrize(
-    ("values", "said"),
-    [
-        ({"sampleTime": 0.0}, "sampleTime is 0 s"),
-        ({"voltageMin": 10.0, "voltageMax": 5.0}, "must be below voltageMax"),
-        ({"integralGain": float("nan")}, "finite"),
-    ],
-)
-def test_the_controller_refuses_what_it_cannot_use(controller, values, said):
-    with pytest.raises(InputError, match=said), Slave(controller, values):
-        pass
