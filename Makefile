@@ -13,9 +13,10 @@ TOOLS := $(VENV)/.tools
 CBUILD := build/c
 SOURCES := $(shell find python fmu_src -type f -not -path '*/__pycache__/*' -not -path '*/native/*' -not -path '*/fmus/*')
 
-# where there is no C compiler: zig's from PyPI (the wheel's build backend sees to itself)
+# where there is no C compiler: zig's from PyPI (the wheel's build backend sees to itself); for any processor,
+# because valgrind knows not all that this one may have
 ifeq ($(shell command -v cc || command -v gcc || command -v clang),)
-WITH_CC := CC="$(CURDIR)/$(BIN)/python -m ziglang cc"
+WITH_CC := CC="$(CURDIR)/$(BIN)/python -m ziglang cc -mcpu=baseline"
 endif
 
 # a checker and a master from Maven Central, where there is Maven; their tests skip with a reason elsewhere

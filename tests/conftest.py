@@ -4,6 +4,7 @@ Import the classes and strategies with ``from conftest import ...``.
 """
 
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -296,6 +297,29 @@ def continue_run(instance: Instance, first: int, count: int = 30) -> bytes:
         assert instance.step(k * TS, TS) <= fmi2.fmi2Warning, instance.messages
         values.append(instance.get(OUTPUT[model]))
     return np.array(values).tobytes()
+
+
+def trajectory(unpacked: Unpacked, library: Path | None = None) -> bytes:
+    """Return the bits of a run that visits the whole range and leaves it."""
+    time = np.arange(600) * float(unpacked.variables["sampleTime"].start)
+    swing = 0.55 - 0.55 * np.cos(2 * np.pi * time / time[-1] * 3)
+    peak = {"plant": 80.0, "inverse": 15e-6}[unpacked.model]
+    with Instance(unpacked, library=library) as instance:
+        assert instance.made, instance.messages
+        instance.initialize()
+        values = []
+        for t, s in zip(time, swing, strict=True):
+            instance.assign({INPUT[unpacked.model]: float(s) * peak})
+            assert instance.step(t, time[1]) <= 1, instance.messages
+            values.append(instance.get(OUTPUT[unpacked.model]))
+    return np.array(values).tobytes()
+
+
+def moved_binary(unpacked: Unpacked, directory: Path) -> Path:
+    """Return a copy of the binary that has no resources near it."""
+    folder = directory / "elsewhere" / "binaries" / "here"
+    folder.mkdir(parents=True, exist_ok=True)
+    return Path(shutil.copy(unpacked.binary, folder))
 
 
 def rewrite(unpacked: Unpacked, directory: Path) -> Unpacked:

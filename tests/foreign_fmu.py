@@ -4,13 +4,12 @@ It counts up by the integer input `n`, gives `x` plus the time while `on`, uses 
 functions and the logger's printf arguments, returns fmi2Fatal for x below -1 and crashes below -2.
 """
 
-import shutil
 import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
 import fmpy
+from compilers import HEADERS, compiler
 
 FOREIGN = r"""
 #include <stdio.h>
@@ -101,10 +100,7 @@ def build_foreign(folder: Path, capabilities: str = "") -> Path:
     """Compile the FMU into a folder, with more attributes of its CoSimulation; return its path."""
     source, binary = folder / "Foreign.c", folder / f"Foreign{fmpy.sharedLibraryExtension}"
     source.write_text(FOREIGN, encoding="utf-8")
-    found = shutil.which("cc")
-    compiler = [found] if found else [sys.executable, "-m", "ziglang", "cc"]
-    headers = Path(fmpy.__file__).parent / "c-code"
-    command = [*compiler, "-w", "-shared", "-fPIC", f"-I{headers}", str(source), "-o", str(binary)]
+    command = [*compiler(), "-w", "-shared", "-fPIC", f"-I{HEADERS}", str(source), "-o", str(binary)]
     subprocess.run(command, check=True)
     path = folder / "Foreign.fmu"
     with zipfile.ZipFile(path, "w") as archive:

@@ -12,7 +12,11 @@ struct hum_parameters {
     double phase;     /* rad */
 };
 
+HIDDEN_BEGIN
+
 bool hum_check(const struct hum_parameters *parameters, char *message, size_t size);
 double hum_step(const struct hum_parameters *stage, double y, double time);
+
+HIDDEN_END
 
 #endif

@@ -17,10 +17,14 @@ struct lag_state {
     double y; /* y_{k-1} */
 };
 
+HIDDEN_BEGIN
+
 bool lag_check(const struct lag_parameters *parameters, double sample_time, char *message, size_t size);
 void lag_prepare(struct lag *stage, const struct lag_parameters *parameters, double sample_time);
 void lag_reset(struct lag_state *state, double y);
 double lag_step(const struct lag *stage, struct lag_state *state, double x);
 double lag_inverse(const struct lag *stage, struct lag_state *state, double y);
+
+HIDDEN_END
 
 #endif

@@ -23,6 +23,8 @@ struct resonance_state {
     double y2; /* y_{k-2} */
 };
 
+HIDDEN_BEGIN
+
 bool resonance_check(const struct resonance_parameters *parameters, double sample_time, char *message,
                      size_t size);
 void resonance_prepare(struct resonance *stage, const struct resonance_parameters *parameters,
@@ -30,5 +32,7 @@ void resonance_prepare(struct resonance *stage, const struct resonance_parameter
 void resonance_reset(struct resonance_state *state, double y);
 double resonance_step(const struct resonance *stage, struct resonance_state *state, double x);
 double resonance_inverse(const struct resonance *stage, struct resonance_state *state, double y);
+
+HIDDEN_END
 
 #endif

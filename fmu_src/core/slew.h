@@ -18,6 +18,8 @@ struct slew_state {
     double y; /* y_{k-1} */
 };
 
+HIDDEN_BEGIN
+
 bool slew_check(const struct slew_parameters *parameters, char *message, size_t size);
 void slew_prepare(struct slew *stage, const struct slew_parameters *parameters, double sample_time);
 void slew_reset(struct slew_state *state, double y);
@@ -28,5 +30,7 @@ double slew_step_tangent(const struct slew *stage, const struct slew_state *stat
 /* The voltage nearest to y that the stage lets through unchanged; the state follows it. Its tangent
  * is slew_step_tangent. */
 double slew_inverse(const struct slew *stage, struct slew_state *state, double y);
+
+HIDDEN_END
 
 #endif

@@ -1,23 +1,19 @@
 """The embedded form: compiled as a target would, it runs as the core does."""
 
-import shutil
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from compilers import compiler
 from conftest import make_set
 
 from it2hys import core, excitations
 from it2hys.cli import main
 from it2hys.parameters import ParameterSet, table_1, write_ssv
 
-CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-CXX = shutil.which("g++")
 SETS = {"table_1": table_1(), "one_rule": make_set(1, 1), "sixteen_rules": make_set(16, 16, "*/ 16")}
 STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off")
-
-pytestmark = pytest.mark.skipif(CC is None, reason="no C compiler")
 
 # a voltage per line in; displacement, voltage of the inverse and both in single precision out
 RUN = r"""
@@ -114,7 +110,7 @@ def compile_strictly(folder: Path) -> Path:
     (folder / "main.c").write_text(RUN)
     sources = [str(path) for path in sorted(folder.glob("*.c"))]
     program = folder / "main"
-    subprocess.run([CC, *STRICT, *sources, "-o", str(program), "-lm"], check=True)
+    subprocess.run([*compiler(), *STRICT, *sources, "-o", str(program), "-lm"], check=True)
     return program
 
 
@@ -148,7 +144,6 @@ def test_nothing_is_allocated(tmp_path):
     assert not any(f"{name}(" in text for name in ("malloc", "calloc", "realloc", "fopen", "alloca"))
 
 
-@pytest.mark.skipif(CXX is None, reason="no g++")
 @pytest.mark.parametrize("name", SETS)
 @pytest.mark.parametrize("function", COUNTED)
 def test_the_header_counts_operations_right(name, function, tmp_path):
@@ -161,7 +156,8 @@ def test_the_header_counts_operations_right(name, function, tmp_path):
         source = source.replace(word, replacement)
     (folder / "count.cc").write_text(source)
     program = folder / "count"
-    subprocess.run([CXX, "-std=c++20", "-w", str(folder / "count.cc"), "-o", str(program)], check=True)
+    command = [*compiler("c++"), "-std=c++20", "-w", str(folder / "count.cc"), "-o", str(program)]
+    subprocess.run(command, check=True)
     counted = subprocess.run([program], capture_output=True, text=True, check=True).stdout.split()
     header = (folder / "it2hys_model.h").read_text().splitlines()
     row = next(i for i, line in enumerate(header) if line.startswith(f" *     {function}     "))

@@ -1,33 +1,29 @@
 """The FMU as a file: its parts agree, and checkers that we did not write accept it."""
 
 import ctypes
-import os
 import shutil
 import struct
 import subprocess
-import sys
 import zipfile
 from html.parser import HTMLParser
-from pathlib import Path
 from urllib.parse import unquote, urlparse
 
 import fmpy
 import numpy as np
 import pytest
 from conftest import (
-    INPUT,
     MODELS,
-    OUTPUT,
     Instance,
     Master,
     Unpacked,
     make_set,
+    moved_binary,
     package_models,
     percent_encoded,
     rewrite,
     run_python,
+    trajectory,
 )
-from fmpy.build import build_platform_binary
 from fmpy.validation import validate_fmu
 from lxml import etree
 
@@ -339,80 +335,6 @@ def test_a_directory_that_cannot_be_made_is_refused(tmp_path):
     assert (tmp_path / "file").read_text(encoding="utf-8") == "kept"
 
 
-# --- sources -----------------------------------------------------------------------------------
-
-
-def trajectory(unpacked: Unpacked, library: Path | None = None) -> bytes:
-    """Return the bits of a run that visits the whole range and leaves it."""
-    time = np.arange(600) * float(unpacked.variables["sampleTime"].start)
-    swing = 0.55 - 0.55 * np.cos(2 * np.pi * time / time[-1] * 3)
-    peak = {"plant": 80.0, "inverse": 15e-6}[unpacked.model]
-    with Instance(unpacked, library=library) as instance:
-        assert instance.made, instance.messages
-        instance.initialize()
-        values = []
-        for t, s in zip(time, swing, strict=True):
-            instance.assign({INPUT[unpacked.model]: float(s) * peak})
-            assert instance.step(t, time[1]) <= 1, instance.messages
-            values.append(instance.get(OUTPUT[unpacked.model]))
-    return np.array(values).tobytes()
-
-
-@pytest.mark.parametrize("name", ["table_1", "five_rules"])
-@pytest.mark.parametrize("which", MODELS)
-def test_sources_compile_without_warnings_and_compute_the_same_bits(tmp_path, packaged, name, which):
-    compiler = shutil.which("cc")
-    if compiler is None or fmpy.platform != "linux64":
-        pytest.skip("needs cc on Linux")
-    _, unpacked = packaged[name]
-    unpacked = unpacked[which]
-    library = tmp_path / "own.so"
-    sources = sorted(str(p) for p in (unpacked.directory / "sources").glob("*.c"))
-    flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-shared", "-fPIC"]
-    done = subprocess.run(
-        [compiler, *flags, *sources, "-lm", "-o", str(library)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert trajectory(unpacked, library) == trajectory(unpacked)
-
-
-def test_a_binary_from_the_sources_needs_no_resources(tmp_path, five_rules):
-    """The set is compiled in: an embedded host may have no file system."""
-    compiler = shutil.which("cc")
-    if compiler is None or fmpy.platform != "linux64":
-        pytest.skip("needs cc on Linux")
-    unpacked = five_rules["plant"]
-    library = tmp_path / "own.so"
-    sources = sorted(str(p) for p in (unpacked.directory / "sources").glob("*.c"))
-    command = [compiler, "-std=c99", "-O1", "-shared", "-fPIC", *sources, "-lm", "-o", str(library)]
-    subprocess.run(command, check=True)
-    with Instance(unpacked, resources=None, library=library) as instance:
-        assert instance.made, instance.messages
-    with Instance(unpacked, resources=None, library=moved_binary(unpacked, tmp_path)) as instance:
-        assert not instance.made  # whereas the shared binary has nowhere to read this set
-
-
-@pytest.mark.parametrize("which", MODELS)
-def test_fmpy_compiles_the_sources_and_they_compute_the_same_bits(
-    tmp_path, five_rules, which, monkeypatch
-):
-    monkeypatch.setenv("PATH", os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
-    for tool in ("cmake", "cc"):
-        if shutil.which(tool) is None:
-            pytest.skip(f"{tool} is missing")
-    shipped = five_rules[which]
-    expected = trajectory(shipped)
-    copy = rewrite(shipped, tmp_path / "copy")
-    copy.binary.unlink()
-    (tmp_path / "build").mkdir()
-    build_platform_binary(copy.directory, build_dir=tmp_path / "build")
-    assert copy.binary.is_file()
-    assert trajectory(copy) == expected
-
-
 # --- a set that does not belong ----------------------------------------------------------------
 
 
@@ -473,13 +395,6 @@ def test_the_guid_of_the_other_fmu_is_refused(models):
 
 
 # --- where the resources are -------------------------------------------------------------------
-
-
-def moved_binary(unpacked: Unpacked, directory: Path) -> Path:
-    """Return a copy of the binary that has no resources near it."""
-    folder = directory / "elsewhere" / "binaries" / "here"
-    folder.mkdir(parents=True, exist_ok=True)
-    return Path(shutil.copy(unpacked.binary, folder))
 
 
 LOCATIONS = {

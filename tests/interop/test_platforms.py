@@ -4,16 +4,15 @@ Only Linux runs here, and 64-bit Windows under wine; of the others the file form
 """
 
 import os
-import re
 import shutil
 import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
 
-import fmpy
 import numpy as np
 import pytest
+from compilers import HEADERS, declared_functions
 from conftest import TS, Master, Unpacked
 
 from it2hys.excitations import identification
@@ -26,15 +25,12 @@ BINARIES = {
     "win32": "{}.dll",
     "darwin64": "{}.dylib",
 }
-HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 
-def declared_functions() -> set[str]:
-    """Return the functions of FMI 2.0 for co-simulation, from the standard's own header."""
-    header = (HEADERS / "fmi2Functions.h").read_text(encoding="utf-8")
-    rest, co_simulation = header.rsplit("Functions for FMI2 for Co-Simulation", 1)
-    common, _ = rest.rsplit("Functions for FMI2 for Model Exchange", 1)
-    return set(re.findall(r"FMI2_Export fmi2\w+TYPE\s+(fmi2\w+);", common + co_simulation))
+@pytest.fixture(params=["plant", "inverse", "controller"])
+def fmu(request, models, controller) -> Unpacked:
+    """Return each of the three FMUs in turn."""
+    return {**models, "controller": controller}[request.param]
 
 
 def binary(unpacked: Unpacked, platform: str) -> Path:
@@ -51,10 +47,10 @@ def names(symbols: object) -> set[str]:
 # --- Linux -------------------------------------------------------------------------------------
 
 
-def test_the_linux_binary_runs_on_every_glibc_from_2_17_on(model):
-    elf = lief.ELF.parse(str(binary(model, "linux64")))
+def test_the_linux_binary_runs_on_every_glibc_from_2_17_on(fmu):
+    elf = lief.ELF.parse(str(binary(fmu, "linux64")))
     assert elf.header.machine_type == lief.ELF.ARCH.X86_64
-    if not (model.directory / "binaries" / "win64").is_dir():
+    if not (fmu.directory / "binaries" / "win64").is_dir():
         pytest.skip("this build was for the host alone, with its compiler and C library")
     assert set(elf.libraries) <= {"libc.so.6", "libm.so.6", "libdl.so.2"}
     needed = [v.name for r in elf.symbols_version_requirement for v in r.get_auxiliary_symbols()]
@@ -63,8 +59,8 @@ def test_the_linux_binary_runs_on_every_glibc_from_2_17_on(model):
     assert max(versions) <= (2, 17)
 
 
-def test_the_linux_binary_shows_the_functions_of_fmi_and_nothing_else(model):
-    elf = lief.ELF.parse(str(binary(model, "linux64")))
+def test_the_linux_binary_shows_the_functions_of_fmi_and_nothing_else(fmu):
+    elf = lief.ELF.parse(str(binary(fmu, "linux64")))
     assert names(elf.exported_symbols) == declared_functions()
 
 
@@ -74,8 +70,8 @@ MACHINES = {"win64": lief.PE.Header.MACHINE_TYPES.AMD64, "win32": lief.PE.Header
 
 
 @pytest.mark.parametrize("platform", MACHINES)
-def test_a_windows_binary_needs_nothing_that_windows_lacks(model, platform):
-    pe = lief.PE.parse(str(binary(model, platform)))
+def test_a_windows_binary_needs_nothing_that_windows_lacks(fmu, platform):
+    pe = lief.PE.parse(str(binary(fmu, platform)))
     assert pe.header.machine == MACHINES[platform]
     libraries = {i.name.lower() for i in pe.imports}
     assert "kernel32.dll" in libraries
@@ -87,14 +83,14 @@ def test_a_windows_binary_needs_nothing_that_windows_lacks(model, platform):
 # --- macOS -------------------------------------------------------------------------------------
 
 
-def test_the_macos_binary_holds_both_processors(model):
-    universal = lief.MachO.parse(str(binary(model, "darwin64")))
+def test_the_macos_binary_holds_both_processors(fmu):
+    universal = lief.MachO.parse(str(binary(fmu, "darwin64")))
     cpus = lief.MachO.Header.CPU_TYPE
     assert [m.header.cpu_type for m in universal] == [cpus.X86_64, cpus.ARM64]
     for slice_ in universal:
         assert slice_.header.file_type == lief.MachO.Header.FILE_TYPE.DYLIB
         own, *libraries = [library.name for library in slice_.libraries]
-        assert own == f"@rpath/{model.identifier}.dylib"
+        assert own == f"@rpath/{fmu.identifier}.dylib"
         assert libraries == ["/usr/lib/libSystem.B.dylib"]
         shown = {n for n in names(slice_.exported_symbols) if n.startswith("_fmi2")}
         assert shown == {f"_{n}" for n in declared_functions()}
@@ -103,9 +99,9 @@ def test_the_macos_binary_holds_both_processors(model):
     assert universal.at(1).has_code_signature  # Apple's processors run nothing without
 
 
-def test_the_slices_of_the_macos_binary_lie_as_its_table_says(model):
+def test_the_slices_of_the_macos_binary_lie_as_its_table_says(fmu):
     """Apple's loader wants them on page boundaries, in order and apart."""
-    path = binary(model, "darwin64")
+    path = binary(fmu, "darwin64")
     content = path.read_bytes()
     word = lambda place: int.from_bytes(content[place : place + 4], "big")  # noqa: E731
     assert word(0) == 0xCAFEBABE

@@ -26,6 +26,8 @@ struct creep_state {
     double s[CREEP_MAX]; /* s_i,k-1 */
 };
 
+HIDDEN_BEGIN
+
 bool creep_check(const struct creep_element *elements, int count, char *message, size_t size);
 void creep_prepare(struct creep *stage, const struct creep_element *elements, int count,
                    double sample_time);
@@ -41,5 +43,7 @@ double creep_solve(const struct creep *stage, const struct creep_state *state, d
 /* Derivative of the input x that creep_reset returns, in the direction of `d`, d_y and d_ahead. */
 double creep_reset_tangent(const struct creep *stage, double x, double ahead,
                            const struct creep_element *d, double d_y, double d_ahead);
+
+HIDDEN_END
 
 #endif

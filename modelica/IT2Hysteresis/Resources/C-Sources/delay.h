@@ -25,10 +25,14 @@ struct delay_state {
     double u[DELAY_MAX_TICKS]; /* u_{k-1}, u_{k-2}, ... */
 };
 
+HIDDEN_BEGIN
+
 bool delay_check(const struct delay_parameters *parameters, double sample_time, char *message,
                  size_t size);
 void delay_prepare(struct delay *stage, const struct delay_parameters *parameters, double sample_time);
 void delay_reset(struct delay_state *state, double u);
 double delay_step(const struct delay *stage, struct delay_state *state, double u);
+
+HIDDEN_END
 
 #endif

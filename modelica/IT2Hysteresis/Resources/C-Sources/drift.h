@@ -14,10 +14,14 @@ struct drift_parameters {
     double rate;                   /* m/s */
 };
 
+HIDDEN_BEGIN
+
 bool drift_is_on(const struct drift_parameters *parameters);
 double drift_step(const struct drift_parameters *stage, double x, double temperature, double time);
 double drift_inverse(const struct drift_parameters *stage, double y, double temperature, double time);
 double drift_step_tangent(const struct drift_parameters *stage, double d_x, double d_temperature);
 double drift_inverse_tangent(const struct drift_parameters *stage, double d_y, double d_temperature);
+
+HIDDEN_END
 
 #endif

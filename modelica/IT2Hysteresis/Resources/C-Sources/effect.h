@@ -17,6 +17,8 @@
 #include <stddef.h>
 #include <stdio.h>
 
+#include "hidden.h"
+
 #define TWO_PI 6.283185307179586
 
 /* Writes why a parameter set cannot be used; returns false. */

@@ -133,24 +133,33 @@ static bool ticks_plausible(const struct fmu_snapshot *s)
            last->first_tick <= last_due + 1;
 }
 
-/* A checksum stops damage, not invention: what a step relies on is checked too. */
-static bool plausible(const struct fmu_snapshot *s)
+static bool all_finite(const struct fmu_snapshot *s)
+{
+    return isfinite(s->time) && isfinite(s->stop_time) &&
+           doubles_finite(&s->values.input, sizeof s->values.input) &&
+           doubles_finite(&s->slope, sizeof s->slope) && doubles_finite(&s->chain, sizeof s->chain);
+}
+
+/* A checksum stops damage, not invention: what a step relies on is checked too. Returns what cannot be,
+ * or NULL; `message` is room for it. */
+static const char *invented(const struct fmu_snapshot *s, char *message, size_t size)
 {
     const struct chain_parameters *p = &s->values.parameter;
+    const struct fmu_span *last = &s->last_step.span;
     const bool one_phase = s->phase == FMU_INSTANTIATED || s->phase == FMU_INITIALIZATION ||
                            s->phase == FMU_STEP_COMPLETE || s->phase == FMU_TERMINATED;
-    char message[512];
 
-    if (!one_phase || !isfinite(s->time) || !isfinite(s->stop_time) ||
-        s->last_step.span.end_tick < s->last_step.span.first_tick || s->last_status < 0 ||
-        s->last_status > fmi2Discard)
-        return false;
-    if (!doubles_finite(&s->values.input, sizeof s->values.input) ||
-        !doubles_finite(&s->slope, sizeof s->slope) || !doubles_finite(&s->chain, sizeof s->chain))
-        return false;
-    return s->phase < FMU_STEP_COMPLETE ||
-           (fmu_within_bounds(p, message, sizeof message) && chain_check(p, message, sizeof message) &&
-            ticks_plausible(s));
+    if (!one_phase || s->last_status < 0 || s->last_status > fmi2Discard)
+        return "no such phase or status";
+    if (!all_finite(s))
+        return "a number is not finite";
+    if (last->end_tick < last->first_tick)
+        return "the last step ends before it begins";
+    if (s->phase < FMU_STEP_COMPLETE)
+        return NULL;
+    if (!fmu_within_bounds(p, message, size) || !chain_check(p, message, size))
+        return message;
+    return ticks_plausible(s) ? NULL : "the ticks are not those of the time";
 }
 
 fmi2Status fmu_deserialize(struct fmu *fmu, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
@@ -158,6 +167,7 @@ fmi2Status fmu_deserialize(struct fmu *fmu, const fmi2Byte bytes[], size_t size,
     static const char function[] = "fmi2DeSerializeFMUstate";
     struct fmu_snapshot *snapshot;
     struct header header;
+    char message[512];
 
     if (!fmu_may(fmu, function, FMU_ANY_PHASE))
         return fmi2Error;
@@ -171,10 +181,13 @@ fmi2Status fmu_deserialize(struct fmu *fmu, const fmi2Byte bytes[], size_t size,
         return fmu_say(fmu, fmi2Error, "%s: out of memory.", function);
     memcpy(snapshot, bytes + sizeof header, sizeof *snapshot);
     header = header_of(fmu, snapshot);
-    if (memcmp(&header, bytes, sizeof header) != 0 || !plausible(snapshot)) {
+    const char *reason = memcmp(&header, bytes, sizeof header) != 0
+                             ? "header or checksum is wrong"
+                             : invented(snapshot, message, sizeof message);
+    if (reason) {
         free(snapshot);
         return fmu_say(fmu, fmi2Error, "%s: these bytes are damaged or not a state of this version of "
-                       "%s.", function, fmu->model->identifier);
+                       "%s: %s.", function, fmu->model->identifier, reason);
     }
     *state = snapshot; /* never read before: masters pass it uninitialised */
     return fmi2OK;

@@ -12,6 +12,10 @@
 /* Beyond this, ticks are no longer exact in a double. */
 #define LARGEST_TICK 9007199254740992.0
 
+/* A derivative repeats the ticks of the last step, and a state that was not made here may claim any
+ * number of them. */
+#define LONGEST_DERIVATIVE 1000000
+
 /* How much a time, in units of one sample time, may be off. */
 static double tolerance(double ticks)
 {
@@ -221,6 +225,10 @@ fmi2Status fmu_directional_derivative(struct fmu *fmu, const fmi2ValueReference 
             return fmu_say(fmu, fmi2Error, "%s: %s is not an unknown; unknowns are the Real outputs.",
                            function, v ? v->name : "a value reference that does not exist");
     }
+    const struct fmu_span *last = &fmu->now.last_step.span;
+    if (!starting && (double)last->end_tick - (double)last->first_tick > LONGEST_DERIVATIVE)
+        return fmu_say(fmu, fmi2Discard, "%s: the last step has more than %d ticks; derivatives are "
+                       "those of shorter ones.", function, LONGEST_DERIVATIVE);
     if (!starting)
         last_step_tangent(fmu, &d.input, &d.output);
     else if (fmu_start_outputs(fmu, function) != fmi2OK)

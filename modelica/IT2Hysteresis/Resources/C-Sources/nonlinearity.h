@@ -20,6 +20,8 @@ struct nonlinearity {
     double half_range;
 };
 
+HIDDEN_BEGIN
+
 bool nonlinearity_is_on(const struct nonlinearity_parameters *parameters);
 bool nonlinearity_check(const struct nonlinearity_parameters *parameters, double minimum,
                         double maximum, char *message, size_t size);
@@ -27,5 +29,7 @@ void nonlinearity_prepare(struct nonlinearity *stage, const struct nonlinearity_
                           double minimum, double maximum);
 double nonlinearity_step(const struct nonlinearity *stage, double y);
 double nonlinearity_derivative(const struct nonlinearity *stage, double y);
+
+HIDDEN_END
 
 #endif

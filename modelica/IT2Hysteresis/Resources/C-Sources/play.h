@@ -32,6 +32,8 @@ struct play_state {
     double p[PLAY_MAX]; /* p_j,k-1 */
 };
 
+HIDDEN_BEGIN
+
 bool play_check(const struct play_element *elements, int count, char *message, size_t size);
 void play_prepare(struct play *stage, const struct play_element *elements, int count);
 
@@ -57,5 +59,7 @@ double play_solve_tangent(const struct play *stage, const struct play_state *sta
 /* Derivative of the input that play_reset returns, in the direction of `d`, d_h and d_history. */
 double play_reset_tangent(const struct play *stage, double h, struct play_history history,
                           const struct play_element *d, double d_h, struct play_history d_history);
+
+HIDDEN_END
 
 #endif

@@ -11,10 +11,14 @@ struct saturation_parameters {
     double maximum;
 };
 
+HIDDEN_BEGIN
+
 bool saturation_check(const struct saturation_parameters *parameters, char *message, size_t size);
 bool saturation_is_on(const struct saturation_parameters *parameters);
 double saturation_step(const struct saturation_parameters *stage, double x);
 double saturation_step_tangent(const struct saturation_parameters *stage, double x, double d_x);
 double saturation_inverse(const struct saturation_parameters *stage, double y);
+
+HIDDEN_END
 
 #endif
