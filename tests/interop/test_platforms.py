@@ -1,12 +1,13 @@
 """The binaries of all platforms: what they are, what they show, what they need, what they compute.
 
-Only Linux runs here, and 64-bit Windows under wine; of the others the file formats are read.
+Only Linux runs here, and Windows under wine; of the others the file formats are read.
 """
 
 import os
 import shutil
 import subprocess
 import sys
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -74,7 +75,7 @@ def test_a_windows_binary_needs_nothing_that_windows_lacks(fmu, platform):
     pe = lief.PE.parse(str(binary(fmu, platform)))
     assert pe.header.machine == MACHINES[platform]
     libraries = {i.name.lower() for i in pe.imports}
-    assert "kernel32.dll" in libraries
+    assert libraries
     assert all(n == "kernel32.dll" or n.startswith("api-ms-win-crt-") for n in libraries)
     assert names(pe.get_export().entries) == declared_functions()
     assert pe.header.characteristics & int(lief.PE.Header.CHARACTERISTICS.DLL)
@@ -115,37 +116,68 @@ def test_the_slices_of_the_macos_binary_lie_as_its_table_says(fmu):
 
 # --- the same bits everywhere ------------------------------------------------------------------
 
+TARGETS = {"win64": "x86_64-windows-gnu", "win32": "x86-windows-gnu"}
+# Programs that run binaries of a platform, with what each wants in its environment: recent ones are
+# 64-bit throughout and run both kinds, older ones need a 32-bit loader with a prefix of that kind.
+WINES = {
+    "win64": [("wine64", {}), ("wine", {}), ("/usr/lib/wine/wine64", {})],
+    "win32": [
+        ("wine", {}),
+        ("wine", {"WINEARCH": "win32"}),
+        ("/usr/lib/wine/wine", {"WINEARCH": "win32"}),
+    ],
+}
 
-def wine() -> str:
-    """Return the program that runs 64-bit Windows binaries."""
-    for name in ("wine64", "wine", "/usr/lib/wine/wine64"):
-        if found := shutil.which(name):
-            return found
-    pytest.skip("wine is not installed")
 
-
-@pytest.fixture(scope="module")
-def windows_host(tmp_path_factory) -> Path:
-    """Return a host program for Windows, compiled here by zig."""
-    pytest.importorskip("ziglang", reason="ziglang is missing")
-    wine()
-    root, here = Path(__file__).parents[2], tmp_path_factory.mktemp("host")
+def build_host(target: str, directory: Path) -> Path:
+    """Return a host program for Windows, compiled by zig."""
     sources = [
         Path(__file__).parent / "hosts" / "run_plant.c",
-        root / "fmu_src" / "platforms" / "windows_runtime.c",
+        Path(__file__).parents[2] / "fmu_src" / "platforms" / "windows_runtime.c",
     ]
-    zig = [sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu", "-O1"]
-    environment = {**os.environ, "ZIG_GLOBAL_CACHE_DIR": str(here / "zig")}
-    objects = [here / f"{source.stem}.o" for source in sources]
-    for source, target in zip(sources, objects, strict=True):
-        command = [*zig, "-I", HEADERS, "-c", source, "-o", target]
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", target, "-O1"]
+    environment = {**os.environ, "ZIG_GLOBAL_CACHE_DIR": str(directory / "zig")}
+    objects = [directory / f"{source.stem}.o" for source in sources]
+    for source, place in zip(sources, objects, strict=True):
+        command = [*zig, "-I", HEADERS, "-c", source, "-o", place]
         subprocess.run(command, check=True, env=environment)
     parts = ("convert", "heap", "runtime", "stdio", "string")
     libraries = ["-lkernel32", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in parts)]
     flags = ["-nostdlib", "-rtlib=compiler-rt", "-Wl,--subsystem,console", "-Wl,-e,mainCRTStartup"]
-    host = here / "run_plant.exe"
+    host = directory / "run_plant.exe"
     subprocess.run([*zig, *flags, *objects, *libraries, "-o", host], check=True, env=environment)
     return host
+
+
+def run_under(wine: tuple[str, dict], host: Path, arguments: list, text: str) -> tuple[int, str]:
+    """Run the host program; return its exit code and what it prints."""
+    program, more = wine
+    prefix = host.parent / "-".join(["prefix", Path(program).name, *more.values()])
+    done = subprocess.run(
+        [program, host, *map(str, arguments)],
+        input=text,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env={**os.environ, "WINEPREFIX": str(prefix), "WINEDEBUG": "-all", **more},
+        timeout=300,
+        check=False,
+    )
+    return done.returncode, done.stdout
+
+
+@pytest.fixture(scope="module", params=TARGETS)
+def windows(request, tmp_path_factory):
+    """Return a Windows platform and a function that runs its host program under wine."""
+    pytest.importorskip("ziglang", reason="ziglang is missing")
+    found = [w for w in WINES[request.param] if shutil.which(w[0])]
+    if not found:
+        pytest.skip(f"no wine for {request.param} is installed")
+    host = build_host(TARGETS[request.param], tmp_path_factory.mktemp(request.param))
+    for wine in found:
+        if "the library cannot be loaded" in run_under(wine, host, [], "")[1]:  # it has none
+            return request.param, partial(run_under, wine, host)
+    pytest.skip(f"the wine that is installed does not run binaries for {request.param}")
 
 
 def windows_path(path: Path) -> str:
@@ -154,31 +186,22 @@ def windows_path(path: Path) -> str:
 
 
 @pytest.mark.parametrize("name", ["table_1", "five_rules"])
-def test_under_wine_the_windows_binary_gives_the_bits_of_the_linux_one(
-    packaged, name, windows_host, tmp_path
-):
+def test_under_wine_the_windows_binary_gives_the_bits_of_the_linux_one(packaged, name, windows):
     """Under (22); and with five rules, whose set the binary reads from the resources."""
+    platform, run = windows
     plant = packaged[name][1]["plant"]
     voltage = identification(np.arange(4000) * TS)
     arguments = [
-        windows_path(binary(plant, "win64")),
+        windows_path(binary(plant, platform)),
         plant.description.guid,
         f"file:///Z:{plant.directory}/resources",
         plant.variables["voltage"].valueReference,
         plant.variables["displacement"].valueReference,
         repr(TS),
     ]
-    done = subprocess.run(
-        [wine(), windows_host, *map(str, arguments)],
-        input="".join(f"{float(v).hex()}\n" for v in voltage),
-        capture_output=True,
-        text=True,
-        env={**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"},
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    printed = [line for line in done.stdout.splitlines() if line.startswith(("0x", "-0x"))]
+    code, out = run(arguments, "".join(f"{float(v).hex()}\n" for v in voltage))
+    assert code == 0, out
+    printed = [line for line in out.splitlines() if line.startswith(("0x", "-0x"))]
     with Master(plant) as master:
         expected = master.run(voltage)
     assert [float.fromhex(line) for line in printed] == expected.tolist()
