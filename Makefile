@@ -69,7 +69,7 @@ hardened: ctest
 	$(WITH_CC) PATH="$(CURDIR)/$(BIN):$$PATH" fmu_src/tests/hardened.sh $(CURDIR)/$(CBUILD) \
 	  $(CURDIR)/$(BIN)/python
 
-pytest: $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched)
+pytest: $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched $(MAESTRO)/.fetched)
 	# two workers are all the cores there may be: no threads besides
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
 

@@ -96,14 +96,40 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
+RESTLESS = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Restless" guid="r">
+  <CoSimulation modelIdentifier="Restless" canHandleVariableCommunicationStepSize="true"
+      canGetAndSetFMUstate="true"/>
+  <ModelVariables>
+    <ScalarVariable name="input" valueReference="0" causality="input"><Real start="0"/></ScalarVariable>
+    <ScalarVariable name="restored" valueReference="1" causality="output"><Real/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="2" dependencies=""/></Outputs>
+    <InitialUnknowns><Unknown index="2" dependencies=""/></InitialUnknowns>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+
+
 def build_foreign(folder: Path, capabilities: str = "") -> Path:
     """Compile the FMU into a folder, with more attributes of its CoSimulation; return its path."""
-    source, binary = folder / "Foreign.c", folder / f"Foreign{fmpy.sharedLibraryExtension}"
+    source = folder / "Foreign.c"
     source.write_text(FOREIGN, encoding="utf-8")
-    command = [*compiler(), "-w", "-shared", "-fPIC", f"-I{HEADERS}", str(source), "-o", str(binary)]
-    subprocess.run(command, check=True)
-    path = folder / "Foreign.fmu"
+    return _build("Foreign", source, DESCRIPTION.replace("CAPABILITIES", capabilities), folder)
+
+
+def build_restless(folder: Path) -> Path:
+    """Compile an FMU that discards steps (hosts/restless.c) into a folder; return its path."""
+    return _build("Restless", Path(__file__).parent / "interop/hosts/restless.c", RESTLESS, folder)
+
+
+def _build(name: str, source: Path, description: str, folder: Path) -> Path:
+    binary = folder / f"{name}{fmpy.sharedLibraryExtension}"
+    command = [*compiler(), "-w", "-shared", "-fPIC", f"-I{HEADERS}", str(source), "-lm"]
+    subprocess.run([*command, "-o", str(binary)], check=True)
+    path = folder / f"{name}.fmu"
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION.replace("CAPABILITIES", capabilities))
+        archive.writestr("modelDescription.xml", description)
         archive.write(binary, f"binaries/{fmpy.platform}/{binary.name}")
     return path
