@@ -26,4 +26,35 @@ float it2_single_step(const struct it2_single *stage, float y_previous, float x)
 /* (30): x_k that takes y_{k-1} to y. */
 float it2_single_inverse(const struct it2_single *stage, float y_previous, float y);
 
+/* The same as a stage of the chain: with a state that is advanced. */
+struct it2_single_state {
+    float y; /* y_{k-1} */
+};
+
+struct it2_single_range {
+    float minimum;
+    float maximum;
+};
+
+static inline void it2_single_reset(struct it2_single_state *state, float y)
+{
+    state->y = y;
+}
+
+static inline float it2_single_advance(const struct it2_single *stage, struct it2_single_state *state,
+                                       float x)
+{
+    state->y = it2_single_step(stage, state->y, x);
+    return state->y;
+}
+
+static inline float it2_single_retrace(const struct it2_single *stage, struct it2_single_state *state,
+                                       float y)
+{
+    const float x = it2_single_inverse(stage, state->y, y);
+
+    state->y = y;
+    return x;
+}
+
 #endif

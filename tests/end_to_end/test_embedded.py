@@ -46,6 +46,92 @@ int main(void)
 }
 """
 
+# ticks in; largest differences of single precision from double out: displacement, reading, voltage of
+# the inverse, inverse followed by plant; all but the voltage of the displacement's range, which is last
+RUN_SINGLE = r"""
+#include <stdio.h>
+#include <stdlib.h>
+#include "it2hys_model.h"
+#include "it2hys_single.h"
+
+static double larger(double than, double a, double b)
+{
+    return fmax(than, fabs(a - b));
+}
+
+int main(int count, char **argument)
+{
+    static struct chain chain;
+    static struct chain_state plant, inverse;
+    static struct single_chain single;
+    static struct single_chain_state plant_1, inverse_1, follower;
+    const long ticks = count > 1 ? atol(argument[1]) : 0;
+    double error[4] = { 0.0, 0.0, 0.0, 0.0 }, low = 1.0, high = -1.0;
+
+    it2hys_begin(&chain, &plant);
+    it2hys_begin(&chain, &inverse);
+    it2hys_single_begin(&single, &plant_1);
+    it2hys_single_begin(&single, &inverse_1);
+    it2hys_single_begin(&single, &follower);
+    for (long k = 0; k < ticks; k++) {
+        const double t = (double)k * IT2HYS_PARAMETERS.sampleTime;
+        const double u = 45.0 + 25.0 * sin(6.3 * t) + 12.0 * sin(46.0 * t);
+        const struct chain_surroundings around = { 2.0 * sin(3.0 * t), 293.15 + 2.0 * sin(0.5 * t), t };
+        const struct single_chain_surroundings around_1 = { (float)around.force,
+                                                            (float)around.temperature, (float)t };
+        unsigned limits, limits_1;
+        const double y = chain_step(&chain, &plant, u, &around);
+        const float y_1 = single_chain_step(&single, &plant_1, (float)u, &around_1);
+        const double x = chain_inverse(&chain, &inverse, y, &around, &limits);
+        const float x_1 = single_chain_inverse(&single, &inverse_1, (float)y, &around_1, &limits_1);
+        const float y_2 = single_chain_step(&single, &follower, x_1, &around_1);
+        if (limits || limits_1)
+            return 1;
+        low = fmin(low, y);
+        high = fmax(high, y);
+        error[0] = larger(error[0], (double)y_1, y);
+        error[1] = larger(error[1], (double)single_chain_measure(&single, y_1, (float)t),
+                          chain_measure(&chain, y, t));
+        error[2] = larger(error[2], (double)x_1, x);
+        error[3] = larger(error[3], (double)y_2, y);
+    }
+    printf("%g %g %g %g %g\n", error[0] / (high - low), error[1] / (high - low), error[2],
+           error[3] / (high - low), high - low);
+    return 0;
+}
+"""
+EFFECTS = {
+    "saturation": {"saturation.minimum": -50.0, "saturation.maximum": 200.0},
+    "load": {"load.compliance": 2e-8},
+    "drift": {"drift.temperatureCoefficient": 1e-8, "drift.rate": 1e-9},
+    "nonlinearity": {"nonlinearity.quadratic": 2e-7, "nonlinearity.cubic": 1e-7},
+    "lag": {"lag.timeConstant": 3e-4},
+    "play": {
+        "play[1].threshold": 2.0, "play[1].weight": 0.1,
+        "play[2].threshold": 6.0, "play[2].weight": -0.05,
+    },
+    "creep": {
+        "creep[1].gain": 0.02, "creep[1].timeConstant": 0.1,
+        "creep[2].gain": 0.02, "creep[2].timeConstant": 10.0,
+    },
+    "slow creep": {"creep[1].gain": 0.02, "creep[1].timeConstant": 1e3},
+    "resonance": {"resonance.frequency": 900.0, "resonance.damping": 0.05},
+    "hum": {"hum.amplitude": 2e-8, "hum.frequency": 50.0},
+    "delay": {"delay.time": 5e-4},
+    "slew": {"slew.rate": 2e4},
+}  # fmt: skip
+STATIC = ("saturation", "load", "drift", "nonlinearity")
+SLOW = ("lag", "play", "load", "creep")
+# what the generated header says, for each group of effects: displacement, voltage, inverse and plant
+BOUNDS = {
+    (): (1e-6, 0.5e-3, 1.5e-6),
+    STATIC: (1e-6, 0.5e-3, 1.5e-6),
+    SLOW: (2e-6, 2e-3, 2e-6),
+    ("slow creep",): (1e-4, 10e-3, 2e-6),
+    ("resonance",): (3e-6, 2e-3, 4e-6),
+    (*STATIC, "lag", "play", "creep", "resonance", "slew", "hum"): (3e-6, 10e-3, 4e-6),
+}
+
 # arithmetic that counts itself, in place of TYPE in the core's sources
 COUNT = r"""
 #include <cfloat>
@@ -106,8 +192,8 @@ def embedded(parameters: ParameterSet, directory: Path) -> Path:
     return directory / "embedded"
 
 
-def compile_strictly(folder: Path) -> Path:
-    (folder / "main.c").write_text(RUN)
+def compile_strictly(folder: Path, main: str = RUN) -> Path:
+    (folder / "main.c").write_text(main)
     sources = [str(path) for path in sorted(folder.glob("*.c"))]
     program = folder / "main"
     subprocess.run([*compiler(), *STRICT, *sources, "-o", str(program), "-lm"], check=True)
@@ -136,6 +222,55 @@ def test_runs_as_the_core(name, tmp_path):
     print(f"{name}: single precision differs by {error:.2e} of the range on (22)")
     assert error < 1e-6
     assert np.abs(x_single - voltage).max() < 5e-2
+
+
+@pytest.fixture(scope="module")
+def core_objects(tmp_path_factory) -> list[str]:
+    """Return the core, which is the same for every set, compiled."""
+    folder = embedded(table_1(), tmp_path_factory.mktemp("core"))
+    sources = sorted(folder.glob("*.c"))
+    subprocess.run([*compiler(), *STRICT, "-c", *(p.name for p in sources)], check=True, cwd=folder)
+    return [str(source.with_suffix(".o")) for source in sources]
+
+
+def with_effects(*names: str) -> ParameterSet:
+    values = {n: v for n, v in table_1().items() if n not in ("playCount", "creepCount")}
+    values["initialDisplacement"] = 8e-6
+    for name in names:
+        values |= EFFECTS[name]
+    return ParameterSet(values, "+".join(names) or "core").validate()
+
+
+def run_single(effects: tuple, folder: Path, objects: list[str], ticks: int) -> np.ndarray:
+    """Return what RUN_SINGLE prints for a set with these effects."""
+    folder = embedded(with_effects(*effects), folder)
+    (folder / "main.c").write_text(RUN_SINGLE)
+    flags = [*STRICT, "-Wdouble-promotion", "-Wconversion"]
+    command = [*compiler(), *flags, str(folder / "main.c"), *objects, "-o", str(folder / "main"), "-lm"]
+    subprocess.run(command, check=True)
+    done = subprocess.run([folder / "main", str(ticks)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, "the inverse met a limit"
+    return np.array(done.stdout.split(), dtype=float)
+
+
+@pytest.mark.parametrize("effects", BOUNDS, ids=lambda names: "+".join(names) or "core")
+def test_the_chain_in_single_precision_stays_with_double(effects, core_objects, tmp_path):
+    displacement, reading, voltage, both, covered = run_single(
+        effects, tmp_path, core_objects, 1_000_000
+    )
+    assert covered > 8e-6
+    measured = np.array([displacement, voltage, both])
+    assert (measured > 0).all()
+    assert (measured < BOUNDS[effects]).all(), measured
+    hum = 3e-3 * EFFECTS["hum"]["hum.amplitude"] / covered if "hum" in effects else 0.0
+    assert reading < BOUNDS[effects][0] + hum
+
+
+def test_a_delay_in_single_precision_is_as_long(core_objects, tmp_path):
+    """Five ticks, which no quotient of floats is exactly; its inverse has nothing to compare with."""
+    displacement, _, voltage, _, _ = run_single(("delay",), tmp_path, core_objects, 20_000)
+    assert 0 < displacement < 7e-7
+    assert 0 < voltage < 2.5e-4
 
 
 def test_nothing_is_allocated(tmp_path):
