@@ -95,10 +95,10 @@ _SINGLE_TEXT = """\
  *     all of these               3e-6             10 mV           4e-6
  *     creep of 1e7 ticks         1e-4             10 mV           2e-6
  * Static are saturation, load, drift and nonlinearity. Inverses of lag and resonance divide by what
- * they damped, rounding included, which is why voltages are off by more. A creep element that is so slow
- * rounds away much of what it moves in a tick. The phase of hum is computed from a time in float: after
- * 100 s of 50 Hz it is off by 3e-3. Where that counts, hand over the time within a whole number of its
- * periods.
+ * they damped, rounding included, which is why voltages are off by more. A creep element as slow as
+ * that rounds away much of what it moves in a tick. The phase of hum is computed from a time in float:
+ * after 100 s of 50 Hz it is off by 3e-3. Where that counts, hand over the time within a whole number
+ * of its periods.
  */
 #ifndef IT2HYS_SINGLE_H
 #define IT2HYS_SINGLE_H

@@ -1,5 +1,6 @@
 """The embedded form: compiled as a target would, it runs as the core does."""
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from conftest import make_set
 from it2hys import core, excitations
 from it2hys.cli import main
 from it2hys.parameters import ParameterSet, table_1, write_ssv
+from it2hys.single_precision import single_precision
 
 SETS = {"table_1": table_1(), "one_rule": make_set(1, 1), "sixteen_rules": make_set(16, 16, "*/ 16")}
 STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off")
@@ -264,6 +266,12 @@ def test_the_chain_in_single_precision_stays_with_double(effects, core_objects, 
     assert (measured < BOUNDS[effects]).all(), measured
     hum = 3e-3 * EFFECTS["hum"]["hum.amplitude"] / covered if "hum" in effects else 0.0
     assert reading < BOUNDS[effects][0] + hum
+
+
+def test_nothing_is_left_in_double():
+    text = single_precision(core.native_directory() / "embedded")
+    assert not re.search(r"\bdouble\b|\b(exp|expm1|sin|cos|sqrt|fabs|fmin|fmax|floor)\(", text)
+    assert not re.search(r"\d\.\d*(e-?\d+)?(?![\d.ef])", text)
 
 
 def test_a_delay_in_single_precision_is_as_long(core_objects, tmp_path):
