@@ -19,6 +19,7 @@ from fmpy import fmi2
 from hypothesis import settings
 from hypothesis import strategies as st
 
+from it2hys import core
 from it2hys.controller import controller_fmu
 from it2hys.model_description import IDENTIFIERS
 from it2hys.packaging import package
@@ -297,6 +298,20 @@ def continue_run(instance: Instance, first: int, count: int = 30) -> bytes:
         assert instance.step(k * TS, TS) <= fmi2.fmi2Warning, instance.messages
         values.append(instance.get(OUTPUT[model]))
     return np.array(values).tobytes()
+
+
+def ticks(count: int) -> np.ndarray:
+    """Return the times of the first ticks."""
+    return np.arange(count) * TS
+
+
+def tick_values(model: str, signal, count: int) -> np.ndarray:
+    """Return what the C core makes of a signal at every tick."""
+    inputs = np.array([signal(k * TS) for k in range(count)])
+    rules = table_1().rules
+    if model == "plant":
+        return core.free_run(rules, inputs, 0.0)
+    return core.solve(rules, np.concatenate([[0.0], inputs[:-1]]), inputs)
 
 
 def trajectory(unpacked: Unpacked, library: Path | None = None) -> bytes:

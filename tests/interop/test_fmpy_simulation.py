@@ -1,0 +1,151 @@
+"""FMPy's own simulate_fmu on our FMUs, and how a run ends that cannot go on."""
+
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from conftest import (
+    INPUT,
+    MODELS,
+    OUTPUT,
+    TS,
+    UM,
+    Instance,
+    Unpacked,
+    package_models,
+    tick_values,
+    ticks,
+)
+from fmpy import fmi2
+
+from it2hys.excitations import identification, tracking_reference
+from it2hys.parameters import ParameterSet
+
+OK, WARNING, DISCARD, ERROR = fmi2.fmi2OK, fmi2.fmi2Warning, fmi2.fmi2Discard, fmi2.fmi2Error
+
+
+def structured(**columns: np.ndarray) -> np.ndarray:
+    """Return FMPy's input: a structured array with a time column."""
+    array = np.zeros(len(next(iter(columns.values()))), dtype=[(n, float) for n in columns])
+    for name, column in columns.items():
+        array[name] = column
+    return array
+
+
+@pytest.mark.parametrize("which", MODELS)
+def test_simulate_fmu_gives_every_tick_one_row_later(fmus, which):
+    time = ticks(300)
+    signal = {"plant": identification(time), "inverse": tracking_reference(time)}[which]
+    result = fmpy.simulate_fmu(
+        str(fmus[which]),
+        stop_time=time[-1],
+        output_interval=TS,
+        step_size=TS,
+        input=structured(time=time, **{INPUT[which]: signal}),
+    )
+    np.testing.assert_allclose(result["time"], time, rtol=0, atol=1e-9 * TS)
+    expected = tick_values(which, lambda t: signal[round(t / TS)], len(time) - 1)
+    np.testing.assert_allclose(
+        result[OUTPUT[which]][1:], expected, rtol=1e-12, atol=1e-12 * np.max(np.abs(expected))
+    )
+
+
+@pytest.mark.parametrize("which", MODELS)
+def test_simulate_fmu_runs_as_it_comes(fmus, which):
+    result = fmpy.simulate_fmu(str(fmus[which]))
+    assert result["time"][-1] == pytest.approx(0.2)
+    assert np.isfinite(result[OUTPUT[which]]).all()
+
+
+def test_simulate_fmu_takes_start_values_and_their_display_units(fmus):
+    one = fmpy.simulate_fmu(
+        str(fmus["plant"]), stop_time=TS, start_values={"initialDisplacement": 2 * UM}
+    )
+    other = fmpy.simulate_fmu(
+        str(fmus["plant"]), stop_time=TS, start_values={"initialDisplacement": (2.0, "um")}
+    )
+    assert one["displacement"][0] == 2 * UM
+    assert other["displacement"][0] == pytest.approx(2 * UM, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("start_values", "culprit"),
+    [
+        ({"rule[2].sigmaLower": 0.0}, "rule[2].sigmaLower"),
+        ({"rule[2].sigmaLower": 12e-6}, "rule[2].sigmaUpper"),
+        ({f"rule[{i}].q2": -1e-9 for i in (1, 2, 3)}, "rule[].q2"),
+        ({"rule[1].q1": 1.3}, "contraction"),
+        ({"displacementMax": 25e-6}, "contraction"),
+        ({"sampleTime": 0.0}, "sampleTime"),
+        ({"sampleTime": -1e-4}, "sampleTime"),
+        ({"voltageMin": 150.0}, "voltageMin"),
+        ({"displacementMin": 17e-6}, "displacementMin"),
+        ({"rule[3].centre": 18.7}, "rule[3].centre"),
+        ({"ruleCount": 0}, "ruleCount"),
+        ({"ruleCount": 17}, "ruleCount"),
+        ({"ruleCount": -1}, "ruleCount"),
+        ({"ruleCount": 4}, "rule[4].sigmaLower"),
+        ({"ruleCount": 2**31 - 1}, "ruleCount"),
+    ],
+)
+@pytest.mark.parametrize("which", MODELS)
+def test_unusable_start_values_are_refused_and_the_culprit_is_named(fmus, which, start_values, culprit):
+    said = []
+    with pytest.raises(fmpy.fmi1.FMICallException, match="fmi2ExitInitializationMode"):
+        fmpy.simulate_fmu(
+            str(fmus[which]),
+            stop_time=TS,
+            start_values=start_values,
+            logger=lambda env, name, status, category, message: said.append((status, message)),
+        )
+    errors = [message.decode() for status, message in said if status == ERROR]
+    assert len(errors) == 1
+    assert culprit in errors[0]
+
+
+def diverging(directory: Path) -> Unpacked:
+    """Return a plant that is usable over 0..16 um and diverges from 100 um on, up to infinity."""
+    rules = np.array([[3.0, 4.0, 8.0, 0.5, 0.05, 0.5], [1.0, 5.0, 100.0, 5.0, 0.05, 0.0]])
+    rules *= np.array([UM, UM, UM, 1.0, UM, UM])
+    parameters = ParameterSet.from_rules(rules, initialDisplacement=200 * UM).validate()
+    return package_models(parameters, directory)["plant"]
+
+
+def test_a_run_that_diverges_ends_and_says_where(tmp_path):
+    """A master must not be left repeating a step that can never be made."""
+    said = []
+    result = fmpy.simulate_fmu(
+        str(diverging(tmp_path).path),
+        stop_time=1.0,
+        output_interval=0.01,
+        timeout=2.0,
+        logger=lambda env, name, status, category, message: said.append(message.decode()),
+    )
+    assert result["time"][-1] < 1.0
+    assert np.isfinite(result["displacement"]).all()
+    refused = [message for message in said if "no longer finite" in message]
+    assert len(refused) == 1  # the master did not try again and again until its timeout
+
+
+def test_after_a_refused_step_the_status_says_that_the_run_is_over(tmp_path):
+    with Instance(diverging(tmp_path)) as plant:
+        plant.initialize()
+        time, status = 0.0, OK
+        while status <= WARNING and time < 1.0:
+            before, last = plant.get("displacement"), time
+            status = plant.step(time, 0.01)
+            time += 0.01
+        assert status == DISCARD
+        assert "no longer finite" in plant.said(DISCARD)[0]
+        assert plant.get("displacement") == before
+        assert np.isfinite(before)
+        assert plant.fmu.getStatus(fmi2.fmi2DoStepStatus) == DISCARD
+        assert plant.fmu.getRealStatus(fmi2.fmi2LastSuccessfulTime) == last
+        assert plant.fmu.getBooleanStatus(fmi2.fmi2Terminated) is True
+
+
+def test_an_instance_that_made_its_step_does_not_want_to_end(plant):
+    plant.initialize()
+    plant.step(0.0, TS)
+    assert plant.fmu.getBooleanStatus(fmi2.fmi2Terminated) is False
