@@ -3,6 +3,7 @@
  *
  *   fuzz_calls.c        FMI calls with any arguments, in any order, on several instances; FMU states
  *   fuzz_parameters.c   parameter files
+ *   fuzz_controller.c   FMI calls on PIController
  *
  * A broken promise ends the program with the byte string in hex, which `fuzz_<target> -x HEX` runs
  * again. corpus/<target>.hex holds strings worth starting from, one per line. */
