@@ -96,6 +96,38 @@ def test_the_controller_refuses_what_it_cannot_use(controller, values, said):
         pass
 
 
+def test_every_variable_has_a_type_with_its_limits(controller):
+    units = {u.name: {d.name for d in u.displayUnits} for u in controller.description.unitDefinitions}
+    for variable in controller.description.modelVariables:
+        declared = variable.declaredType
+        assert variable.description and declared is not None, variable.name
+        if variable.type != "Real":
+            continue
+        assert variable.unit == declared.unit in units, variable.name
+        assert declared.displayUnit is None or declared.displayUnit in units[variable.unit]
+        assert None not in (declared.min, declared.max, declared.nominal), variable.name
+        start = float(variable.start or 0.0)
+        assert float(declared.min) <= start <= float(declared.max), variable.name
+
+
+def test_initial_outputs_depend_on_what_the_xml_says(controller):
+    (unknown,) = [u for u in controller.description.initialUnknowns if u.variable.name == "voltage"]
+    assert [u.dependencies for u in controller.description.outputs] == [[], []]
+    moved = set()
+    for name, variable in controller.variables.items():
+        if variable.causality == "output":
+            continue
+        for before in ({}, {"initialVoltage": -1.0}, {"initialVoltage": 200.0}):  # within, below, above
+            read = []
+            for change in (0.0, 0.5e-4):
+                with Instance(controller) as instance:
+                    start = {"initialVoltage": 20.0, **before}
+                    start[name] = start.get(name, float(variable.start)) + change
+                    read.append(instance.initialize(start).get("voltage"))
+            moved |= {name} if read[0] != read[1] else set()
+    assert moved == {v.name for v in unknown.dependencies}
+
+
 # --- capabilities ------------------------------------------------------------------------------
 
 

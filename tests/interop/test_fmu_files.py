@@ -6,6 +6,7 @@ import struct
 import subprocess
 import zipfile
 from html.parser import HTMLParser
+from pathlib import Path
 from urllib.parse import unquote, urlparse
 
 import fmpy
@@ -61,20 +62,27 @@ def test_fmpy_finds_nothing(any_fmu):
     assert validate_fmu(str(unpacked.path)) == []
 
 
-def test_fmutool_finds_nothing(any_fmu, capfd, caplog):
+def fmutool_findings(path: Path, caplog: pytest.LogCaptureFixture) -> list[str]:
     pytest.importorskip("fmu_manipulation_toolbox", reason="fmu-manipulation-toolbox is missing")
     from fmu_manipulation_toolbox.checker import get_checkers
     from fmu_manipulation_toolbox.operations import FMU
 
-    _, unpacked = any_fmu
-    fmu = FMU(str(unpacked.path))
+    fmu = FMU(str(path))
     checkers = [checker() for checker in get_checkers()]
     assert len(checkers) >= 2  # the schema and the rules that no schema can express
     with caplog.at_level("INFO", logger="fmu_manipulation_toolbox"):
         for checker in checkers:
             fmu.apply_operation(checker)
-    assert [r.getMessage() for r in caplog.records if r.levelname in ("WARNING", "ERROR")] == []
     assert "This FMU seems to be compliant with FMI-2.0." in caplog.text
+    return [r.getMessage() for r in caplog.records if r.levelname in ("WARNING", "ERROR")]
+
+
+def test_fmutool_finds_nothing(any_fmu, capfd, caplog):
+    assert fmutool_findings(any_fmu[1].path, caplog) == []
+
+
+def test_fmutool_finds_nothing_in_the_controller(controller, capfd, caplog):
+    assert fmutool_findings(controller.path, caplog) == []
 
 
 # --- what no checker sees ----------------------------------------------------------------------
