@@ -21,15 +21,17 @@ def compiler(language: str = "c") -> list[str]:
             return [found]
     if importlib.util.find_spec("ziglang") is None:
         pytest.skip("no compiler: neither the host's nor PyPI's ziglang")
-    return [sys.executable, "-m", "ziglang", "cc" if language == "c" else "c++"]
+    # for any processor: with fused multiplications the last bits would be others
+    return [sys.executable, "-m", "ziglang", "cc" if language == "c" else "c++", "-mcpu=baseline"]
 
 
 def environment_for_cmake() -> dict[str, str]:
-    """Return an environment in which CMake finds itself, ninja and a C compiler."""
+    """Return an environment in which CMake finds itself, ninja and compilers."""
     return {
         **os.environ,
         "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]),
         "CC": " ".join(compiler()),
+        "CXX": " ".join(compiler("c++")),
         "CMAKE_GENERATOR": "Ninja",
     }
 
