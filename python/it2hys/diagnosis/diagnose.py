@@ -13,7 +13,7 @@ from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import ChainFit, Model, Trace
 from it2hys.diagnosis.experiments import deciding_experiment
-from it2hys.diagnosis.fitting import Bench, clues
+from it2hys.diagnosis.fitting import IMITATED, Bench, clues
 from it2hys.diagnosis.intervals import intervals_of
 from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_trace
 from it2hys.diagnosis.residuals import left_over
@@ -33,6 +33,7 @@ from it2hys.identification.result import Identification
 from it2hys.identification.usability import widest_range
 from it2hys.metrics import max_relative_error, rms_error
 from it2hys.parameters import ParameterSet
+from it2hys.processes import parallel_map
 from it2hys.records import Record
 from it2hys.variables import load_table
 
@@ -63,6 +64,7 @@ def diagnose(
     rules: int = RULES,
     options: Options | None = None,
     progress: Progress | None = None,
+    workers: int = 1,
 ) -> Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -84,6 +86,8 @@ def diagnose(
     options : Options, optional
     progress : callable, optional
         Called with the share done, 0 to 1, and what is being done.
+    workers : int
+        Processes that share the fits. The result does not depend on it.
 
     Returns
     -------
@@ -98,7 +102,8 @@ def diagnose(
     if not train:
         raise InputError("no training record is given")
     session = _Session(train, validation, test, declared, options or Options(), progress)
-    return session.run(model, rules)
+    with parallel_map(workers) as each:
+        return session.run(model, rules, each)
 
 
 class _Session:
@@ -131,12 +136,12 @@ class _Session:
         self._seconds: dict[str, float] = {}
         self._warnings: list[str] = []
 
-    def run(self, given: ParameterSet | None, rules: int) -> Diagnosis:
+    def run(self, given: ParameterSet | None, rules: int, each: Callable) -> Diagnosis:
         """Run all phases."""
         base = self._timed("paper's model", self._base, given, rules)
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
-        search = Search(bench, self._report_trial, self._inseparable)
+        search = Search(bench, self._report_trial, self._inseparable, each)
         self._tried = 0
         chosen = self._timed("search", search.run, first)
         node = search.settled(chosen)
@@ -239,10 +244,12 @@ class _Session:
         model = base
         for effect in self._declared:
             self._progress(0.25, f"declared: {effect}")
-            fit = bench.add(model, effect, thorough=True)
-            if fit is None:
+            fits = [bench.add(model, effect)]
+            if effect in IMITATED:
+                fits.append(bench.add_anew(model, effect))
+            if not any(fits):
                 raise InputError(f"'{effect}' is declared, but no fit with it stays finite")
-            model = fit.model
+            model = min((f for f in fits if f), key=lambda fit: fit.minimum.cost).model
         return bench.reshaped(model).model if self._declared else model
 
     # --- search and final fit --------------------------------------------------------------------

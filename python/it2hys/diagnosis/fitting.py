@@ -10,6 +10,7 @@ import numpy as np
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
 from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
+from it2hys.diagnosis.residuals import left_over
 from it2hys.effects import Clue, Clues, Extent
 from it2hys.effects.hum import phases
 from it2hys.identification.criteria import Series
@@ -23,7 +24,7 @@ from it2hys.variables import load_table
 #: and when the reading is taken is not in the records. A delay of up to a sample goes with them.
 SAMPLED = ("lag", "resonance", "slew")
 _SHORTEST = 1e-3
-#: Effects that the core can imitate in part; guesses for which the rules are sought anew, and starts.
+#: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
 IMITATED = ("lag", "nonlinearity")
 _ANEW, _ANEW_STARTS = 3, 4
 #: Below so many times the noise a fit is as good as it can be.
@@ -164,10 +165,6 @@ class Bench:
         """Noise of the records that decide, m rms."""
         return float(np.sqrt(np.mean([t.noise**2 for t in self.deciding])))
 
-    def rms(self, fit: ChainFit) -> float:
-        """Return the error of a fit on the training records, m."""
-        return fit.rms * self.scaling.y_unit
-
     def clues(self, model: Model) -> Clues:
         """Return what a model leaves over of the training records."""
         return clues(model, self.traces, self.extent)
@@ -181,34 +178,39 @@ class Bench:
         """Fit everything jointly from a model; `strength` is that of the penalties for a poor core."""
         return minimise(self.criterion(model).guarded(strength), iterations)
 
-    def add(self, model: Model, effect: str, thorough: bool = False) -> ChainFit | None:
+    def add(self, model: Model, effect: str) -> ChainFit | None:
         """Fit a model with one effect more, from the best of the guesses of it.
 
         Parameters
         ----------
         model : Model
         effect : str
-        thorough : bool
-            Whether to seek the rules anew for some of the guesses if the effect is one that they can
-            imitate: from where they do, no descent leads to where the effect does.
 
         Returns
         -------
         ChainFit or None
             None where the records cannot show the effect, or every guess diverges.
         """
-        guesses = EFFECTS[effect].guesses(self.clues(model))
-        trials = [self._prepared(with_effect(model, effect, g, self.extent)) for g in guesses]
-        found = self._best(model, trials)
-        if not (thorough and effect in IMITATED) or (found and self.has_reached_noise(found)):
-            return found
-        spread = trials[:: max(1, len(trials) // _ANEW)]
-        fits = [found, *(self.reshaped(trial, _ANEW_STARTS) for trial in spread)]
-        return min((f for f in fits if f), key=lambda f: f.minimum.cost)
+        return self._best(model, self._guessed(model, effect))
 
-    def has_reached_noise(self, fit: ChainFit) -> bool:
-        """Return whether a fit is as good as the noise of the records allows."""
-        return self.rms(fit) <= _REACHED * self.floor
+    def add_anew(self, model: Model, effect: str) -> ChainFit | None:
+        """Fit as `add`, with the rules sought anew for some of the guesses.
+
+        Where the rules imitate the effect, no descent leads to where the effect does it.
+        """
+        trials = self._guessed(model, effect)
+        spread = trials[:: max(1, len(trials) // _ANEW)]
+        fits = [self.reshaped(trial, _ANEW_STARTS) for trial in spread]
+        return min(fits, key=lambda fit: fit.minimum.cost, default=None)
+
+    def _guessed(self, model: Model, effect: str) -> list[Model]:
+        guesses = EFFECTS[effect].guesses(self.clues(model))
+        return [self._prepared(with_effect(model, effect, g, self.extent)) for g in guesses]
+
+    def leaves_noise(self, fit: ChainFit) -> bool:
+        """Return whether nothing but noise is left over of the training records."""
+        left = left_over(self.clues(fit.model), [t.noise for t in self.traces])
+        return left.size <= _REACHED and not left.significant
 
     def add_rule(self, model: Model) -> ChainFit | None:
         """Fit a model with one rule more, from the best way of splitting one in two."""
