@@ -243,7 +243,12 @@ def _identify(options: argparse.Namespace) -> int:
 
 def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.diagnosis import RULES, diagnose
-    from it2hys.diagnosis_report import error_table, evidence_table, summary, write_diagnosis
+    from it2hys.diagnosis_report import (
+        error_table,
+        evidence_overview,
+        summary,
+        write_diagnosis,
+    )
     from it2hys.identification import Options
     from it2hys.parameters import read_ssv
     from it2hys.progress import progress_bar
@@ -268,7 +273,7 @@ def _diagnose(options: argparse.Namespace) -> int:
         print((options.output / "report.json").read_text(), end="")
         return 0
     _say(options, error_table(diagnosis).text(), "\n")
-    _say(options, evidence_table(diagnosis).text(), "\n")
+    _say(options, evidence_overview(diagnosis).text(), "\n")
     for text in summary(diagnosis):
         _say(options, text)
     _say(options, f"\nreport: {report}")
