@@ -27,8 +27,9 @@ _SHORTEST = 1e-3
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
 IMITATED = ("lag", "nonlinearity")
 _ANEW, _ANEW_STARTS = 3, 4
-#: Below so many times the noise a fit is as good as it can be.
-_REACHED = 1.1
+#: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
+#: noise is not known better. What looks so has more than this probability to.
+_REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
 #: A resonance damped by more than this smooths, it does not ring.
 _DAMPED = 0.4
 #: Guesses of an effect that are followed, and the iterations of the two rounds.
@@ -210,7 +211,7 @@ class Bench:
     def leaves_noise(self, fit: ChainFit) -> bool:
         """Return whether nothing but noise is left over of the training records."""
         left = left_over(self.clues(fit.model), [t.noise for t in self.traces])
-        return left.size <= _REACHED and not left.significant
+        return left.size <= _REACHED or (left.size <= _NEARLY and left.p_value > _BY_CHANCE)
 
     def add_rule(self, model: Model) -> ChainFit | None:
         """Fit a model with one rule more, from the best way of splitting one in two."""

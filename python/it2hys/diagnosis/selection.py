@@ -21,6 +21,8 @@ LEVEL = 0.01
 LEAST_GAIN = 0.05
 #: ... which has to be more than this, or else more than the other share of what exceeds the noise.
 CLEAR_GAIN, LEAST_SHARE = 0.1, 0.25
+#: Least gain by which one of two equally simple models is the better one.
+_TELLING = 0.02
 #: Least gain, and largest probability of it by chance, for a variant of a model to be taken.
 _REFINED, _LIKELY = 0.01, 0.05
 #: A model that is not accepted, but lowers the cost on the training records to less than this share, is
@@ -217,9 +219,9 @@ class Search:
         alike = [n for n in self.nodes.values() if not self._beats(best, n)]
         fewest = min((len(n.effects), len(n.added)) for n in alike)
         alike = [n for n in alike if (len(n.effects), len(n.added)) == fewest]
-        alike.sort(key=lambda n: n.rms)
-        self.rivals = alike[1:]
-        return alike[0]
+        chosen, *others = sorted(alike, key=lambda n: n.rms)
+        self.rivals = [n for n in others if not self._predicts_better(chosen, n)]
+        return chosen
 
     def settled(self, chosen: Node) -> Node:
         """Return the chosen model without the effects that a rival does without.
@@ -233,6 +235,12 @@ class Search:
         if known:
             return min(known, key=lambda n: n.rms)
         return _without(self.bench, chosen, *(chosen.effects - common))
+
+    @staticmethod
+    def _predicts_better(one: Node, other: Node) -> bool:
+        """Return whether of two equally simple models one is better by more than chance."""
+        comparison = compare(other.errors, one.errors)
+        return comparison.gain > _TELLING and comparison.p_value * len(EFFECTS) < LEVEL
 
     def _beats(self, one: Node, other: Node) -> bool:
         return one is not other and self.is_better(compare(other.errors, one.errors), 1)
