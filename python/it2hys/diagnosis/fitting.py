@@ -192,7 +192,30 @@ class Bench:
         ChainFit or None
             None where the records cannot show the effect, or every guess diverges.
         """
-        return self._best(model, self._guessed(model, effect))
+        fit = self._best(model, self._guessed(model, effect))
+        idle = self._idle(fit, effect) if fit else []
+        if not idle:
+            return fit
+        # such as the limit at one end, where only that at the other was found
+        guesses = EFFECTS[effect].guesses(self.clues(fit.model))
+        values = {tuple(guess[name] for name in idle) for guess in guesses if {*idle} <= {*guess}}
+        trials = [
+            replace(fit.model, values={**fit.model.values, **dict(zip(idle, v, strict=True))})
+            for v in sorted(values)
+        ]
+        again = self._best(fit.model, trials) if trials else None
+        return min((f for f in (fit, again) if f), key=lambda f: f.minimum.cost)
+
+    def _idle(self, fit: ChainFit, effect: str) -> list[str]:
+        """Return what of an effect went to a bound, where the records may no longer feel it."""
+        of_effect = load_table().parameters()
+        return [
+            c.name
+            for c in fit.criterion.common
+            if of_effect[c.name].effect == effect
+            and of_effect[c.name].group is None
+            and fit.model.values[c.name] in c.bounds
+        ]
 
     def add_anew(self, model: Model, effect: str) -> ChainFit | None:
         """Fit as `add`, with the rules sought anew for some of the guesses.
