@@ -24,6 +24,8 @@ from it2hys.variables import load_table
 #: and when the reading is taken is not in the records. A delay of up to a sample goes with them.
 SAMPLED = ("lag", "resonance", "slew")
 _SHORTEST = 1e-3
+#: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
+_SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
 IMITATED = ("lag", "nonlinearity")
 _ANEW, _ANEW_STARTS = 3, 4
@@ -64,6 +66,12 @@ def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
 def _shifts(model: Model) -> bool:
     """Return whether a delay of up to a sample belongs to a model without it being an effect."""
     return "delay" not in model.effects and any(e in SAMPLED for e in model.effects)
+
+
+def _shifted(model: Model, share: float) -> Model:
+    """Return the model with a delay of a share of a sample."""
+    delay = share * model.values["sampleTime"]
+    return replace(model, values={**model.values, "delay.time": delay})
 
 
 def is_sampling(model: Model, effect: str) -> bool:
@@ -193,21 +201,28 @@ class Bench:
             None where the records cannot show the effect, or every guess diverges.
         """
         fit = self._best(model, self._guessed(model, effect))
-        idle = self._idle(fit, effect) if fit else []
-        if not idle:
-            return fit
-        # such as the limit at one end, where only that at the other was found
-        guesses = EFFECTS[effect].guesses(self.clues(fit.model))
+        if fit is None:
+            return None
+        fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
+        if effect in SAMPLED and _shifts(fit.model):
+            fits += [self.fit(_shifted(fit.model, share), _SETTLING) for share in _SHIFTS]
+        return min((f for f in fits if f), key=lambda f: f.minimum.cost)
+
+    def _without_idleness(self, fit: ChainFit, effect: str) -> list[Model]:
+        """Return the model with guesses for what of an effect went to a bound.
+
+        It may do nothing there: such as the limit at one end, where only that at the other was found.
+        """
+        idle = self._idle(fit, effect)
+        guesses = EFFECTS[effect].guesses(self.clues(fit.model)) if idle else []
         values = {tuple(guess[name] for name in idle) for guess in guesses if {*idle} <= {*guess}}
-        trials = [
+        return [
             replace(fit.model, values={**fit.model.values, **dict(zip(idle, v, strict=True))})
             for v in sorted(values)
         ]
-        again = self._best(fit.model, trials) if trials else None
-        return min((f for f in (fit, again) if f), key=lambda f: f.minimum.cost)
 
     def _idle(self, fit: ChainFit, effect: str) -> list[str]:
-        """Return what of an effect went to a bound, where the records may no longer feel it."""
+        """Return what of an effect, but for terms of a series, went to a bound."""
         of_effect = load_table().parameters()
         return [
             c.name
