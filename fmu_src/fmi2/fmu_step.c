@@ -19,15 +19,19 @@ static double tolerance(double ticks)
 }
 
 /* ceil and its kin are calls where the compiler may not assume a recent processor: written out. */
-int64_t fmu_first_tick(double time, double sample_time)
+static int64_t first_tick(double ticks)
 {
-    const double ticks = time / sample_time;
     const double due = ticks - tolerance(ticks);
 
     if (!(due > -LARGEST_TICK && due < LARGEST_TICK))
         return due > 0.0 ? (int64_t)LARGEST_TICK : -(int64_t)LARGEST_TICK;
     const int64_t whole = (int64_t)due;
     return whole + (due > (double)whole);
+}
+
+int64_t fmu_first_tick(double time, double sample_time)
+{
+    return first_tick(time / sample_time);
 }
 
 static struct fmu_inputs inputs_at(const struct fmu_span *step, double time)
@@ -49,21 +53,28 @@ static bool is_zero(const struct fmu_inputs *slope)
            slope->temperature == 0.0;
 }
 
-/* Runs a step's ticks from `state`; returns findings. */
-static unsigned run(const struct fmu *fmu, const struct fmu_span *step, struct chain_state *state,
-                    struct fmu_outputs *output)
+/* Runs the ticks up to `end_tick` in place; returns findings. What a step of one tick costs is the way
+ * from the state of the last tick to the next, and each copy between would lengthen it. */
+static unsigned run(struct fmu *fmu, double start, int64_t end_tick)
 {
-    const struct chain_parameters *parameters = &fmu->now.values.parameter;
-    const bool held = is_zero(&step->slope);
-    struct fmu_inputs input = step->input;
+    struct fmu_snapshot *now = &fmu->now;
+    struct fmu_inputs *input = &now->values.input;
+    const double sample_time = now->values.parameter.sampleTime;
     unsigned findings = 0;
 
-    for (int64_t tick = step->first_tick; tick < step->end_tick; tick++) {
-        const double time = (double)tick * parameters->sampleTime;
-        if (!held)
-            input = inputs_at(step, time);
-        input.time = time;
-        findings |= fmu->model->tick(&fmu->chain, state, parameters, &input, output);
+    if (is_zero(&now->slope)) {
+        for (int64_t tick = now->next_tick; tick < end_tick; tick++) {
+            input->time = (double)tick * sample_time;
+            findings |= fmu->model->tick(&fmu->chain, &now->chain, &now->values.parameter, input,
+                                         &now->values.output);
+        }
+        return findings;
+    }
+    const struct fmu_span span = { .start = start, .input = *input, .slope = now->slope };
+    for (int64_t tick = now->next_tick; tick < end_tick; tick++) {
+        const struct fmu_inputs at_tick = inputs_at(&span, (double)tick * sample_time);
+        findings |= fmu->model->tick(&fmu->chain, &now->chain, &now->values.parameter, &at_tick,
+                                     &now->values.output);
     }
     return findings;
 }
@@ -73,7 +84,7 @@ bool fmu_outputs_finite(const struct fmu_outputs *output)
     return isfinite(output->displacement) && isfinite(output->measured) && isfinite(output->voltage);
 }
 
-/* Logs each finding once in an instance's life, so that a log is not flooded. */
+/* Logs findings that are new: each once in an instance's life, so that a log is not flooded. */
 static fmi2Status warn(struct fmu *fmu, unsigned findings, double time)
 {
     static const struct {
@@ -97,7 +108,7 @@ static fmi2Status warn(struct fmu *fmu, unsigned findings, double time)
         if (fresh & WARNINGS[i].finding)
             fmu_say(fmu, fmi2Warning, "fmi2DoStep to %g s: %s. This is said once.", time,
                     WARNINGS[i].text);
-    return fresh ? fmi2Warning : fmi2OK;
+    return fmi2Warning;
 }
 
 /* Is this a step that can be made? Otherwise says why not. */
@@ -128,39 +139,34 @@ static bool step_possible(const struct fmu *fmu, double time, double step)
 
 fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
 {
-    struct chain_state state;
-    struct fmu_outputs output;
+    struct chain_state before;
 
     if (!fmu_may(fmu, "fmi2DoStep", FMU_STEP_COMPLETE) || !step_possible(fmu, time, step))
         return fmi2Error;
     struct fmu_snapshot *now = &fmu->now;
-    struct fmu_span span = {
-        .start = time,
-        .first_tick = now->next_tick,
-        .end_tick = fmu_first_tick(time + step, now->values.parameter.sampleTime),
-        .input = now->values.input,
-        .slope = now->slope,
-    };
-    if (span.end_tick < span.first_tick)
-        span.end_tick = span.first_tick;
-    chain_copy(&fmu->chain, &state, &now->chain);
-    output = now->values.output;
+    const struct fmu_outputs held = now->values.output;
+    const double input_time = now->values.input.time;
+    const int64_t due = fmu_first_tick(time + step, now->values.parameter.sampleTime);
+    const int64_t end_tick = due < now->next_tick ? now->next_tick : due;
 
-    const unsigned findings = run(fmu, &span, &state, &output);
-    if (!fmu_outputs_finite(&output)) {
+    chain_copy(&fmu->chain, &before, &now->chain);
+    const unsigned findings = run(fmu, time, end_tick);
+    if (!fmu_outputs_finite(&now->values.output)) {
+        chain_copy(&fmu->chain, &now->chain, &before);
+        now->values.output = held;
+        now->values.input.time = input_time;
         now->last_status = fmi2Discard;
         return fmu_say(fmu, fmi2Discard, "fmi2DoStep: the %s is no longer finite between %g s and %g s; "
                        "the step is not made and the state is that of %g s.",
                        fmu->model->kind == FMU_PLANT ? "displacement" : "voltage", time, time + step,
                        time);
     }
-    chain_copy(&fmu->chain, &now->last_step.chain, &now->chain);
-    now->last_step.span = span;
-    chain_copy(&fmu->chain, &now->chain, &state);
-    now->values.output = output;
-    now->next_tick = span.end_tick;
+    chain_copy(&fmu->chain, &now->last_step.chain, &before);
+    now->last_step.span = (struct fmu_span){ time, now->next_tick, end_tick, now->values.input,
+                                             now->slope };
+    now->next_tick = end_tick;
     now->time = time + step;
-    const fmi2Status status = warn(fmu, findings, now->time);
+    const fmi2Status status = findings & ~now->warned ? warn(fmu, findings, now->time) : fmi2OK;
     now->last_status = (int)status;
     return status;
 }
