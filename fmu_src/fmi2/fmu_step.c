@@ -18,20 +18,23 @@ static double tolerance(double ticks)
     return TIME_TOLERANCE + 1e-14 * fabs(ticks);
 }
 
-/* ceil and its kin are calls where the compiler may not assume a recent processor: written out. */
+/* The first tick at or after a time in units of one sample time, not beyond LARGEST_TICK. ceil and its kin
+ * are calls where the compiler may not assume a recent processor: written out. */
 static int64_t first_tick(double ticks)
 {
     const double due = ticks - tolerance(ticks);
-
-    if (!(due > -LARGEST_TICK && due < LARGEST_TICK))
-        return due > 0.0 ? (int64_t)LARGEST_TICK : -(int64_t)LARGEST_TICK;
     const int64_t whole = (int64_t)due;
+
     return whole + (due > (double)whole);
 }
 
 int64_t fmu_first_tick(double time, double sample_time)
 {
-    return first_tick(time / sample_time);
+    const double ticks = time / sample_time;
+
+    if (!(ticks > -LARGEST_TICK && ticks < LARGEST_TICK))
+        return ticks > 0.0 ? (int64_t)LARGEST_TICK : -(int64_t)LARGEST_TICK;
+    return first_tick(ticks);
 }
 
 static struct fmu_inputs inputs_at(const struct fmu_span *step, double time)
@@ -111,42 +114,62 @@ static fmi2Status warn(struct fmu *fmu, unsigned findings, double time)
     return fmi2Warning;
 }
 
-/* Is this a step that can be made? Otherwise says why not. */
-static bool step_possible(const struct fmu *fmu, double time, double step)
+/* A step as asked for, in units of one sample time where a name says ticks. */
+struct request {
+    double time;
+    double step;
+    double end;
+    double end_ticks;
+    double slack;
+};
+
+static struct request request_of(const struct fmu *fmu, double time, double step)
 {
-    const struct fmu_snapshot *now = &fmu->now;
-    const double sample_time = now->values.parameter.sampleTime;
+    const double sample_time = fmu->now.values.parameter.sampleTime;
     const double end = time + step;
     const double end_ticks = end / sample_time;
-    const double slack = sample_time * tolerance(end_ticks);
 
-    if (!isfinite(time) || !isfinite(step) || step < 0.0)
-        fmu_say(fmu, fmi2Error, "fmi2DoStep: a step of %g s from %g s is not possible; both must be "
-                "finite and the step not negative.", step, time);
-    else if (fabs(time - now->time) > slack)
-        fmu_say(fmu, fmi2Error, "fmi2DoStep: the step begins at %.17g s, but this instance is at "
-                "%.17g s; to go back, set an earlier FMU state.", time, now->time);
-    else if (now->stop_time_defined && end > now->stop_time + slack)
-        fmu_say(fmu, fmi2Error, "fmi2DoStep: the step ends at %.17g s, after stopTime, %.17g s.", end,
-                now->stop_time);
-    else if (fabs(end_ticks) >= LARGEST_TICK)
-        fmu_say(fmu, fmi2Error, "fmi2DoStep: at %g s ticks of %g s can no longer be counted.", end,
-                sample_time);
-    else
-        return true;
-    return false;
+    return (struct request){ time, step, end, end_ticks, sample_time * tolerance(end_ticks) };
+}
+
+/* False where anything is not a number: fewer comparisons than reasons. */
+static bool step_possible(const struct fmu_snapshot *now, const struct request *r)
+{
+    return r->step >= 0.0 && fabs(r->time - now->time) <= r->slack && fabs(r->end_ticks) < LARGEST_TICK &&
+           !(now->stop_time_defined && r->end > now->stop_time + r->slack);
+}
+
+/* Says why a step is not possible. */
+static fmi2Status refuse_step(const struct fmu *fmu, const struct request *r)
+{
+    const struct fmu_snapshot *now = &fmu->now;
+
+    if (!isfinite(r->time) || !isfinite(r->step) || r->step < 0.0)
+        return fmu_say(fmu, fmi2Error, "fmi2DoStep: a step of %g s from %g s is not possible; both must be "
+                       "finite and the step not negative.", r->step, r->time);
+    if (fabs(r->time - now->time) > r->slack)
+        return fmu_say(fmu, fmi2Error, "fmi2DoStep: the step begins at %.17g s, but this instance is at "
+                       "%.17g s; to go back, set an earlier FMU state.", r->time, now->time);
+    if (now->stop_time_defined && r->end > now->stop_time + r->slack)
+        return fmu_say(fmu, fmi2Error, "fmi2DoStep: the step ends at %.17g s, after stopTime, %.17g s.",
+                       r->end, now->stop_time);
+    return fmu_say(fmu, fmi2Error, "fmi2DoStep: at %g s ticks of %g s can no longer be counted.", r->end,
+                   now->values.parameter.sampleTime);
 }
 
 fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
 {
     struct chain_state before;
 
-    if (!fmu_may(fmu, "fmi2DoStep", FMU_STEP_COMPLETE) || !step_possible(fmu, time, step))
+    if (!fmu_may(fmu, "fmi2DoStep", FMU_STEP_COMPLETE))
         return fmi2Error;
     struct fmu_snapshot *now = &fmu->now;
+    const struct request request = request_of(fmu, time, step);
+    if (!step_possible(now, &request))
+        return refuse_step(fmu, &request);
     const struct fmu_outputs held = now->values.output;
     const double input_time = now->values.input.time;
-    const int64_t due = fmu_first_tick(time + step, now->values.parameter.sampleTime);
+    const int64_t due = first_tick(request.end_ticks);
     const int64_t end_tick = due < now->next_tick ? now->next_tick : due;
 
     chain_copy(&fmu->chain, &before, &now->chain);
@@ -158,14 +181,14 @@ fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
         now->last_status = fmi2Discard;
         return fmu_say(fmu, fmi2Discard, "fmi2DoStep: the %s is no longer finite between %g s and %g s; "
                        "the step is not made and the state is that of %g s.",
-                       fmu->model->kind == FMU_PLANT ? "displacement" : "voltage", time, time + step,
+                       fmu->model->kind == FMU_PLANT ? "displacement" : "voltage", time, request.end,
                        time);
     }
     chain_copy(&fmu->chain, &now->last_step.chain, &before);
     now->last_step.span = (struct fmu_span){ time, now->next_tick, end_tick, now->values.input,
                                              now->slope };
     now->next_tick = end_tick;
-    now->time = time + step;
+    now->time = request.end;
     const fmi2Status status = findings & ~now->warned ? warn(fmu, findings, now->time) : fmi2OK;
     now->last_status = (int)status;
     return status;
