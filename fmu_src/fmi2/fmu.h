@@ -212,8 +212,12 @@ static inline fmi2Status fmu_start_outputs(struct fmu *fmu, const char *function
 /* What is not finite is never handed out. */
 bool fmu_outputs_finite(const struct fmu_outputs *output);
 
+fmi2Status fmu_get_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
+                        double values[]);
 fmi2Status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
                    const fmi2ValueReference references[], size_t count, void *values);
+fmi2Status fmu_set_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
+                        const double values[]);
 fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
                    const fmi2ValueReference references[], size_t count, const void *values);
 fmi2Status fmu_set_input_derivatives(struct fmu *fmu, const fmi2ValueReference references[],

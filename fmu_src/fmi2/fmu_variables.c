@@ -93,25 +93,6 @@ static bool null_arrays(const struct fmu *fmu, const char *function, const void 
     return true;
 }
 
-/* Would lookup accept this reference, and is its causality one of `causalities` (bits)? Short enough to
- * be inlined: what a tick costs is in such checks, and the reasons are looked for only where one fails. */
-static inline bool is_one_of(const struct fmu *fmu, enum fmu_base base, unsigned causalities,
-                             fmi2ValueReference reference)
-{
-    const struct fmu_variable *v = fmu_find(fmu->model, reference);
-
-    return v && v->base == base && (causalities >> v->causality & 1u);
-}
-
-/* fmu_get where something stands in the way: outputs to be computed first, or a reason to refuse. */
-static bool prepare_get(struct fmu *fmu, const char *function, enum fmu_base base,
-                        fmi2ValueReference reference)
-{
-    const struct fmu_variable *v = lookup(fmu, function, base, reference);
-
-    return v && (v->causality != FMU_OUTPUT || fmu_start_outputs(fmu, function) == fmi2OK);
-}
-
 fmi2Status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
                    const fmi2ValueReference references[], size_t count, void *values)
 {
@@ -119,35 +100,33 @@ fmi2Status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
         null_arrays(fmu, function, references, values, count))
         return fmi2Error;
     for (size_t i = 0; i < count; i++) {
-        const unsigned ready = 1u << FMU_PARAMETER | 1u << FMU_INPUT |
-                               (unsigned)!fmu->outputs_stale << FMU_OUTPUT;
-        if (!is_one_of(fmu, base, ready, references[i]) && !prepare_get(fmu, function, base, references[i]))
+        const struct fmu_variable *v = lookup(fmu, function, base, references[i]);
+        if (!v)
             return fmi2Error;
-        const void *source = at(&fmu->now.values, accepted(references[i]));
+        if (v->causality == FMU_OUTPUT && fmu_start_outputs(fmu, function) != fmi2OK)
+            return fmi2Error;
         if (base == FMU_REAL)
-            ((double *)values)[i] = *(const double *)source;
+            ((double *)values)[i] = *(double *)at(&fmu->now.values, v);
         else
-            ((int *)values)[i] = *(const int *)source;
+            ((int *)values)[i] = *(int *)at(&fmu->now.values, v);
     }
     return fmi2OK;
 }
 
-/* Says why a value is not taken. */
-static fmi2Status refuse_set(const struct fmu *fmu, const char *function, enum fmu_base base,
-                             fmi2ValueReference reference, const double *value)
+/* May this variable be set now? Otherwise says why not. */
+static bool settable(const struct fmu *fmu, const char *function, const struct fmu_variable *variable)
 {
-    const struct fmu_variable *v = lookup(fmu, function, base, reference);
-
-    if (!v)
-        return fmi2Error;
-    if (v->causality == FMU_OUTPUT)
-        return fmu_say(fmu, fmi2Error, "%s: %s is an output; it cannot be set.", function, v->name);
-    if (v->causality == FMU_PARAMETER && fmu->now.phase == FMU_STEP_COMPLETE)
-        return fmu_say(fmu, fmi2Error,
-                       "%s: %s is a fixed parameter; set it before fmi2ExitInitializationMode.", function,
-                       v->name);
-    return fmu_say(fmu, fmi2Discard, "%s: %s must be a finite number, not %g; it keeps its last value.",
-                   function, v->name, *value);
+    if (variable->causality == FMU_OUTPUT) {
+        fmu_say(fmu, fmi2Error, "%s: %s is an output; it cannot be set.", function, variable->name);
+        return false;
+    }
+    if (variable->causality == FMU_PARAMETER && fmu->now.phase == FMU_STEP_COMPLETE) {
+        fmu_say(fmu, fmi2Error,
+                "%s: %s is a fixed parameter; set it before fmi2ExitInitializationMode.", function,
+                variable->name);
+        return false;
+    }
+    return true;
 }
 
 fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
@@ -156,12 +135,14 @@ fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
     if (!fmu_may(fmu, function, FMU_INSTANTIATED | FMU_INITIALIZATION | FMU_STEP_COMPLETE) ||
         null_arrays(fmu, function, references, values, count))
         return fmi2Error;
-    const bool stepping = fmu->now.phase == FMU_STEP_COMPLETE;
-    const unsigned settable = 1u << FMU_INPUT | (unsigned)!stepping << FMU_PARAMETER;
     for (size_t i = 0; i < count; i++) { /* all are checked before any is set */
-        const double *number = base == FMU_REAL ? (const double *)values + i : NULL;
-        if (!is_one_of(fmu, base, settable, references[i]) || (number && !isfinite(*number)))
-            return refuse_set(fmu, function, base, references[i], number);
+        const struct fmu_variable *v = lookup(fmu, function, base, references[i]);
+        if (!v || !settable(fmu, function, v))
+            return fmi2Error;
+        if (base == FMU_REAL && !isfinite(((const double *)values)[i]))
+            return fmu_say(fmu, fmi2Discard,
+                           "%s: %s must be a finite number, not %g; it keeps its last value.", function,
+                           v->name, ((const double *)values)[i]);
     }
     for (size_t i = 0; i < count; i++) {
         void *target = at(&fmu->now.values, accepted(references[i]));
@@ -170,7 +151,36 @@ fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
         else
             *(int *)target = ((const int *)values)[i];
     }
-    fmu->outputs_stale |= !stepping;
+    fmu->outputs_stale |= fmu->now.phase != FMU_STEP_COMPLETE;
+    return fmi2OK;
+}
+
+/* Is one Real asked for, of one of these causalities (bits), in one of these phases? Then nothing else can
+ * be in the way. What an FMI layer costs a tick is in such checks, so here they are once more in short. */
+static inline bool one_real(const struct fmu *fmu, unsigned phases, unsigned causalities,
+                            const fmi2ValueReference references[], size_t count, const double values[])
+{
+    if (!fmu || count != 1 || !references || !values || !((unsigned)fmu->now.phase & phases))
+        return false;
+    const struct fmu_variable *v = fmu_find(fmu->model, references[0]);
+    return v && v->base == FMU_REAL && causalities >> v->causality & 1u;
+}
+
+fmi2Status fmu_get_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
+                        double values[])
+{
+    if (!one_real(fmu, FMU_STEP_COMPLETE, 1u << FMU_OUTPUT, references, count, values))
+        return fmu_get(fmu, "fmi2GetReal", FMU_REAL, references, count, values);
+    *values = *(const double *)at(&fmu->now.values, accepted(references[0]));
+    return fmi2OK;
+}
+
+fmi2Status fmu_set_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
+                        const double values[])
+{
+    if (!one_real(fmu, FMU_STEP_COMPLETE, 1u << FMU_INPUT, references, count, values) || !isfinite(*values))
+        return fmu_set(fmu, "fmi2SetReal", FMU_REAL, references, count, values);
+    *(double *)at(&fmu->now.values, accepted(references[0])) = *values;
     return fmi2OK;
 }
 
