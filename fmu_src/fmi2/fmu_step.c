@@ -50,10 +50,14 @@ static struct fmu_inputs inputs_at(const struct fmu_span *step, double time)
     return input;
 }
 
+/* No bit but the signs': one comparison instead of four, at every step. */
 static bool is_zero(const struct fmu_inputs *slope)
 {
-    return slope->voltage == 0.0 && slope->reference == 0.0 && slope->force == 0.0 &&
-           slope->temperature == 0.0;
+    const double value[] = { slope->voltage, slope->reference, slope->force, slope->temperature };
+    uint64_t bits[4];
+
+    memcpy(bits, value, sizeof bits);
+    return (bits[0] | bits[1] | bits[2] | bits[3]) << 1 == 0;
 }
 
 /* Runs the ticks up to `end_tick` in place; returns findings. What a step of one tick costs is the way
@@ -185,8 +189,11 @@ fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
                        time);
     }
     chain_copy(&fmu->chain, &now->last_step.chain, &before);
-    now->last_step.span = (struct fmu_span){ time, now->next_tick, end_tick, now->values.input,
-                                             now->slope };
+    now->last_step.span.start = time;
+    now->last_step.span.first_tick = now->next_tick;
+    now->last_step.span.end_tick = end_tick;
+    now->last_step.span.input = now->values.input;
+    now->last_step.span.slope = now->slope;
     now->next_tick = end_tick;
     now->time = request.end;
     const fmi2Status status = findings & ~now->warned ? warn(fmu, findings, now->time) : fmi2OK;
