@@ -41,7 +41,7 @@ struct it2_range {
 /* The rules, and -1 / (2 s_l1^2), -1 / (2 s_l2^2) in the scale of exponential.h. Set by it2_prepare. */
 struct it2 {
     int rules;
-    struct it2_range near; /* of y_{k-1}, where no membership comes close to underflow */
+    struct it2_range no_underflow; /* of y_{k-1}, where no membership comes close to underflow */
     struct it2_rule rule[IT2_MAX_RULES];
     double exponent[IT2_MAX_RULES][2];
 };

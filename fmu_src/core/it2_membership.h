@@ -20,12 +20,12 @@ struct it2_memberships {
 #define IT2_SUM_UNDERFLOW 1e-280
 
 /* A membership with a scaled exponent above this is above IT2_SUM_UNDERFLOW. */
-#define IT2_NEAR -59000.0
+#define IT2_NO_UNDERFLOW -59000.0
 
 /* Then nothing can underflow, and neither exponentials nor their sum need be checked. */
-static inline bool it2_is_near(const struct it2 *stage, double y_previous)
+static inline bool it2_cannot_underflow(const struct it2 *stage, double y_previous)
 {
-    return y_previous >= stage->near.minimum && y_previous <= stage->near.maximum;
+    return y_previous >= stage->no_underflow.minimum && y_previous <= stage->no_underflow.maximum;
 }
 
 static inline void it2_exponents(const struct it2 *stage, int l, double y_previous, double scaled[2])
@@ -37,7 +37,7 @@ static inline void it2_exponents(const struct it2 *stage, int l, double y_previo
     scaled[1] = square * stage->exponent[l][1];
 }
 
-/* (8), (11) and (9), (12) for one rule, where it2_is_near; returns f_l + F_l. */
+/* (8), (11) and (9), (12) for one rule, where it2_cannot_underflow; returns f_l + F_l. */
 static inline double it2_membership(const struct it2 *stage, int l, double y_previous, double *lower,
                                     double *upper)
 {
@@ -59,7 +59,7 @@ HIDDEN_END
 static inline void it2_memberships(const struct it2 *stage, double y_previous,
                                    struct it2_memberships *m)
 {
-    if (!it2_is_near(stage, y_previous)) {
+    if (!it2_cannot_underflow(stage, y_previous)) {
         it2_memberships_anywhere(stage, y_previous, m);
         return;
     }

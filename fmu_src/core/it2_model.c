@@ -5,26 +5,26 @@
 /* Its square times an exponent is finite: the widest rule stays the nearest one. */
 #define FARTHEST 1e140
 
-/* Where the rule's memberships are above IT2_SUM_UNDERFLOW; empty for a rule too narrow to square. */
-static struct it2_range near_rule(const struct it2_rule *rule, const double exponent[2])
+/* Where the rule's memberships are above IT2_SUM_UNDERFLOW; empty where its parameters make no numbers. */
+static struct it2_range rule_cannot_underflow(const struct it2_rule *rule, const double exponent[2])
 {
-    const double reach = fmin(sqrt(IT2_NEAR / fmin(exponent[0], exponent[1])), FARTHEST);
+    const double reach = fmin(sqrt(IT2_NO_UNDERFLOW / fmin(exponent[0], exponent[1])), FARTHEST);
 
-    if (!(reach > 0.0))
+    if (!(exponent[0] <= 0.0 && exponent[1] <= 0.0 && reach > 0.0 && isfinite(rule->centre)))
         return (struct it2_range){ HUGE_VAL, -HUGE_VAL };
     return (struct it2_range){ rule->centre - reach, rule->centre + reach };
 }
 
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count)
 {
-    *stage = (struct it2){ .rules = count, .near = { -FARTHEST, FARTHEST } };
+    *stage = (struct it2){ .rules = count, .no_underflow = { -FARTHEST, FARTHEST } };
     for (int l = 0; l < count; l++) {
         stage->rule[l] = rules[l];
         stage->exponent[l][0] = -0.5 * EXP_SCALE / (rules[l].sigmaLower * rules[l].sigmaLower);
         stage->exponent[l][1] = -0.5 * EXP_SCALE / (rules[l].sigmaUpper * rules[l].sigmaUpper);
-        const struct it2_range near = near_rule(&rules[l], stage->exponent[l]);
-        stage->near.minimum = fmax(stage->near.minimum, near.minimum);
-        stage->near.maximum = fmin(stage->near.maximum, near.maximum);
+        const struct it2_range range = rule_cannot_underflow(&rules[l], stage->exponent[l]);
+        stage->no_underflow.minimum = fmax(stage->no_underflow.minimum, range.minimum);
+        stage->no_underflow.maximum = fmin(stage->no_underflow.maximum, range.maximum);
     }
 }
 
@@ -100,7 +100,7 @@ double it2_evaluate(const struct it2 *stage, double y_previous, double x)
     double sum = 0.0;
     double numerator = 0.0;
 
-    if (!it2_is_near(stage, y_previous))
+    if (!it2_cannot_underflow(stage, y_previous))
         return evaluate_anywhere(stage, y_previous, x);
     for (int l = 0; l < stage->rules; l++) {
         const double weight = it2_membership(stage, l, y_previous, &lower, &upper);
