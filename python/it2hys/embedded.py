@@ -41,9 +41,9 @@ _TEXT = """\
  *     it2_single_step      {single_formula}
  *                          {single}
  * chain_inverse takes one multiplication, one addition and three comparisons more than chain_step.
- * Where the displacement is so far from a rule that a membership may underflow in double (more than 35 of
- * its sigmaLower), 2 L + 1 comparisons come on top, and where all memberships do (more than 35 of the
- * widest sigmaUpper), 2 L exponentials more.
+ * Where the displacement is so far from a rule that a membership may underflow in double (more than
+ * 35 of its sigmaLower), 2 L + 1 comparisons come on top, and where all memberships do (more than 35
+ * of the widest sigmaUpper), 2 L exponentials more.
  *
  * In single precision, the core alone: it2hys_begin_single, then it2_single_step and
  * it2_single_inverse, the same equations in float. On the paper's signal (22) they
