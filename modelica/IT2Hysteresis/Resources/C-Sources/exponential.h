@@ -49,7 +49,8 @@ static inline void exp_scaled_normal_pair(const double x[2], double result[2])
     const unsigned k = (unsigned)(bits[1] % EXP_STEPS);
     const exp_words nearest = { EXP_BITS[j], EXP_BITS[k] };
     const exp_lanes tail = { EXP_TAIL[j], EXP_TAIL[k] };
-    const exp_lanes power = (exp_lanes)(nearest + (bits << EXP_SHIFT));
+    /* a shift, but of vectors gcc's analyzer takes none */
+    const exp_lanes power = (exp_lanes)(nearest + bits * ((uint64_t)1 << EXP_SHIFT));
     const exp_lanes r = scaled - (n - EXP_ROUND);
     const exp_lanes r2 = r * r;
     const exp_lanes y = power + power * EXP_REST(r, r2, tail);
