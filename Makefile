@@ -1,6 +1,6 @@
 # make demo   identify a simulated stage, package it as FMUs, run them, write out/demo/report.html
 # make test   lint, C tests, the same under sanitizers, valgrind and a static analyzer, Python tests
-# make bench  ratios against peers (REFERENCE_FMUS=folder) and limits, the whole diagnosis suite; long fuzzing and soak
+# make bench  ratios against peers (REFERENCE_FMUS=folder:folder) and limits, the whole diagnosis suite; long fuzzing and soak
 # make clean  remove everything that was built
 #
 # Needs Python 3.11 or newer; everything else comes from the package registries.

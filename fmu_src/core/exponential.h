@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #define EXP_STEPS 64 /* per factor of two */
+#define EXP_SHIFT 46 /* from the low bits to the exponent, past log2(EXP_STEPS) of them */
 
 /* Factor of the arguments, 64 / ln 2. */
 #define EXP_SCALE 92.332482616893656877
@@ -21,35 +22,66 @@
 
 #include "exponential_table.h"
 
-union exp_number {
-    double value;
-    uint64_t bits;
-};
+/* 1.5 * 2^52: a sum with it is rounded to an integer, which stands in its low bits. */
+#define EXP_ROUND 6755399441055744.0
 
-/* exp(x / EXP_SCALE) of two x <= 0, minus infinity included. Loops of two lanes become vector
- * instructions on every 64-bit machine; only the table is read lane by lane. */
+/* 2^(r/64) - 1, and what the table's rounding left off: of doubles or of vectors of them. Short products
+ * beside each other, not one long chain, and what is looked up comes last: a step waits for the slowest. */
+#define EXP_REST(r, r2, tail)                                                                              \
+    ((tail) + (((r) * 0.010830424696249145 +                                                               \
+                (r2) * (5.864904955054418e-05 + (r) * 2.1173137155462066e-07)) +                           \
+               (r2) * (r2) * (5.732857292414682e-10 + (r) * 1.2417852371895379e-12)))
+
+/* exp(x / EXP_SCALE) of two x in EXP_UNDERFLOW..0. */
+#if defined __GNUC__ && !defined EXP_ONE_BY_ONE
+
+/* Two lanes beside each other, which compilers do not find by themselves in every surrounding; only the
+ * table is read lane by lane. */
+typedef double exp_lanes __attribute__((vector_size(16)));
+typedef uint64_t exp_words __attribute__((vector_size(16)));
+
+static inline void exp_scaled_normal_pair(const double x[2], double result[2])
+{
+    const exp_lanes scaled = { x[0], x[1] };
+    const exp_lanes n = scaled + EXP_ROUND;
+    const exp_words bits = (exp_words)n;
+    const unsigned j = (unsigned)(bits[0] % EXP_STEPS);
+    const unsigned k = (unsigned)(bits[1] % EXP_STEPS);
+    const exp_words nearest = { EXP_BITS[j], EXP_BITS[k] };
+    const exp_lanes tail = { EXP_TAIL[j], EXP_TAIL[k] };
+    /* a shift, but of vectors gcc's analyzer takes none */
+    const exp_lanes power = (exp_lanes)(nearest + bits * ((uint64_t)1 << EXP_SHIFT));
+    const exp_lanes r = scaled - (n - EXP_ROUND);
+    const exp_lanes r2 = r * r;
+    const exp_lanes y = power + power * EXP_REST(r, r2, tail);
+
+    result[0] = y[0];
+    result[1] = y[1];
+}
+
+#else
+
+static inline void exp_scaled_normal_pair(const double x[2], double result[2])
+{
+    for (int i = 0; i < 2; i++) {
+        union {
+            double value;
+            uint64_t bits;
+        } n = { x[i] + EXP_ROUND }, power;
+        const unsigned j = (unsigned)(n.bits % EXP_STEPS);
+        power.bits = EXP_BITS[j] + (n.bits << EXP_SHIFT);
+        const double r = x[i] - (n.value - EXP_ROUND);
+        const double r2 = r * r;
+        result[i] = power.value + power.value * EXP_REST(r, r2, EXP_TAIL[j]);
+    }
+}
+
+#endif
+
+/* The same of any x <= 0, minus infinity included. */
 static inline void exp_scaled_pair(const double x[2], double result[2])
 {
-    const double round_to_integer = 6755399441055744.0; /* 1.5 * 2^52: the sum's low bits hold n */
-    union exp_number n[2], power[2];
-    double tail[2];
-
-    for (int i = 0; i < 2; i++)
-        n[i].value = x[i] + round_to_integer;
-    for (int i = 0; i < 2; i++) {
-        const unsigned j = (unsigned)(n[i].bits % EXP_STEPS);
-        power[i].bits = EXP_TABLE[j].bits + (n[i].bits << 46);
-        tail[i] = EXP_TABLE[j].tail;
-    }
-    for (int i = 0; i < 2; i++) {
-        const double r = x[i] - (n[i].value - round_to_integer);
-        const double r2 = r * r;
-        const double p01 = tail[i] + r * 0.010830424696249145;
-        const double p23 = 5.864904955054418e-05 + r * 2.1173137155462066e-07;
-        const double p45 = 5.732857292414682e-10 + r * 1.2417852371895379e-12;
-        /* three short products beside each other, not one long chain: a step waits for the last one */
-        result[i] = power[i].value + power[i].value * ((p01 + r2 * p23) + r2 * r2 * p45);
-    }
+    exp_scaled_normal_pair(x, result);
     for (int i = 0; i < 2; i++)
         result[i] = x[i] < EXP_UNDERFLOW ? 0.0 : result[i];
 }

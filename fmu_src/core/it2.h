@@ -32,9 +32,16 @@ struct it2_rule {
     double q3;
 };
 
+/* A range of displacement. */
+struct it2_range {
+    double minimum;
+    double maximum;
+};
+
 /* The rules, and -1 / (2 s_l1^2), -1 / (2 s_l2^2) in the scale of exponential.h. Set by it2_prepare. */
 struct it2 {
     int rules;
+    struct it2_range no_underflow; /* of y_{k-1}, where no membership comes close to underflow */
     struct it2_rule rule[IT2_MAX_RULES];
     double exponent[IT2_MAX_RULES][2];
 };
@@ -75,13 +82,7 @@ double it2_gradient(const struct it2 *stage, double y_previous, double x, double
 size_t it2_free_run(const struct it2_rule *rules, int count, const double *x, size_t n,
                     double y_initial, double *y, double *sensitivity);
 
-/* The range of displacement over which a parameter set is to be used. */
-struct it2_range {
-    double minimum;
-    double maximum;
-};
-
-/* Is the parameter set usable over the range? On a grid of y: the sum of q_l2 memberships is positive
+/* Is the parameter set usable over the range of displacement? On a grid of y: the sum of q_l2 memberships is positive
  * (invertible) and |dy_k/dy_{k-1}| < 1 on the equilibrium curve (a free run cannot diverge).
  * Otherwise false, and `message` names the culprit and the mend. */
 bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message,

@@ -99,15 +99,13 @@ fmi2Status fmu_enter_initialization(struct fmu *fmu)
     return fmi2OK;
 }
 
-fmi2Status fmu_start_outputs(struct fmu *fmu, const char *function)
+fmi2Status fmu_compute_start_outputs(struct fmu *fmu, const char *function)
 {
     const struct chain_parameters *parameters = &fmu->now.values.parameter;
     struct fmu_outputs output = fmu->now.values.output;
     struct chain_state state = fmu->now.chain;
     char message[512];
 
-    if (!fmu->outputs_stale)
-        return fmi2OK;
     if (!fmu_within_bounds(parameters, message, sizeof message) ||
         !chain_check(parameters, message, sizeof message))
         return fmu_say(fmu, fmi2Error, "%s: %s.", function, message);

@@ -155,6 +155,35 @@ fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
     return fmi2OK;
 }
 
+/* Is one Real asked for, of one of these causalities (bits), in one of these phases? Then nothing else can
+ * be in the way. What an FMI layer costs a tick is in such checks, so here they are once more in short. */
+static inline bool one_real(const struct fmu *fmu, unsigned phases, unsigned causalities,
+                            const fmi2ValueReference references[], size_t count, const double values[])
+{
+    if (!fmu || count != 1 || !references || !values || !((unsigned)fmu->now.phase & phases))
+        return false;
+    const struct fmu_variable *v = fmu_find(fmu->model, references[0]);
+    return v && v->base == FMU_REAL && causalities >> v->causality & 1u;
+}
+
+fmi2Status fmu_get_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
+                        double values[])
+{
+    if (!one_real(fmu, FMU_STEP_COMPLETE, 1u << FMU_OUTPUT, references, count, values))
+        return fmu_get(fmu, "fmi2GetReal", FMU_REAL, references, count, values);
+    *values = *(const double *)at(&fmu->now.values, accepted(references[0]));
+    return fmi2OK;
+}
+
+fmi2Status fmu_set_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
+                        const double values[])
+{
+    if (!one_real(fmu, FMU_STEP_COMPLETE, 1u << FMU_INPUT, references, count, values) || !isfinite(*values))
+        return fmu_set(fmu, "fmi2SetReal", FMU_REAL, references, count, values);
+    *(double *)at(&fmu->now.values, accepted(references[0])) = *values;
+    return fmi2OK;
+}
+
 fmi2Status fmu_set_input_derivatives(struct fmu *fmu, const fmi2ValueReference references[],
                                      size_t count, const fmi2Integer order[], const double values[])
 {

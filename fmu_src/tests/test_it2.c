@@ -171,6 +171,42 @@ static void continuous_across_the_fallback(void)
     CHECK_CLOSE(it2_solve(&stage, far, 50.0), it2_solve(&stage, near, 50.0), 1e-6);
 }
 
+/* The checks that are left out where nothing can underflow change no bit. */
+static void checks_change_nothing(void)
+{
+    struct it2 stage, checked;
+    uint64_t seed = 7;
+
+    for (int i = 0; i < 1000; i++) {
+        const double narrow = random_between(&seed, 0.2, 3.0);
+        const struct it2_rule rules[] = {
+            { narrow, narrow * random_between(&seed, 1.0, 5.0), 0.0, 0.9, 0.02, 0.1 },
+            { narrow, narrow * random_between(&seed, 1.0, 5.0), 16.0, 0.8, 0.03, 0.2 },
+        };
+        it2_prepare(&stage, rules, 2);
+        checked = stage;
+        checked.no_underflow = (struct it2_range){ 1.0, -1.0 };
+        for (int k = 0; k < 100; k++) {
+            const double y = random_between(&seed, -150.0, 150.0), x = random_between(&seed, 0.0, 150.0);
+            CHECK(it2_evaluate(&stage, y, x) == it2_evaluate(&checked, y, x));
+            CHECK(it2_solve(&stage, y, x) == it2_solve(&checked, y, x));
+            CHECK(!it2_cannot_underflow(&stage, y) || sum_of_memberships(&checked, y) > IT2_SUM_UNDERFLOW);
+        }
+    }
+}
+
+static void without_numbers_is_checked(void)
+{
+    static const double bad[] = { 0.0, 1e-200, NAN };
+
+    for (int i = 0; i < 3; i++) {
+        const struct it2_rule rules[] = { { bad[i], 1.0, 0.0, 0.9, 0.02, 0.1 } };
+        struct it2 stage;
+        it2_prepare(&stage, rules, 1);
+        CHECK(!it2_cannot_underflow(&stage, 0.0));
+    }
+}
+
 static void one_rule_is_linear(void)
 {
     const struct it2_rule rule = { 1.0, 2.0, 3.0, 0.9, 0.02, 0.1 };
@@ -189,6 +225,8 @@ int main(void)
     far_from_all_centres();
     between_narrow_rules();
     continuous_across_the_fallback();
+    checks_change_nothing();
+    without_numbers_is_checked();
     one_rule_is_linear();
     return check_report("it2");
 }

@@ -90,6 +90,7 @@ def diagnose(
     declared: Sequence[str] = (),
     rules: int = diagnosis.RULES,
     seed: int = 0,
+    workers: int = 1,
 ) -> diagnosis.Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -108,6 +109,9 @@ def diagnose(
         Number of rules of the model that is identified.
     seed : int
         Of the random starts.
+    workers : int
+        Processes that share the fits; a script that asks for several must do so under
+        ``if __name__ == "__main__"``.
 
     Returns
     -------
@@ -149,7 +153,7 @@ def diagnose(
         model = read_ssv(model)
     with progress_bar(quiet=True) as progress:
         return diagnosis.diagnose(
-            *records, model, declared, rules, identification.Options(seed=seed), progress
+            *records, model, declared, rules, identification.Options(seed=seed), progress, workers
         )
 
 

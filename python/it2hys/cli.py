@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -60,6 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     diagnose.add_argument("--rules", type=int, metavar="L", help="number of rules (default: 3)")
     diagnose.add_argument("--seed", type=int, default=0, help="seed of the random starts")
+    _add_workers(diagnose)
 
     package = _command(commands, "package", _package, "write both FMUs from a parameter set")
     package.add_argument("parameters", metavar="PARAMETERS.ssv", type=Path)
@@ -98,9 +100,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     sweep.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
     workers = sweep.add_mutually_exclusive_group()
-    workers.add_argument(
-        "--workers", type=int, metavar="N", help="processes (default: one a processor)"
-    )
+    _add_workers(workers)
     workers.add_argument("--dask", metavar="ADDRESS", help="a Dask scheduler, such as tcp://host:8786")
     sweep.add_argument("--json", action="store_true", help="print the outcome as JSON, no progress")
     sweep.add_argument("--restart", action="store_true", help="discard what DIR holds")
@@ -122,6 +122,11 @@ def _command(
 
 def _add_output(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", required=True, metavar="DIR", type=Path)
+
+
+def _add_workers(parser: argparse._ActionsContainer) -> None:
+    text = "processes (default: one a processor)"
+    parser.add_argument("--workers", type=int, metavar="N", default=os.cpu_count(), help=text)
 
 
 def _add_columns(parser: argparse.ArgumentParser) -> None:
@@ -238,7 +243,12 @@ def _identify(options: argparse.Namespace) -> int:
 
 def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.diagnosis import RULES, diagnose
-    from it2hys.diagnosis_report import error_table, evidence_table, summary, write_diagnosis
+    from it2hys.diagnosis_report import (
+        error_table,
+        evidence_overview,
+        summary,
+        write_diagnosis,
+    )
     from it2hys.identification import Options
     from it2hys.parameters import read_ssv
     from it2hys.progress import progress_bar
@@ -256,13 +266,14 @@ def _diagnose(options: argparse.Namespace) -> int:
             options.rules or RULES,
             Options(seed=options.seed),
             progress,
+            options.workers,
         )
     report = write_diagnosis(diagnosis, [*train, *validate, *test], options.output)
     if options.json:
         print((options.output / "report.json").read_text(), end="")
         return 0
     _say(options, error_table(diagnosis).text(), "\n")
-    _say(options, evidence_table(diagnosis).text(), "\n")
+    _say(options, evidence_overview(diagnosis).text(), "\n")
     for text in summary(diagnosis):
         _say(options, text)
     _say(options, f"\nreport: {report}")

@@ -136,8 +136,8 @@ def error_table(diagnosis: Diagnosis) -> Table:
     )  # fmt: skip
 
 
-def evidence_table(diagnosis: Diagnosis) -> Table:
-    """Return every effect tried with evidence, verdict and reason."""
+def evidence_overview(diagnosis: Diagnosis) -> Table:
+    """Return the figures of every effect tried, and the verdict."""
     rows = [
         [
             e.effect,
@@ -145,12 +145,18 @@ def evidence_table(diagnosis: Diagnosis) -> Table:
             _format(e.p_value, "{:.2g}"),
             _format(100 * e.held_out_gain, "{:+.1f}"),
             _format(e.held_out_p_value, "{:.2g}"),
-            e.why,
-            e.signature,
         ]
         for e in diagnosis.evidence
     ]
-    return Table(["effect", "verdict", "signature p", "gain %", "gain p", "reason", "signature"], rows)
+    return Table(["effect", "verdict", "signature p", "gain %", "gain p"], rows)
+
+
+def evidence_table(diagnosis: Diagnosis) -> Table:
+    """Return every effect tried with evidence, verdict and reason."""
+    overview = evidence_overview(diagnosis)
+    texts = [[e.why, e.signature] for e in diagnosis.evidence]
+    rows = [row + text for row, text in zip(overview.rows, texts, strict=True)]
+    return Table([*overview.columns, "reason", "signature"], rows)
 
 
 def evidence_section(diagnosis: Diagnosis) -> Section:

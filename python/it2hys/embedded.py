@@ -38,13 +38,14 @@ _TEXT = """\
  * Operations of one tick of the core at most (effects come on top), by formula for L rules and for
  * this set:
  *                          multiplications   additions   comparisons   divisions
- *     chain_step           22 L              24 L - 2    2 L + 1       1
+ *     chain_step           22 L              24 L        2             1
  *                          {step}
  *     it2_single_step      {single_formula}
  *                          {single}
- * chain_inverse takes one multiplication, three additions and three comparisons more than chain_step.
- * Where the displacement is so far from every rule that all memberships underflow in double (more than
- * 35 of the widest sigmaUpper), 2 L calls of exp come on top.
+ * chain_inverse takes one multiplication, one addition and three comparisons more than chain_step.
+ * Where the displacement is so far from a rule that a membership may underflow in double (more than
+ * 35 of its sigmaLower), 2 L + 1 comparisons come on top, and where all memberships do (more than 35
+ * of the widest sigmaUpper), 2 L exponentials more.
  *
  * In single precision: it2hys_single.h is all of this in float. The core alone is in it2_single.h, with
  * it2hys_begin_single here.
@@ -131,7 +132,7 @@ def model_header(parameters: ParameterSet) -> str:
         name=parameters.name.replace("*/", "* /"),
         rules=rules,
         sample_time=parameters["sampleTime"],
-        step=_row(22 * rules, 24 * rules - 2, 2 * rules + 1, 1),
+        step=_row(22 * rules, 24 * rules, 2, 1),
         single_formula=_row("25 L + 1", "28 L + 1", "5 L", "1"),
         single=_row(25 * rules + 1, 28 * rules + 1, 5 * rules, 1),
         values="\n".join(initialisers(parameters)),

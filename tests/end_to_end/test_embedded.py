@@ -158,9 +158,13 @@ static Counted operator/(Counted a, Counted b) { divide++; return a.v / b.v; }
 static bool operator<(Counted a, Counted b) { compare++; return a.v < b.v; }
 static bool operator>(Counted a, Counted b) { compare++; return a.v > b.v; }
 static bool operator>=(Counted a, Counted b) { compare++; return a.v >= b.v; }
+static bool operator<=(Counted a, Counted b) { compare++; return a.v <= b.v; }
 static Counted exp(Counted a) { return std::exp(a.v); }
+static Counted sqrt(Counted a) { return std::sqrt(a.v); }
+static bool isfinite(Counted a) { return std::isfinite(a.v); }
 static Counted fmax(Counted a, Counted b) { return std::fmax(a.v, b.v); }
 static Counted fmin(Counted a, Counted b) { return std::fmin(a.v, b.v); }
+#define EXP_ONE_BY_ONE // there are no vectors of what counts
 #define TYPE Counted
 #include "SOURCE"
 int main()

@@ -12,14 +12,14 @@ from it2hys import core
 from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import ChainFit, Model, Trace
+from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.experiments import deciding_experiment
-from it2hys.diagnosis.fitting import Bench, clues
+from it2hys.diagnosis.fitting import IMITATED, Bench, clues
 from it2hys.diagnosis.intervals import intervals_of
 from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_trace
 from it2hys.diagnosis.residuals import left_over
-from it2hys.diagnosis.result import Diagnosis, Evidence, Judgement, Stage
-from it2hys.diagnosis.selection import LEVEL, Node, Search, Trial
-from it2hys.effects import Clues
+from it2hys.diagnosis.result import Diagnosis, Judgement, Stage
+from it2hys.diagnosis.selection import Node, Search, Trial
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
@@ -33,6 +33,7 @@ from it2hys.identification.result import Identification
 from it2hys.identification.usability import widest_range
 from it2hys.metrics import max_relative_error, rms_error
 from it2hys.parameters import ParameterSet
+from it2hys.processes import parallel_map
 from it2hys.records import Record
 from it2hys.variables import load_table
 
@@ -63,6 +64,7 @@ def diagnose(
     rules: int = RULES,
     options: Options | None = None,
     progress: Progress | None = None,
+    workers: int = 1,
 ) -> Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -84,6 +86,8 @@ def diagnose(
     options : Options, optional
     progress : callable, optional
         Called with the share done, 0 to 1, and what is being done.
+    workers : int
+        Processes that share the fits. The result does not depend on it.
 
     Returns
     -------
@@ -98,7 +102,8 @@ def diagnose(
     if not train:
         raise InputError("no training record is given")
     session = _Session(train, validation, test, declared, options or Options(), progress)
-    return session.run(model, rules)
+    with parallel_map(workers) as each:
+        return session.run(model, rules, each)
 
 
 class _Session:
@@ -131,12 +136,12 @@ class _Session:
         self._seconds: dict[str, float] = {}
         self._warnings: list[str] = []
 
-    def run(self, given: ParameterSet | None, rules: int) -> Diagnosis:
+    def run(self, given: ParameterSet | None, rules: int, each: Callable) -> Diagnosis:
         """Run all phases."""
         base = self._timed("paper's model", self._base, given, rules)
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
-        search = Search(bench, self._report_trial, self._inseparable)
+        search = Search(bench, self._report_trial, self._inseparable, each)
         self._tried = 0
         chosen = self._timed("search", search.run, first)
         node = search.settled(chosen)
@@ -239,10 +244,12 @@ class _Session:
         model = base
         for effect in self._declared:
             self._progress(0.25, f"declared: {effect}")
-            fit = bench.add(model, effect, thorough=True)
-            if fit is None:
+            fits = [bench.add(model, effect)]
+            if effect in IMITATED:
+                fits.append(bench.add_anew(model, effect))
+            if not any(fits):
                 raise InputError(f"'{effect}' is declared, but no fit with it stays finite")
-            model = fit.model
+            model = min((f for f in fits if f), key=lambda fit: fit.minimum.cost).model
         return bench.reshaped(model).model if self._declared else model
 
     # --- search and final fit --------------------------------------------------------------------
@@ -295,14 +302,14 @@ class _Session:
     ) -> Diagnosis:
         parameters = self._parameters(fit.model, "diagnosed")
         named = tuple(e for e in fit.model.effects if e in node.effects)
-        groups = _indistinguishable(chosen, search.rivals)
+        groups = indistinguishable(chosen, search.rivals)
         if self._inseparable:
             groups = (*groups, self._inseparable)
+        verdict = Verdict(search, node, named, groups, self._declared, self._inseparable)
         judged = self._traces("train", "validation")
         fitted = bench.fit_own(fit.model, judged, len(self._train))
         final = clues(fitted, judged, self._extent)
         left = left_over(final, [t.noise for t in judged])
-        root = bench.clues(search.root.fit.model)
         return Diagnosis(
             parameters=parameters,
             base=self._parameters(base, "before"),
@@ -315,7 +322,7 @@ class _Session:
             noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
             before=self._judgements(base, bench),
             after=self._judgements(fit.model, bench),
-            evidence=self._evidence(search, node, named, groups, root),
+            evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
             stages=self._stages(search, node, fit, bench),
             intervals=intervals_of(fit),
             warnings=tuple(self._warnings),
@@ -360,74 +367,6 @@ class _Session:
         model = node.fit.model
         residuals = [t.y - model.predict(t, i) for i, t in enumerate(self._all_fitted)]
         return Stage(label, residuals, node.rms)
-
-    def _evidence(
-        self,
-        search: Search,
-        node: Node,
-        named: tuple[str, ...],
-        groups: tuple[tuple[str, ...], ...],
-        root: Clues,
-    ) -> tuple[Evidence, ...]:
-        result = []
-        for effect, module in EFFECTS.items():
-            signature = module.signature(root)
-            trial = _trial_of(effect, search.trials, node, named)
-            accepted = effect in named
-            result.append(
-                Evidence(
-                    effect,
-                    np.nan if signature is None else signature.statistic,
-                    np.nan if signature is None else signature.p_value,
-                    "" if signature is None else signature.text,
-                    np.nan if trial is None else trial.comparison.gain,
-                    np.nan if trial is None else trial.comparison.p_value,
-                    accepted,
-                    self._why(effect, trial, accepted, groups, node),
-                )
-            )
-        return tuple(result)
-
-    def _why(
-        self,
-        effect: str,
-        trial: Trial | None,
-        accepted: bool,
-        groups: tuple[tuple[str, ...], ...],
-        node: Node,
-    ) -> str:
-        """Return the reason for the verdict on an effect, in a sentence."""
-        if trial is None:
-            if effect in self._declared:
-                return "declared: in the model from the start"
-            if effect in node.fit.model.effects:
-                return "in the starting model"
-            if effect == "load" and self._extent.force is None:
-                return "not tried: no record has a force channel"
-            if effect in self._inseparable:
-                others = ", ".join(e for e in self._inseparable if e != effect)
-                return (
-                    "not tried: the training records hold one amplitude at one frequency, which cannot "
-                    f"tell it from {others} and from the core's own phase lag"
-                )
-            return "not tried: no start of a fit with it stays finite, or the channel is constant"
-        c = trial.comparison
-        fall = (
-            f"changes the error on what decides from {1e6 * c.before:.4g} to {1e6 * c.after:.4g} um "
-            f"({-100 * c.gain:+.1f} %, p = {c.p_value:.2g})"
-        )
-        if accepted:
-            return f"adding it {fall}"
-        rivals = [g for g in groups if effect in g]
-        if rivals:
-            others = ", ".join(e for e in rivals[0] if e != effect)
-            return f"adding it {fall}, but these records cannot tell it from {others}"
-        base = " + ".join(["the model", *sorted(trial.base)])
-        if trial.accepted:
-            return f"added to {base} it {fall}, but other effects explain that better"
-        chance = c.p_value * len(EFFECTS) > LEVEL
-        reason = "no more than chance" if chance else "too little to speak of"
-        return f"added to {base} it {fall}: {reason}"
 
 
 def _checked_effects(names: Sequence[str], extent) -> tuple[str, ...]:
@@ -501,24 +440,3 @@ def _errors(
     if not np.all(np.isfinite(y)):
         return np.inf, np.inf, y
     return max_relative_error(trace.y[used], y[used]), rms_error(trace.y[used], y[used]), y
-
-
-def _indistinguishable(chosen: Node, rivals: Sequence[Node]) -> tuple[tuple[str, ...], ...]:
-    """Return the groups of effects of which any would do."""
-    common = chosen.effects.intersection(*(rival.effects for rival in rivals))
-    group = {e for n in (chosen, *rivals) for e in n.effects - common}
-    return (tuple(e for e in EFFECTS if e in group),) if group else ()
-
-
-def _trial_of(effect: str, trials: Sequence[Trial], node: Node, named: Sequence[str]) -> Trial | None:
-    """Return the trial that decided on an effect.
-
-    For one that was added, the one on the way to the model; for another, that on the final model if
-    there is one, otherwise that on the first.
-    """
-    own = [t for t in trials if t.addition == effect]
-    if effect in named:
-        own = [t for t in own if t.base <= node.added and t.accepted] or own
-        return max(own, key=lambda t: len(t.base), default=None)
-    final = [t for t in own if t.base == node.added]
-    return (final or own or [None])[0]

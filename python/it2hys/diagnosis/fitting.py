@@ -10,6 +10,7 @@ import numpy as np
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
 from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
+from it2hys.diagnosis.residuals import left_over
 from it2hys.effects import Clue, Clues, Extent
 from it2hys.effects.hum import phases
 from it2hys.identification.criteria import Series
@@ -23,11 +24,14 @@ from it2hys.variables import load_table
 #: and when the reading is taken is not in the records. A delay of up to a sample goes with them.
 SAMPLED = ("lag", "resonance", "slew")
 _SHORTEST = 1e-3
-#: Effects that the core can imitate in part; guesses for which the rules are sought anew, and starts.
+#: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
+_SHIFTS = (0.01, 0.99)
+#: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
 IMITATED = ("lag", "nonlinearity")
 _ANEW, _ANEW_STARTS = 3, 4
-#: Below so many times the noise a fit is as good as it can be.
-_REACHED = 1.1
+#: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
+#: noise is not known better. What looks so has more than this probability to.
+_REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
 #: A resonance damped by more than this smooths, it does not ring.
 _DAMPED = 0.4
 #: Guesses of an effect that are followed, and the iterations of the two rounds.
@@ -62,6 +66,12 @@ def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
 def _shifts(model: Model) -> bool:
     """Return whether a delay of up to a sample belongs to a model without it being an effect."""
     return "delay" not in model.effects and any(e in SAMPLED for e in model.effects)
+
+
+def _shifted(model: Model, share: float) -> Model:
+    """Return the model with a delay of a share of a sample."""
+    delay = share * model.values["sampleTime"]
+    return replace(model, values={**model.values, "delay.time": delay})
 
 
 def is_sampling(model: Model, effect: str) -> bool:
@@ -164,10 +174,6 @@ class Bench:
         """Noise of the records that decide, m rms."""
         return float(np.sqrt(np.mean([t.noise**2 for t in self.deciding])))
 
-    def rms(self, fit: ChainFit) -> float:
-        """Return the error of a fit on the training records, m."""
-        return fit.rms * self.scaling.y_unit
-
     def clues(self, model: Model) -> Clues:
         """Return what a model leaves over of the training records."""
         return clues(model, self.traces, self.extent)
@@ -181,34 +187,69 @@ class Bench:
         """Fit everything jointly from a model; `strength` is that of the penalties for a poor core."""
         return minimise(self.criterion(model).guarded(strength), iterations)
 
-    def add(self, model: Model, effect: str, thorough: bool = False) -> ChainFit | None:
+    def add(self, model: Model, effect: str) -> ChainFit | None:
         """Fit a model with one effect more, from the best of the guesses of it.
 
         Parameters
         ----------
         model : Model
         effect : str
-        thorough : bool
-            Whether to seek the rules anew for some of the guesses if the effect is one that they can
-            imitate: from where they do, no descent leads to where the effect does.
 
         Returns
         -------
         ChainFit or None
             None where the records cannot show the effect, or every guess diverges.
         """
-        guesses = EFFECTS[effect].guesses(self.clues(model))
-        trials = [self._prepared(with_effect(model, effect, g, self.extent)) for g in guesses]
-        found = self._best(model, trials)
-        if not (thorough and effect in IMITATED) or (found and self.has_reached_noise(found)):
-            return found
-        spread = trials[:: max(1, len(trials) // _ANEW)]
-        fits = [found, *(self.reshaped(trial, _ANEW_STARTS) for trial in spread)]
+        fit = self._best(model, self._guessed(model, effect))
+        if fit is None:
+            return None
+        fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
+        if effect in SAMPLED and _shifts(fit.model):
+            fits += [self.fit(_shifted(fit.model, share), _SETTLING) for share in _SHIFTS]
         return min((f for f in fits if f), key=lambda f: f.minimum.cost)
 
-    def has_reached_noise(self, fit: ChainFit) -> bool:
-        """Return whether a fit is as good as the noise of the records allows."""
-        return self.rms(fit) <= _REACHED * self.floor
+    def _without_idleness(self, fit: ChainFit, effect: str) -> list[Model]:
+        """Return the model with guesses for what of an effect went to a bound.
+
+        It may do nothing there: such as the limit at one end, where only that at the other was found.
+        """
+        idle = self._idle(fit, effect)
+        guesses = EFFECTS[effect].guesses(self.clues(fit.model)) if idle else []
+        values = {tuple(guess[name] for name in idle) for guess in guesses if {*idle} <= {*guess}}
+        return [
+            replace(fit.model, values={**fit.model.values, **dict(zip(idle, v, strict=True))})
+            for v in sorted(values)
+        ]
+
+    def _idle(self, fit: ChainFit, effect: str) -> list[str]:
+        """Return what of an effect, but for terms of a series, went to a bound."""
+        of_effect = load_table().parameters()
+        return [
+            c.name
+            for c in fit.criterion.common
+            if of_effect[c.name].effect == effect
+            and of_effect[c.name].group is None
+            and fit.model.values[c.name] in c.bounds
+        ]
+
+    def add_anew(self, model: Model, effect: str) -> ChainFit | None:
+        """Fit as `add`, with the rules sought anew for some of the guesses.
+
+        Where the rules imitate the effect, no descent leads to where the effect does it.
+        """
+        trials = self._guessed(model, effect)
+        spread = trials[:: max(1, len(trials) // _ANEW)]
+        fits = [self.reshaped(trial, _ANEW_STARTS) for trial in spread]
+        return min(fits, key=lambda fit: fit.minimum.cost, default=None)
+
+    def _guessed(self, model: Model, effect: str) -> list[Model]:
+        guesses = EFFECTS[effect].guesses(self.clues(model))
+        return [self._prepared(with_effect(model, effect, g, self.extent)) for g in guesses]
+
+    def leaves_noise(self, fit: ChainFit) -> bool:
+        """Return whether nothing but noise is left over of the training records."""
+        left = left_over(self.clues(fit.model), [t.noise for t in self.traces])
+        return left.size <= _REACHED or (left.size <= _NEARLY and left.p_value > _BY_CHANCE)
 
     def add_rule(self, model: Model) -> ChainFit | None:
         """Fit a model with one rule more, from the best way of splitting one in two."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis.comparison import Comparison, compare
 from it2hys.diagnosis.criterion import SOFT, ChainFit, Model
-from it2hys.diagnosis.fitting import Bench, is_sampling, with_slower_creep, without_effect
+from it2hys.diagnosis.fitting import IMITATED, Bench, is_sampling, with_slower_creep, without_effect
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"
@@ -20,11 +21,15 @@ LEVEL = 0.01
 LEAST_GAIN = 0.05
 #: ... which has to be more than this, or else more than the other share of what exceeds the noise.
 CLEAR_GAIN, LEAST_SHARE = 0.1, 0.25
+#: Least gain by which one of two equally simple models is the better one.
+_TELLING = 0.02
 #: Least gain, and largest probability of it by chance, for a variant of a model to be taken.
 _REFINED, _LIKELY = 0.01, 0.05
 #: A model that is not accepted, but lowers the cost on the training records to less than this share, is
 #: followed where no other is: of two effects that are both missing, one alone may predict nothing.
 _PROMISING = 0.7
+#: An addition that lowers the cost to less than this share explains what was left over.
+_STRIKING = 0.1
 #: Models that are followed side by side, none with an error above so many times the best one's.
 BEAM, BEAM_RATIO = 3, 2.0
 #: Effects that are added one after the other.
@@ -33,7 +38,7 @@ DEPTH = 4
 FINALISTS, FINISHING = 4, 60
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Node:
     """A model of the search.
 
@@ -93,20 +98,22 @@ class Search:
         Told of every addition that was tried.
     excluded : tuple of str
         Effects that are not tried.
+    each : callable
+        `map`, or one that has its calls made by several processes.
     """
 
     bench: Bench
     report: Callable[[Trial], None] = lambda trial: None
     excluded: tuple[str, ...] = ()
+    each: Callable[..., Iterable] = map
     trials: list[Trial] = field(default_factory=list)
     nodes: dict[frozenset[str], Node] = field(default_factory=dict)
     rivals: list[Node] = field(default_factory=list)
 
     def run(self, model: Model) -> Node:
         """Search; return the model that was chosen."""
-        fit = self.bench.fit(model, FINISHING)
-        self.root = Node(frozenset(), fit, self.bench.errors(fit.model))
-        self.nodes[frozenset()] = self.root
+        self.root = _node(self.bench, frozenset(), self.bench.fit(model, FINISHING))
+        self._keep(self.root)
         beam = [self.root]
         for _ in range(DEPTH):
             self._promising: list[Node] = []
@@ -114,43 +121,56 @@ class Search:
             grown = grown or sorted(self._promising, key=lambda n: n.fit.minimum.cost)[:1]
             if not grown:
                 break
-            for node in sorted(grown, key=lambda n: n.rms)[:BEAM]:
-                self._sharpen(node)
             grown.sort(key=lambda n: n.rms)
+            if self.bench.leaves_noise(grown[0].fit):
+                grown = [n for n in grown if n.rms < BEAM_RATIO * grown[0].rms]
+            grown[:BEAM] = self.each(partial(_sharpened, self.bench), grown[:BEAM])
+            for node in grown:
+                self._keep(node)
+            grown.sort(key=lambda n: n.rms)
+            if self.bench.leaves_noise(grown[0].fit):
+                break
             beam = [n for n in grown[:BEAM] if n.rms < BEAM_RATIO * grown[0].rms]
         return self.choose()
 
+    def _keep(self, node: Node) -> None:
+        self.nodes[node.added] = node
+
     def _grow(self, node: Node, thorough: bool) -> list[Node]:
         """Return the models with one addition more that are better than this one."""
-        fits = {}
-        for addition in self._additions(node):
-            if node.added | {addition} in self.nodes:
-                continue
-            fit = (
-                self.bench.add(node.fit.model, addition, thorough)
-                if addition in EFFECTS
-                else self.bench.add_rule(node.fit.model)
-            )
-            if fit is not None:
-                fits[addition] = fit
+        additions = [a for a in self._additions(node) if node.added | {a} not in self.nodes]
+        extend = partial(_extended, self.bench, node.fit.model)
+        fits = {a: fit for a, fit in zip(additions, self.each(extend, additions), strict=True) if fit}
+        if thorough:
+            fits |= self._with_new_rules(node, fits)
+        ranked = sorted(fits, key=lambda a: fits[a].minimum.cost)
+        finish = partial(_finished, self.bench, node.added)
+        finished = self.each(finish, ranked, [fits[a] for a in ranked], range(len(ranked)))
         grown = []
-        for rank, addition in enumerate(sorted(fits, key=lambda a: fits[a].minimum.cost)):
-            fit = fits[addition]
-            if rank < FINALISTS:
-                fit = self.bench.fit(fit.model, FINISHING)
-            child = Node(node.added | {addition}, fit, self.bench.errors(fit.model))
+        for addition, child in zip(ranked, finished, strict=True):
             comparison = compare(node.errors, child.errors)
-            sampling = any(is_sampling(fit.model, e) for e in child.effects)
+            model = child.fit.model
+            sampling = any(is_sampling(model, e) for e in child.effects)
             accepted = self.is_better(comparison, len(EFFECTS)) and not sampling
             trial = Trial(node.added, addition, comparison, accepted)
             self.trials.append(trial)
             self.report(trial)
             if accepted:
-                self.nodes[child.added] = child
+                self._keep(child)
                 grown.append(child)
-            elif fit.minimum.cost < _PROMISING * node.fit.minimum.cost and not sampling:
+            elif child.fit.minimum.cost < _PROMISING * node.fit.minimum.cost and not sampling:
                 self._promising.append(child)
         return grown
+
+    def _with_new_rules(self, node: Node, fits: Mapping[str, ChainFit]) -> dict[str, ChainFit]:
+        """Return better fits of what the rules can imitate, unless another explains what is left."""
+        effects = [e for e in IMITATED if e in fits]
+        least = min((fit.minimum.cost for fit in fits.values()), default=0.0)
+        if least < _STRIKING * node.fit.minimum.cost or self.bench.leaves_noise(node.fit):
+            return {}
+        found = self.each(partial(self.bench.add_anew, node.fit.model), effects)
+        pairs = [(e, fit) for e, fit in zip(effects, found, strict=True) if fit]
+        return {e: fit for e, fit in pairs if fit.minimum.cost < fits[e].minimum.cost}
 
     def _additions(self, node: Node) -> list[str]:
         rules = sum(a.startswith(RULE) for a in node.added)
@@ -158,33 +178,6 @@ class Search:
             *(e for e in EFFECTS if e not in (*node.fit.model.effects, *self.excluded)),
             *([RULE if rules == 0 else f"{RULE} {rules + 1}"] if rules < 2 else []),
         ]
-
-    def _sharpen(self, node: Node) -> None:
-        """Seek the rules of a model anew unless it is as good as the noise allows."""
-        if self.bench.has_reached_noise(node.fit):
-            return
-        fit = self.bench.reshaped(node.fit.model)
-        if fit.minimum.cost < node.fit.minimum.cost:
-            node.fit, node.errors = fit, self.bench.errors(fit.model)
-        if "play" in node.effects and node.fit.model.smoothness > SOFT:
-            self._take_if_better(node, replace(node.fit.model, smoothness=SOFT))
-
-    def _take_if_better(self, node: Node, model: Model) -> bool:
-        """Fit a variant of a node's model and keep it if it predicts better; return whether it does."""
-        fit = self.bench.fit(model, FINISHING)
-        errors = self.bench.errors(fit.model)
-        comparison = compare(node.errors, errors)
-        if comparison.gain < _REFINED or comparison.p_value > _LIKELY:
-            return False
-        node.fit, node.errors = fit, errors
-        return True
-
-    def _refine(self, node: Node) -> None:
-        """Add creep terms, slower ones, as long as they predict better."""
-        while "creep" in node.effects and self._take_if_better(
-            node, with_slower_creep(node.fit.model, self.bench.extent)
-        ):
-            pass
 
     def is_better(self, comparison: Comparison, tried: int) -> bool:
         """Return whether a gain is more than chance, and enough to speak of."""
@@ -205,24 +198,30 @@ class Search:
         """
         chosen = self._simplest()
         while True:
-            fresh = [e for e in chosen.effects if chosen.added - {e} not in self.nodes]
+            fresh = [e for e in EFFECTS if e in chosen.effects and chosen.added - {e} not in self.nodes]
             if not fresh:
-                self._refine(chosen)
-                return chosen
-            for effect in fresh:
-                fit = self.bench.fit(without_effect(chosen.fit.model, effect), FINISHING)
-                node = Node(chosen.added - {effect}, fit, self.bench.errors(fit.model))
-                self.nodes[node.added] = node
+                return self._refined(chosen)
+            for node in self.each(partial(_without, self.bench, chosen), fresh):
+                self._keep(node)
             chosen = self._simplest()
+
+    def _refined(self, node: Node) -> Node:
+        """Return the model with more creep terms, slower ones, as long as they predict better."""
+        while "creep" in node.effects:
+            slower = with_slower_creep(node.fit.model, self.bench.extent)
+            if (better := _better(self.bench, node, slower)) is node:
+                break
+            node = better
+        return node
 
     def _simplest(self) -> Node:
         best = min(self.nodes.values(), key=lambda n: n.rms)
         alike = [n for n in self.nodes.values() if not self._beats(best, n)]
         fewest = min((len(n.effects), len(n.added)) for n in alike)
         alike = [n for n in alike if (len(n.effects), len(n.added)) == fewest]
-        alike.sort(key=lambda n: n.rms)
-        self.rivals = alike[1:]
-        return alike[0]
+        chosen, *others = sorted(alike, key=lambda n: n.rms)
+        self.rivals = [n for n in others if not self._predicts_better(chosen, n)]
+        return chosen
 
     def settled(self, chosen: Node) -> Node:
         """Return the chosen model without the effects that a rival does without.
@@ -235,11 +234,59 @@ class Search:
         known = [n for n in self.nodes.values() if n.effects == common]
         if known:
             return min(known, key=lambda n: n.rms)
-        model = chosen.fit.model
-        for effect in chosen.effects - common:
-            model = without_effect(model, effect)
-        fit = self.bench.fit(model, FINISHING)
-        return Node(chosen.added - (chosen.effects - common), fit, self.bench.errors(fit.model))
+        return _without(self.bench, chosen, *(chosen.effects - common))
+
+    @staticmethod
+    def _predicts_better(one: Node, other: Node) -> bool:
+        """Return whether of two equally simple models one is better by more than chance."""
+        comparison = compare(other.errors, one.errors)
+        return comparison.gain > _TELLING and comparison.p_value * len(EFFECTS) < LEVEL
 
     def _beats(self, one: Node, other: Node) -> bool:
         return one is not other and self.is_better(compare(other.errors, one.errors), 1)
+
+
+# --- pieces of work that other processes can do -----------------------------------------------------
+
+
+def _node(bench: Bench, added: frozenset[str], fit: ChainFit) -> Node:
+    return Node(added, fit, bench.errors(fit.model))
+
+
+def _extended(bench: Bench, model: Model, addition: str) -> ChainFit | None:
+    """Return a first fit of the model with an addition."""
+    return bench.add(model, addition) if addition in EFFECTS else bench.add_rule(model)
+
+
+def _finished(bench: Bench, base: frozenset[str], addition: str, fit: ChainFit, rank: int) -> Node:
+    """Return the model with an addition, fitted to the end if it ranks among the best."""
+    if rank < FINALISTS:
+        fit = bench.fit(fit.model, FINISHING)
+    return _node(bench, base | {addition}, fit)
+
+
+def _sharpened(bench: Bench, node: Node) -> Node:
+    """Return the model with its rules sought anew unless it is as good as the noise allows."""
+    if bench.leaves_noise(node.fit):
+        return node
+    fit = bench.reshaped(node.fit.model)
+    if fit.minimum.cost < node.fit.minimum.cost:
+        node = _node(bench, node.added, fit)
+    if "play" in node.effects and node.fit.model.smoothness > SOFT:
+        node = _better(bench, node, replace(node.fit.model, smoothness=SOFT))
+    return node
+
+
+def _better(bench: Bench, node: Node, variant: Model) -> Node:
+    """Return a variant of the model, fitted, if it predicts better; otherwise the model."""
+    fitted = _node(bench, node.added, bench.fit(variant, FINISHING))
+    comparison = compare(node.errors, fitted.errors)
+    return node if comparison.gain < _REFINED or comparison.p_value > _LIKELY else fitted
+
+
+def _without(bench: Bench, node: Node, *effects: str) -> Node:
+    """Return the model without effects, fitted anew."""
+    model = node.fit.model
+    for effect in effects:
+        model = without_effect(model, effect)
+    return _node(bench, node.added - {*effects}, bench.fit(model, FINISHING))

@@ -6,22 +6,19 @@ All three take chunks of cases and hand back what became of them, in any order. 
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import pickle
 import queue
-import shutil
-import signal
 import tempfile
-import threading
 from collections import deque
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
 from it2hys.errors import InputError
+from it2hys.processes import make_pool
 from it2hys.sweeps import worker
 from it2hys.sweeps.plan import Plan
 
@@ -97,11 +94,7 @@ class _Futures:
 
 
 class Processes(_Futures):
-    """Processes on this machine.
-
-    They are spawned, not forked: a fork copies locks that threads of other libraries hold. They end
-    when this process does, however it ends.
-    """
+    """Processes on this machine."""
 
     deadly = BrokenProcessPool
 
@@ -123,8 +116,8 @@ class Processes(_Futures):
             ) from None
 
     def _make(self) -> ProcessPoolExecutor:
-        context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(self._count, context, _begin, (self._directory.name,))
+        folder = self._directory.name
+        return make_pool(self._count, partial(_install, folder), folder)
 
     @staticmethod
     def obituary(_error: Exception) -> str:
@@ -147,19 +140,8 @@ class Processes(_Futures):
         self._directory.cleanup()
 
 
-def _begin(directory: str) -> None:
-    tempfile.tempdir = directory
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
-    # one worker per processor: the libraries' own threads would only be in each other's way
-    os.environ["POLARS_MAX_THREADS"] = "1"
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+def _install(directory: str) -> None:
     worker.install(pickle.loads(Path(directory, PLAN).read_bytes()))
-
-
-def _end_with_parent() -> None:
-    multiprocessing.parent_process().join()
-    shutil.rmtree(tempfile.gettempdir(), ignore_errors=True)
-    os._exit(1)
 
 
 class Dask(_Futures):

@@ -140,14 +140,24 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *parameter
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 
-/* Copies what is in use: without effects the core's state only. */
+/* Copies what is in use: without effects the core's state only, and of the rest what is long only where it
+ * is needed. doStep copies twice. */
 static inline void chain_copy(const struct chain *chain, struct chain_state *to,
                               const struct chain_state *from)
 {
-    if (chain->effects)
-        *to = *from;
-    else
-        to->core = from->core;
+    to->core = from->core;
+    if (!chain->effects)
+        return;
+    to->slew = from->slew;
+    to->lag = from->lag;
+    to->resonance = from->resonance;
+    to->reached = from->reached;
+    if (chain->effects & CHAIN_PLAY)
+        to->play = from->play;
+    if (chain->effects & CHAIN_CREEP)
+        to->creep = from->creep;
+    if (chain->effects & CHAIN_DELAY)
+        to->delay = from->delay;
 }
 
 /* Without effects, one branch is all that the chain adds to the core. */

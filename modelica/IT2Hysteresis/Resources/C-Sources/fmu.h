@@ -170,7 +170,11 @@ enum fmu_category {
 fmi2Status fmu_say(const struct fmu *fmu, fmi2Status status, const char *format, ...);
 
 /* Is the instance there and in one of `phases`? If not, says so and returns false. */
-bool fmu_may(const struct fmu *fmu, const char *function, unsigned phases);
+bool fmu_refuse(const struct fmu *fmu, const char *function);
+static inline bool fmu_may(const struct fmu *fmu, const char *function, unsigned phases)
+{
+    return (fmu && (unsigned)fmu->now.phase & phases) || fmu_refuse(fmu, function);
+}
 
 fmi2Status fmu_set_debug_logging(struct fmu *fmu, bool on, size_t count, const fmi2String categories[]);
 
@@ -197,14 +201,23 @@ fmi2Status fmu_exit_initialization(struct fmu *fmu);
 fmi2Status fmu_terminate(struct fmu *fmu);
 fmi2Status fmu_reset(struct fmu *fmu);
 
-/* Computes the outputs before the first tick, if the parameters make a usable model. */
-fmi2Status fmu_start_outputs(struct fmu *fmu, const char *function);
+/* Computes the outputs before the first tick where they are stale, if the parameters make a usable
+ * model. */
+fmi2Status fmu_compute_start_outputs(struct fmu *fmu, const char *function);
+static inline fmi2Status fmu_start_outputs(struct fmu *fmu, const char *function)
+{
+    return fmu->outputs_stale ? fmu_compute_start_outputs(fmu, function) : fmi2OK;
+}
 
 /* What is not finite is never handed out. */
 bool fmu_outputs_finite(const struct fmu_outputs *output);
 
+fmi2Status fmu_get_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
+                        double values[]);
 fmi2Status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
                    const fmi2ValueReference references[], size_t count, void *values);
+fmi2Status fmu_set_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
+                        const double values[]);
 fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
                    const fmi2ValueReference references[], size_t count, const void *values);
 fmi2Status fmu_set_input_derivatives(struct fmu *fmu, const fmi2ValueReference references[],

@@ -55,14 +55,11 @@ fmi2Status fmu_say(const struct fmu *fmu, fmi2Status status, const char *format,
     return status;
 }
 
-bool fmu_may(const struct fmu *fmu, const char *function, unsigned phases)
+bool fmu_refuse(const struct fmu *fmu, const char *function)
 {
-    if (!fmu)
-        return false;
-    if ((unsigned)fmu->now.phase & phases)
-        return true;
-    fmu_say(fmu, fmi2Error, "%s: not allowed in the state %s; this instance is left as it is.", function,
-            phase_name(fmu->now.phase));
+    if (fmu)
+        fmu_say(fmu, fmi2Error, "%s: not allowed in the state %s; this instance is left as it is.",
+                function, phase_name(fmu->now.phase));
     return false;
 }
 

@@ -5,13 +5,26 @@
 /* Its square times an exponent is finite: the widest rule stays the nearest one. */
 #define FARTHEST 1e140
 
+/* Where the rule's memberships are above IT2_SUM_UNDERFLOW; empty where its parameters make no numbers. */
+static struct it2_range rule_cannot_underflow(const struct it2_rule *rule, const double exponent[2])
+{
+    const double reach = fmin(sqrt(IT2_NO_UNDERFLOW / fmin(exponent[0], exponent[1])), FARTHEST);
+
+    if (!(exponent[0] <= 0.0 && exponent[1] <= 0.0 && reach > 0.0 && isfinite(rule->centre)))
+        return (struct it2_range){ HUGE_VAL, -HUGE_VAL };
+    return (struct it2_range){ rule->centre - reach, rule->centre + reach };
+}
+
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count)
 {
-    *stage = (struct it2){ .rules = count };
+    *stage = (struct it2){ .rules = count, .no_underflow = { -FARTHEST, FARTHEST } };
     for (int l = 0; l < count; l++) {
         stage->rule[l] = rules[l];
         stage->exponent[l][0] = -0.5 * EXP_SCALE / (rules[l].sigmaLower * rules[l].sigmaLower);
         stage->exponent[l][1] = -0.5 * EXP_SCALE / (rules[l].sigmaUpper * rules[l].sigmaUpper);
+        const struct it2_range range = rule_cannot_underflow(&rules[l], stage->exponent[l]);
+        stage->no_underflow.minimum = fmax(stage->no_underflow.minimum, range.minimum);
+        stage->no_underflow.maximum = fmin(stage->no_underflow.maximum, range.maximum);
     }
 }
 
@@ -25,7 +38,10 @@ static void relative(const double exponent[2], double square, double largest, do
     exp_scaled_pair(difference, result);
 }
 
-void it2_memberships_far(const struct it2 *stage, double y_previous, struct it2_memberships *m)
+/* Far from every centre all memberships underflow and (10) would be 0/0. Scaling all of them by the
+ * largest leaves (10) as it is and finite; its limit is the nearest rule, the one whose distance in
+ * units of its upper deviation is smallest. */
+static void memberships_far(const struct it2 *stage, double y_previous, struct it2_memberships *m)
 {
     double square[IT2_MAX_RULES];
     double largest = -DBL_MAX;
@@ -46,17 +62,33 @@ void it2_memberships_far(const struct it2 *stage, double y_previous, struct it2_
     }
 }
 
+void it2_memberships_anywhere(const struct it2 *stage, double y_previous, struct it2_memberships *m)
+{
+    m->sum = 0.0;
+    for (int l = 0; l < stage->rules; l++) {
+        double scaled[2], membership[2];
+        it2_exponents(stage, l, y_previous, scaled);
+        exp_scaled_pair(scaled, membership);
+        m->lower[l] = membership[0];
+        m->upper[l] = membership[1];
+        m->weight[l] = m->lower[l] + m->upper[l];
+        m->sum += m->weight[l];
+    }
+    if (!(m->sum >= IT2_SUM_UNDERFLOW))
+        memberships_far(stage, y_previous, m);
+}
+
 static double consequent(const struct it2_rule *rule, double y_previous, double x)
 {
     return rule->q1 * y_previous + (rule->q2 * x + rule->q3);
 }
 
-static double evaluate_far(const struct it2 *stage, double y_previous, double x)
+static double evaluate_anywhere(const struct it2 *stage, double y_previous, double x)
 {
     struct it2_memberships m;
     double numerator = 0.0;
 
-    it2_memberships_far(stage, y_previous, &m);
+    it2_memberships_anywhere(stage, y_previous, &m);
     for (int l = 0; l < stage->rules; l++)
         numerator += consequent(&stage->rule[l], y_previous, x) * m.weight[l];
     return numerator / m.sum;
@@ -65,15 +97,17 @@ static double evaluate_far(const struct it2 *stage, double y_previous, double x)
 double it2_evaluate(const struct it2 *stage, double y_previous, double x)
 {
     double lower, upper; /* not of interest here */
-    double sum = it2_membership(stage, 0, y_previous, &lower, &upper);
-    double numerator = consequent(&stage->rule[0], y_previous, x) * sum;
+    double sum = 0.0;
+    double numerator = 0.0;
 
-    for (int l = 1; l < stage->rules; l++) {
+    if (!it2_cannot_underflow(stage, y_previous))
+        return evaluate_anywhere(stage, y_previous, x);
+    for (int l = 0; l < stage->rules; l++) {
         const double weight = it2_membership(stage, l, y_previous, &lower, &upper);
         numerator += consequent(&stage->rule[l], y_previous, x) * weight;
         sum += weight;
     }
-    return sum >= IT2_SUM_UNDERFLOW ? numerator / sum : evaluate_far(stage, y_previous, x);
+    return numerator / sum;
 }
 
 void it2_reset(struct it2_state *state, double y)

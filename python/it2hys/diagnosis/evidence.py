@@ -1,0 +1,125 @@
+"""What is said of every effect: its signature, the trial of it, and the reason for the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from it2hys.chain import EFFECTS
+from it2hys.diagnosis.result import Evidence
+from it2hys.diagnosis.selection import LEVEL, Node, Search, Trial
+from it2hys.effects import Clues
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the search has come to, and what it was not to try.
+
+    Parameters
+    ----------
+    search : Search
+    node : Node
+        The model that was chosen.
+    named : tuple of str
+        Effects that were added to it.
+    groups : tuple of tuple of str
+        Effects that cannot be told apart.
+    declared : tuple of str
+        Effects in the model from the start.
+    inseparable : tuple of str
+        Effects that the records cannot show.
+    """
+
+    search: Search
+    node: Node
+    named: tuple[str, ...]
+    groups: tuple[tuple[str, ...], ...]
+    declared: tuple[str, ...]
+    inseparable: tuple[str, ...]
+
+
+def indistinguishable(chosen: Node, rivals: Sequence[Node]) -> tuple[tuple[str, ...], ...]:
+    """Return the groups of effects of which any would do."""
+    common = chosen.effects.intersection(*(rival.effects for rival in rivals))
+    group = {e for n in (chosen, *rivals) for e in n.effects - common}
+    return (tuple(e for e in EFFECTS if e in group),) if group else ()
+
+
+def evidence_of(verdict: Verdict, left: Clues) -> tuple[Evidence, ...]:
+    """Return the evidence on every effect.
+
+    Parameters
+    ----------
+    verdict : Verdict
+    left : Clues
+        What the first model leaves over.
+    """
+    return tuple(_evidence_on(effect, verdict, left) for effect in EFFECTS)
+
+
+def _evidence_on(effect: str, verdict: Verdict, left: Clues) -> Evidence:
+    signature, trial = EFFECTS[effect].signature(left), _trial_of(effect, verdict)
+    return Evidence(
+        effect,
+        np.nan if signature is None else signature.statistic,
+        np.nan if signature is None else signature.p_value,
+        "" if signature is None else signature.text,
+        np.nan if trial is None else trial.comparison.gain,
+        np.nan if trial is None else trial.comparison.p_value,
+        effect in verdict.named,
+        _untried(effect, verdict, left) if trial is None else _why(effect, trial, verdict),
+    )
+
+
+def _trial_of(effect: str, verdict: Verdict) -> Trial | None:
+    """Return the trial that decided on an effect.
+
+    For one that was added, the one on the way to the model; for another, that on the final model if
+    there is one, otherwise that on the first.
+    """
+    own = [t for t in verdict.search.trials if t.addition == effect]
+    if effect in verdict.named:
+        own = [t for t in own if t.base <= verdict.node.added and t.accepted] or own
+        return max(own, key=lambda t: len(t.base), default=None)
+    final = [t for t in own if t.base == verdict.node.added]
+    return (final or own or [None])[0]
+
+
+def _untried(effect: str, verdict: Verdict, left: Clues) -> str:
+    """Return why an effect was not tried."""
+    if effect in verdict.declared:
+        return "declared: in the model from the start"
+    if effect in verdict.node.fit.model.effects:
+        return "in the starting model"
+    if effect == "load" and left.extent.force is None:
+        return "not tried: no record has a force channel"
+    if effect in verdict.inseparable:
+        others = ", ".join(e for e in verdict.inseparable if e != effect)
+        return (
+            "not tried: the training records hold one amplitude at one frequency, which cannot "
+            f"tell it from {others} and from the core's own phase lag"
+        )
+    return "not tried: no start of a fit with it stays finite, or the channel is constant"
+
+
+def _why(effect: str, trial: Trial, verdict: Verdict) -> str:
+    """Return the reason for the verdict on an effect that was tried, in a sentence."""
+    c = trial.comparison
+    fall = (
+        f"changes the error on what decides from {1e6 * c.before:.4g} to {1e6 * c.after:.4g} um "
+        f"({-100 * c.gain:+.1f} %, p = {c.p_value:.2g})"
+    )
+    if effect in verdict.named:
+        return f"adding it {fall}"
+    rivals = [g for g in verdict.groups if effect in g]
+    if rivals:
+        others = ", ".join(e for e in rivals[0] if e != effect)
+        return f"adding it {fall}, but these records cannot tell it from {others}"
+    base = " + ".join(["the model", *sorted(trial.base)])
+    if trial.accepted:
+        return f"added to {base} it {fall}, but other effects explain that better"
+    chance = c.p_value * len(EFFECTS) > LEVEL
+    reason = "no more than chance" if chance else "too little to speak of"
+    return f"added to {base} it {fall}: {reason}"

@@ -1,0 +1,81 @@
+"""Processes of this machine that share independent work."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import shutil
+import signal
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+
+from it2hys.errors import InputError
+
+#: Read when the libraries are loaded: their own threads would only be in the processes' way.
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "POLARS_MAX_THREADS")
+
+
+def make_pool(
+    count: int, begin: Callable | None = None, scratch: str | None = None
+) -> ProcessPoolExecutor:
+    """Return processes that end when this one does, however it ends.
+
+    They are spawned, not forked: a fork copies locks that threads of other libraries hold.
+
+    Parameters
+    ----------
+    count : int
+    begin : callable, optional
+        Called in each of them first.
+    scratch : str, optional
+        Directory for their temporary files, made for them alone: it goes with them.
+    """
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(count, context, _begin, (begin, scratch))
+
+
+def _begin(begin: Callable | None, scratch: str | None) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    if scratch is not None:
+        tempfile.tempdir = scratch
+    threading.Thread(target=_end_with_parent, args=(scratch,), daemon=True).start()
+    if begin is not None:
+        begin()
+
+
+def _end_with_parent(scratch: str | None) -> None:
+    multiprocessing.parent_process().join()
+    if scratch is not None:
+        shutil.rmtree(scratch, ignore_errors=True)
+    os._exit(1)
+
+
+@contextmanager
+def parallel_map(workers: int) -> Iterator[Callable]:
+    """Hand out a `map` that has its calls made by so many processes; by this one if they are 1.
+
+    Raises
+    ------
+    InputError
+        If a process ends before its work is done.
+    """
+    if workers < 1:
+        raise InputError(f"--workers {workers}: must be at least 1")
+    if workers == 1:
+        yield map
+        return
+    pool = make_pool(workers)
+    try:
+        yield pool.map
+    except BrokenProcessPool:
+        raise InputError(
+            "a worker process ended before its work was done: it was killed (too little memory?), "
+            'or a script calls this without if __name__ == "__main__"; use one worker'
+        ) from None
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
