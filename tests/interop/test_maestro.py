@@ -17,7 +17,7 @@ from conftest import TS, UM, Instance, Unpacked
 from foreign_fmu import build_restless
 
 JAR = Path(__file__).parents[2] / "build" / "maestro" / "maestro-2.3.0-jar-with-dependencies.jar"
-PAIRS = 3
+PAIRS = 2
 
 
 @pytest.fixture(scope="session")
