@@ -13,6 +13,7 @@ import numpy as np
 from lxml import etree
 
 from it2hys import core
+from it2hys.documentation import render
 from it2hys.model_description import add_structure, add_types, add_units, add_variables
 from it2hys.packaging import fmu_archive, package_version, platform_binaries
 from it2hys.parameters import ParameterSet
@@ -71,11 +72,13 @@ def controller_fmu() -> bytes:
     native = core.native_directory()
     sources = {f"{IDENTIFIER}.c": (native / "controller" / f"{IDENTIFIER}.c").read_bytes()}
     sources |= {name: (native / "sources" / name).read_bytes() for name in HEADERS}
+    page = render("controller.html", variables=load_controller().variables)
     return fmu_archive(
         {
             "modelDescription.xml": _description(),
             **{f"sources/{name}": content for name, content in sources.items()},
             **platform_binaries(IDENTIFIER, native),
+            "documentation/index.html": page.encode(),
             "documentation/licenses/license.txt": (native / "LICENSE").read_bytes(),
         }
     )

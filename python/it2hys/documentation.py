@@ -10,11 +10,9 @@ from it2hys.variables import Variable, load_table
 
 def documentation_files(model: str, parameters: ParameterSet, licence: bytes) -> dict[str, bytes]:
     """Return the files of `documentation/` by their path in the FMU."""
-    environment = Environment(
-        loader=PackageLoader("it2hys"), autoescape=True, trim_blocks=True, lstrip_blocks=True
-    )
     variables = load_table().of_model(model, parameters.counts)
-    page = environment.get_template("documentation.html").render(
+    page = render(
+        "documentation.html",
         model=model,
         parameters=parameters,
         signals=[v for v in variables if v.causality != "parameter"],
@@ -26,6 +24,14 @@ def documentation_files(model: str, parameters: ParameterSet, licence: bytes) ->
         "documentation/timing.svg": timing.read_bytes(),
         "documentation/licenses/license.txt": licence,
     }
+
+
+def render(template: str, **values: object) -> str:
+    """Return a page of the package's templates, filled in."""
+    environment = Environment(
+        loader=PackageLoader("it2hys"), autoescape=True, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.get_template(template).render(**values)
 
 
 def _row(variable: Variable, parameters: ParameterSet) -> dict:

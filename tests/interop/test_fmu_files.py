@@ -296,8 +296,8 @@ class Page(HTMLParser):
         self.text.append(data)
 
 
-def test_the_documentation_is_well_formed_and_its_links_resolve(any_fmu):
-    parameters, unpacked = any_fmu
+def documentation_of(unpacked: Unpacked) -> str:
+    """Return the text of an FMU's documentation, which is well-formed and whose links resolve."""
     folder = unpacked.directory / "documentation"
     page = Page()
     page.feed((folder / "index.html").read_text(encoding="utf-8"))
@@ -311,9 +311,17 @@ def test_the_documentation_is_well_formed_and_its_links_resolve(any_fmu):
     for image in folder.glob("*.svg"):
         etree.parse(image)
     text = " ".join(page.text)
-    assert parameters.name in text
-    for variable in unpacked.variables:
-        assert variable in text
+    assert [name for name in unpacked.variables if name not in text] == []
+    return text
+
+
+def test_the_documentation_is_well_formed_and_its_links_resolve(any_fmu):
+    parameters, unpacked = any_fmu
+    assert parameters.name in documentation_of(unpacked)
+
+
+def test_the_controllers_documentation_is_well_formed_and_names_all_variables(controller):
+    assert "within voltageMin … voltageMax" in documentation_of(controller)
 
 
 # --- packaging ---------------------------------------------------------------------------------
