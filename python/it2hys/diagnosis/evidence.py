@@ -9,7 +9,7 @@ import numpy as np
 
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis.result import Evidence
-from it2hys.diagnosis.selection import LEVEL, Node, Search, Trial
+from it2hys.diagnosis.selection import CLEAR_GAIN, LEVEL, Node, Search, Trial
 from it2hys.effects import Clues
 
 
@@ -120,6 +120,9 @@ def _why(effect: str, trial: Trial, verdict: Verdict) -> str:
     base = " + ".join(["the model", *sorted(trial.base)])
     if trial.accepted:
         return f"added to {base} it {fall}, but other effects explain that better"
-    chance = c.p_value * len(EFFECTS) > LEVEL
-    reason = "no more than chance" if chance else "too little to speak of"
+    reason = "too little to speak of"
+    if c.p_value * len(EFFECTS) > LEVEL:
+        reason = "no more than chance"
+    elif c.gain > CLEAR_GAIN:
+        reason = "a small part of what is left over, and not in the way in which this effect would"
     return f"added to {base} it {fall}: {reason}"

@@ -19,7 +19,8 @@ RULE = "rule"
 LEVEL = 0.01
 #: Least share by which the error has to fall ...
 LEAST_GAIN = 0.05
-#: ... which has to be more than this, or else more than the other share of what exceeds the noise.
+#: ... which has to be more than this, in the effect's own way, or else more than the other share of
+#: what exceeds the noise.
 CLEAR_GAIN, LEAST_SHARE = 0.1, 0.25
 #: Least gain by which one of two equally simple models is the better one.
 _TELLING = 0.02
@@ -151,7 +152,11 @@ class Search:
             comparison = compare(node.errors, child.errors)
             model = child.fit.model
             sampling = any(is_sampling(model, e) for e in child.effects)
-            accepted = self.is_better(comparison, len(EFFECTS)) and not sampling
+            accepted = (
+                self.is_better(comparison, len(EFFECTS))
+                and not sampling
+                and self._is_of_its_kind(node, addition, comparison)
+            )
             trial = Trial(node.added, addition, comparison, accepted)
             self.trials.append(trial)
             self.report(trial)
@@ -179,12 +184,25 @@ class Search:
             *([RULE if rules == 0 else f"{RULE} {rules + 1}"] if rules < 2 else []),
         ]
 
+    def _is_of_its_kind(self, node: Node, addition: str, comparison: Comparison) -> bool:
+        """Return whether an addition explains much, or what it explains is what it alone predicts.
+
+        What a record's own history is fitted to takes a little of whatever is slow.
+        """
+        if addition not in EFFECTS or self._share(comparison) > LEAST_SHARE:
+            return True
+        signature = EFFECTS[addition].signature(self.bench.clues(node.fit.model))
+        return signature is not None and signature.p_value < _LIKELY
+
     def is_better(self, comparison: Comparison, tried: int) -> bool:
         """Return whether a gain is more than chance, and enough to speak of."""
         if comparison.gain < LEAST_GAIN or comparison.p_value * tried > LEVEL:
             return False
-        share = 1.0 - self._excess(comparison.after) / self._excess(comparison.before)
-        return comparison.gain > CLEAR_GAIN or share > LEAST_SHARE
+        return comparison.gain > CLEAR_GAIN or self._share(comparison) > LEAST_SHARE
+
+    def _share(self, comparison: Comparison) -> float:
+        """Return the share of what exceeds the noise that a gain takes away."""
+        return 1.0 - self._excess(comparison.after) / self._excess(comparison.before)
 
     def _excess(self, rms: float) -> float:
         """Return what of an error is not noise; less than a part of the noise cannot be told."""
