@@ -285,6 +285,27 @@ def test_from_the_set_that_a_diagnosis_wrote_nothing_new_is_found(folder, tmp_pa
     assert before == pytest.approx(first, rel=0.02) and after == pytest.approx(first, rel=0.02)
 
 
+def test_what_one_tone_cannot_tell_apart_is_said_with_the_experiment_that_would(tmp_path):
+    """A lag, a dead time and play open the loop of one sine alike: none of them is named."""
+    stage = stage_with(**{"lag.timeConstant": 5e-4})
+    voltage = 50.0 - 50.0 * np.cos(2 * np.pi * 50.0 * np.arange(SAMPLES) * TS)
+    rng = np.random.default_rng(0)
+    for name in ROLES:
+        displacement = core.chain_free_run(stage.replace(initialDisplacement=UM), voltage)[1]
+        noisy = displacement + NOISE * rng.standard_normal(SAMPLES)
+        write_record(
+            tmp_path / f"{name}.csv", Record(name, np.arange(SAMPLES) * TS, voltage, noisy, TS)
+        )
+    assert diagnose(tmp_path, tmp_path / "out", "--quiet") == 0
+    report = report_of(tmp_path / "out")
+    (group,) = report["indistinguishable"]
+    assert group["effects"] == ["delay", "lag", "play"]
+    assert not {*group["effects"]} & {*report["effects"]}
+    experiment = group["experiment"].split(",")[0]
+    assert experiment in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "cannot tell it from delay, play" in evidence_on(report, "lag")["why"]
+
+
 # --- bad input -----------------------------------------------------------------------------------
 
 

@@ -202,6 +202,7 @@ class ChainCriterion:
             self.model.smoothness,
         )
 
+    @np.errstate(over="ignore", invalid="ignore")
     def guarded(self, strength: float) -> ChainCriterion:
         """Return the criterion with penalties for rules that are unusable where the core works."""
         series = []
