@@ -16,7 +16,7 @@ from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.experiments import deciding_experiment
 from it2hys.diagnosis.fitting import IMITATED, Bench, clues
 from it2hys.diagnosis.intervals import intervals_of
-from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_trace
+from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.diagnosis.residuals import left_over
 from it2hys.diagnosis.result import Diagnosis, Judgement, Stage
 from it2hys.diagnosis.selection import Node, Search, Trial
@@ -237,6 +237,7 @@ class _Session:
         if parts:
             traces, deciding = set_aside(traces)
         check_deciding(deciding)
+        deciding = [within(t, self._extent.voltage) for t in deciding]
         return Bench(traces, deciding, self._scaling, self._extent, parts)
 
     def _declare(self, bench: Bench, base: Model) -> Model:
@@ -306,7 +307,7 @@ class _Session:
         if self._inseparable:
             groups = (*groups, self._inseparable)
         verdict = Verdict(search, node, named, groups, self._declared, self._inseparable)
-        judged = self._traces("train", "validation")
+        judged = [within(t, self._extent.voltage) for t in self._traces("train", "validation")]
         fitted = bench.fit_own(fit.model, judged, len(self._train))
         final = clues(fitted, judged, self._extent)
         left = left_over(final, [t.noise for t in judged])

@@ -28,7 +28,7 @@ _SHORTEST = 1e-3
 _SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
 IMITATED = ("lag", "nonlinearity")
-_ANEW, _ANEW_STARTS = 3, 4
+_ANEW, _ANEW_STARTS = 6, 3
 #: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
 #: noise is not known better. What looks so has more than this probability to.
 _REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3

@@ -20,6 +20,8 @@ from it2hys.records import Record
 _FALLING_IN, _AT_REST = 100, 1e-3
 #: Where there are no validation records: parts of every training record, and those that decide.
 _PARTS, _DECIDING = 10, (2, 5, 8)
+#: Share of the range of the voltage by which a sample may be beyond it and decide.
+_SLACK = 0.01
 #: Fewest samples that may decide between two models.
 _FEWEST_DECIDING = 200
 
@@ -86,6 +88,21 @@ def set_aside(traces: Sequence[Trace]) -> tuple[list[Trace], list[Trace]]:
         fitted.append(kept)
         deciding.append(replace(kept, judged=t.judged & aside))
     return fitted, deciding
+
+
+def within(trace: Trace, voltage: tuple[float, float]) -> Trace:
+    """Return the trace used and judged only where the voltage is within a range.
+
+    Beyond what the models were fitted to they extrapolate, each in its own way: how they do there tells
+    nothing of which effect is missing. A trace that is hardly ever within it stays as it is.
+    """
+    low, high = voltage
+    slack = _SLACK * (high - low)
+    inside = (trace.drive.voltage >= low - slack) & (trace.drive.voltage <= high + slack)
+    judged = trace.judged & inside
+    if np.count_nonzero(judged) < _FEWEST_DECIDING:
+        return trace
+    return replace(trace, judged=judged, weight=np.where(inside, trace.weight, 0.0))
 
 
 def check_deciding(deciding: Sequence[Trace]) -> None:

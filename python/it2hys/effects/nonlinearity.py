@@ -51,9 +51,12 @@ def starts(extent: Extent) -> dict[str, Start]:
 
 
 def guesses(clues: Clues) -> list[dict[str, float]]:
-    """Return a curve that is hardly bent, and ones bent by 1 % of the travel in several ways."""
+    """Return a curve that is hardly bent, and ones with one, two and three waves."""
     span = clues.extent.displacement_span
-    shapes = [(1e-4, 1e-4, 1e-4), (0.01, 0, 0), (-0.01, 0, 0), (0, 0.01, 0), (0, -0.01, 0)]
+    # Chebyshev polynomials of degree 2, 3 and 4, less what is linear: 1 % of the travel high, or less
+    waves = [(0.02, 0, 0), (0, 0.04, 0), (0, 0, 0.08)]
+    heights = (1.0, 0.25, -0.25, -1.0)
+    shapes = [(1e-4, 1e-4, 1e-4), *(tuple(h * c for c in wave) for wave in waves for h in heights)]
     return [
         {f"nonlinearity.{n}": share * span for n, share in zip(COEFFICIENTS, shape, strict=True)}
         for shape in shapes
