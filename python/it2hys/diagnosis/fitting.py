@@ -10,7 +10,7 @@ import numpy as np
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
 from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
-from it2hys.diagnosis.residuals import left_over
+from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.effects import Clue, Clues, Extent
 from it2hys.effects.hum import phases
 from it2hys.identification.criteria import Series
@@ -248,8 +248,15 @@ class Bench:
 
     def leaves_noise(self, fit: ChainFit) -> bool:
         """Return whether nothing but noise is left over of the training records."""
-        left = left_over(self.clues(fit.model), [t.noise for t in self.traces])
+        left = self._left_over(fit)
         return left.size <= _REACHED or (left.size <= _NEARLY and left.p_value > _BY_CHANCE)
+
+    def is_near_noise(self, fit: ChainFit) -> bool:
+        """Return whether what is left over is hardly more than noise, whatever it looks like."""
+        return self._left_over(fit).size <= _NEARLY
+
+    def _left_over(self, fit: ChainFit) -> LeftOver:
+        return left_over(self.clues(fit.model), [t.noise for t in self.traces])
 
     def add_rule(self, model: Model) -> ChainFit | None:
         """Fit a model with one rule more, from the best way of splitting one in two."""

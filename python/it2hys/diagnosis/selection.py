@@ -29,8 +29,8 @@ _REFINED, _LIKELY = 0.01, 0.05
 #: A model that is not accepted, but lowers the cost on the training records to less than this share, is
 #: followed where no other is: of two effects that are both missing, one alone may predict nothing.
 _PROMISING = 0.7
-#: An addition that lowers the cost to less than this share explains what was left over.
-_STRIKING = 0.1
+#: An addition that lowers the cost to less than this share explains much of what was left over.
+_STRIKING = 0.4
 #: Models that are followed side by side, none with an error above so many times the best one's.
 BEAM, BEAM_RATIO = 3, 2.0
 #: Effects that are added one after the other.
@@ -171,7 +171,7 @@ class Search:
         """Return better fits of what the rules can imitate, unless another explains what is left."""
         effects = [e for e in IMITATED if e in fits]
         least = min((fit.minimum.cost for fit in fits.values()), default=0.0)
-        if least < _STRIKING * node.fit.minimum.cost or self.bench.leaves_noise(node.fit):
+        if least < _STRIKING * node.fit.minimum.cost or self.bench.is_near_noise(node.fit):
             return {}
         found = self.each(partial(self.bench.add_anew, node.fit.model), effects)
         pairs = [(e, fit) for e, fit in zip(effects, found, strict=True) if fit]
