@@ -40,6 +40,8 @@ ROUNDS = 7
 CASES, FEW = 300, 2
 START = {"initialDisplacement": 0.7e-6}
 KILLS = 20
+#: Seconds in which workers are ready, for sweeps that begin at one moment.
+START_UP = 4.0
 REFERENCE = {"signal": "sine", "frequency": 20.0, "low": 0.7e-6, "high": 14.7e-6}
 
 
@@ -49,7 +51,10 @@ def main() -> None:
         print(*measure_memory(sys.argv[2]))
         return
     if sys.argv[1:2] == ["wall"]:
-        print(*measure_wall(int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])))
+        print(*measure_wall(*map(int, sys.argv[2:5]), moment=float(sys.argv[5])))
+        return
+    if sys.argv[1:2] == ["whole"]:
+        print(measure_whole(*map(int, sys.argv[2:5])))
         return
     bare_loop = Path(sys.argv[1]) if len(sys.argv) > 1 else None
     begin = time.perf_counter()
@@ -193,19 +198,21 @@ def bare_seconds(command: list[str]) -> float:
 # --- workers and sizes -----------------------------------------------------------------------------
 
 
-def measure_wall(cases: int, ticks: int, workers: int) -> tuple[float, float]:
+def measure_wall(cases: int, ticks: int, workers: int, moment: float) -> tuple[float, float]:
     """Return the time from the first to the last case of a sweep, s: without start and report.
 
     And the share of it that the workers had nothing to do: neither ran nor waited for a processor.
+    It begins at the moment given, s on the monotonic clock, that others may begin at, too.
     """
     from it2hys.sweeps import running
 
     plan = make_plan(parse_sweep(scenario(cases, ticks)))
     pool = running._workers(plan, workers, None)
-    for _ in range(2 * max(workers, 1)):  # every worker has its instances
-        pool.submit(range(2))
-    for _ in range(2 * max(workers, 1)):
-        pool.next()
+    with tempfile.TemporaryDirectory() as met:
+        started = [pool._pool.submit(warm_up, plan.fingerprint, met, workers) for _ in range(workers)]
+        for future in started:
+            future.result()
+    time.sleep(max(moment - time.monotonic(), 0.0))
     processes = list(pool._pool._processes)
     busy, begin = occupied(processes), time.perf_counter()
     for _ in running._run(plan.chunks(), pool, plan):
@@ -214,6 +221,22 @@ def measure_wall(cases: int, ticks: int, workers: int) -> tuple[float, float]:
     idle = 1.0 - (occupied(processes) - busy) / (elapsed * len(processes))
     pool.close()
     return elapsed, idle
+
+
+def warm_up(fingerprint: str, meeting: str, workers: int) -> None:
+    """Run a case, and wait for the other workers to have done so: each of them takes one such call."""
+    run_cases(fingerprint, range(1))
+    Path(meeting, str(os.getpid())).touch()
+    while len(os.listdir(meeting)) < workers:
+        time.sleep(0.01)
+
+
+def measure_whole(cases: int, ticks: int, workers: int) -> float:
+    """Return the time of a whole sweep, s: with the start of its workers, its table and its report."""
+    with tempfile.TemporaryDirectory() as folder:
+        begin = time.perf_counter()
+        run_sweep(parse_sweep(scenario(cases, ticks)), folder, workers, quiet=True)
+        return time.perf_counter() - begin
 
 
 def occupied(processes: Sequence[int]) -> float:
@@ -243,27 +266,26 @@ def compare_workers() -> None:
     """Compare two workers with one, in turns, and with what the machine gives two at once."""
     cases, turns = 3000, []
     for _ in range(9):
-        once = finish(start("wall", cases, TICKS, 1))
-        twice = finish(start("wall", cases, TICKS, 2))
+        once = finish(start("wall", cases, TICKS, 1, 0))
+        twice = finish(start("wall", cases, TICKS, 2, 0))
         # two sweeps that know nothing of each other: no scheduling could be quicker
-        both = [start("wall", cases // 2, TICKS, 1) for _ in range(2)]
-        turns.append([once, twice, max(finish(process) for process in both)])
-    walls, idle = np.moveaxis(turns, -1, 0)
+        moment = time.monotonic() + START_UP
+        both = [start("wall", cases // 2, TICKS, 1, moment) for _ in range(2)]
+        apart = max(finish(process) for process in both)
+        whole = [finish(start("whole", cases, TICKS, count))[0] for count in (1, 2)]
+        turns.append([(*once, whole[0]), (*twice, whole[1]), (*apart, float("nan"))])
+    walls, idle, whole = np.moveaxis(turns, -1, 0)
     names = ("1", "2", "two sweeps of half the cases at once")
-    rows = [
-        [name, f"{cases / wall:.0f}", f"{ratio:.2f}", f"{100 * share:.1f} %"]
-        for name, wall, ratio, share in zip(
-            names,
-            np.median(walls, axis=0),
-            np.median(walls[:, :1] / walls, axis=0),
-            np.median(idle, axis=0),
-            strict=True,
-        )
-    ]
+    columns = (
+        [f"{cases / wall:.0f}" for wall in np.median(walls, axis=0)],
+        [f"{ratio:.2f}" for ratio in np.median(walls[:, :1] / walls, axis=0)],
+        [f"{100 * share:.1f} %" for share in np.median(idle, axis=0)],
+        [f"{ratio:.2f}".replace("nan", "") for ratio in np.median(whole[:, :1] / whole, axis=0)],
+    )  # fmt: skip
     table(
         f"Workers: {cases} scenarios of {TICKS} ticks, {os.cpu_count()} processors (9 turns, medians)",
-        ["workers", "scenarios per s", "times one", "workers idle"],
-        rows,
+        ["workers", "scenarios per s", "times one", "workers idle", "whole sweep, times one"],
+        list(zip(names, *columns, strict=True)),
     )
 
 

@@ -21,8 +21,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy  # its parts are loaded when used: most workers of a sweep need none
 from numpy.typing import ArrayLike
-from scipy import signal
 
 from it2hys.errors import InputError
 
@@ -200,7 +200,7 @@ def triangle(
     """
     _require_positive(frequency=frequency)
     angle = 2.0 * np.pi * frequency * np.asarray(time, dtype=float)
-    return _scaled(signal.sawtooth(angle, width=0.5), low, high)
+    return _scaled(scipy.signal.sawtooth(angle, width=0.5), low, high)
 
 
 def steps(time: ArrayLike, levels: Sequence[float], hold: float) -> np.ndarray:
@@ -271,7 +271,7 @@ def chirp(
     known = ("linear", "quadratic", "logarithmic", "hyperbolic")
     if method not in known:
         raise InputError(f"unknown chirp method '{method}'; known are {', '.join(known)}")
-    sweep = signal.chirp(
+    sweep = scipy.signal.chirp(
         np.asarray(time, dtype=float),
         f0=start_frequency,
         t1=duration,

@@ -11,9 +11,9 @@ import matplotlib
 matplotlib.use("Agg")
 
 import numpy as np
+import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.signal import welch
 
 MEASURED = {"color": "0.25", "linewidth": 1.4}
 MODEL = {"color": "#1f77b4", "linewidth": 1.1}
@@ -269,6 +269,6 @@ def _amplitude_density(residual: np.ndarray, sample_time: float) -> tuple[np.nda
     known = np.isfinite(residual)
     filled = np.where(known, residual - np.mean(residual[known]), 0.0)
     segment = max(8, len(filled) // _SEGMENTS)
-    frequency, power = welch(filled, 1.0 / sample_time, nperseg=segment)
+    frequency, power = scipy.signal.welch(filled, 1.0 / sample_time, nperseg=segment)
     # neither the mean nor, at the Nyquist frequency, half a line
     return frequency[1:-1], np.sqrt(power[1:-1]) * UM

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import windows
+import scipy
 
 from it2hys.errors import InputError
 from it2hys.metrics import max_relative_error, rms_error
@@ -54,7 +54,7 @@ def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
         gains, excited = plain[1:]
     else:
         _, gains, excited = _transforms(
-            reference, output, windows.tukey(len(reference), TAPER), NEIGHBOURS
+            reference, output, scipy.signal.windows.tukey(len(reference), TAPER), NEIGHBOURS
         )
     frequency = np.fft.rfftfreq(len(reference), step)[1:][excited]
     relative = gains[excited] / gains[excited][0]

@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from fmpy.model_description import ModelDescription, ScalarVariable
-from scipy.special import ndtri
 
 from it2hys import excitations
 from it2hys.controller import IDENTIFIER as CONTROLLER
@@ -525,9 +525,9 @@ def _samples(scenario: SweepScenario, groups: Mapping[str, list[int]]) -> np.nda
         columns.append(_quantile(scenario.vary[i], uniform))
     hypercube = groups["latin hypercube"]
     if hypercube:
-        from scipy.stats import qmc  # takes long to import, and workers never draw
-
-        sampler = qmc.LatinHypercube(len(hypercube), rng=np.random.default_rng(scenario.seed))
+        sampler = scipy.stats.qmc.LatinHypercube(
+            len(hypercube), rng=np.random.default_rng(scenario.seed)
+        )
         for i, uniform in zip(hypercube, sampler.random(count).T, strict=True):
             columns.append(_quantile(scenario.vary[i], uniform))
     return np.column_stack(columns)
@@ -538,7 +538,7 @@ def _quantile(vary: Vary, uniform: np.ndarray) -> np.ndarray:
         index = np.minimum((uniform * len(vary.values)).astype(int), len(vary.values) - 1)
         return np.array(vary.values)[index]
     if vary.normal:
-        return vary.normal[0] + vary.normal[1] * ndtri(np.clip(uniform, 1e-12, 1 - 1e-12))
+        return vary.normal[0] + vary.normal[1] * scipy.special.ndtri(np.clip(uniform, 1e-12, 1 - 1e-12))
     low, high = vary.range
     return low * (high / low) ** uniform if vary.scale == "log" else low + (high - low) * uniform
 

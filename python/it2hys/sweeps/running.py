@@ -77,7 +77,7 @@ def _workers(plan: Plan, count: int | None, dask: str | None) -> Workers:
     count = (os.cpu_count() or 1) if count is None else count
     if count < 0:
         raise InputError(f"--workers {count}: must not be negative")
-    return Processes(plan, count) if count else ThisProcess(plan)
+    return Processes(plan, min(count, len(plan.chunks()))) if count else ThisProcess(plan)
 
 
 def _fill(store: Store, plan: Plan, make_workers: Callable[[], Workers], quiet: bool) -> None:

@@ -107,7 +107,9 @@ class Processes(_Futures):
         Path(self._directory.name, PLAN).write_bytes(pickle.dumps(plan))
         self._pool = self._make()
         try:
-            self._pool.submit(worker.ready, plan.fingerprint).result()
+            # one call for each: the pool starts a process only for work that no other is idle for
+            first, *_ = [self._pool.submit(worker.ready, plan.fingerprint) for _ in range(count)]
+            first.result()
         except BrokenProcessPool:
             self.close()
             raise InputError(
