@@ -18,6 +18,7 @@ import pytest
 from fmpy import fmi2
 from hypothesis import settings
 from hypothesis import strategies as st
+from lxml import etree
 
 from it2hys import core
 from it2hys.controller import controller_fmu
@@ -119,6 +120,13 @@ class Unpacked:
         """Path of this platform's binary."""
         suffix = fmpy.sharedLibraryExtension
         return self.directory / "binaries" / fmpy.platform / f"{self.identifier}{suffix}"
+
+    @property
+    def flags(self) -> set[tuple[str, str]]:
+        """What the XML says of co-simulation, as written there."""
+        root = etree.parse(self.directory / "modelDescription.xml").getroot()
+        attributes = root.find("CoSimulation").attrib
+        return {(name, text) for name, text in attributes.items() if name != "modelIdentifier"}
 
 
 class Instance:

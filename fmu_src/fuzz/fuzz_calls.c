@@ -9,7 +9,7 @@
 
 #include "fmi2_api.h"
 #include "fmu_start.h"
-#include "fuzz.h"
+#include "fuzz_host.h"
 
 enum {
     INSTANCES = 3, /* the first two are plants and may exchange states */
@@ -38,22 +38,6 @@ static fmi2Byte blob[BLOB];
 static size_t blob_size;
 
 /* --- the host ------------------------------------------------------------------------------------ */
-
-/* Formats every message, as a host does. */
-static void log_message(fmi2ComponentEnvironment environment, fmi2String instance, fmi2Status status,
-                        fmi2String category, fmi2String message, ...)
-{
-    char text[2048];
-    va_list arguments;
-
-    (void)environment;
-    FUZZ_PROMISE(instance && category && status <= fmi2Error);
-    va_start(arguments, message);
-    FUZZ_PROMISE(vsnprintf(text, sizeof text, message, arguments) >= 0);
-    va_end(arguments);
-}
-
-static const fmi2CallbackFunctions HOST = { log_message, NULL, NULL, NULL, NULL };
 
 static fmi2Component instantiate(const struct fmi2_api *api, const char *name, bool logging)
 {
