@@ -31,7 +31,7 @@ from it2hys import excitations
 from it2hys.packaging import package
 from it2hys.parameters import table_1
 from it2hys.sweeps import parse_sweep, read_sweep, run_sweep
-from it2hys.sweeps.plan import make_plan
+from it2hys.sweeps.planning import make_plan
 from it2hys.sweeps.worker import install, run_cases
 
 TICKS, SAMPLE_TIME = 10_000, 1e-4

@@ -19,7 +19,7 @@ from it2hys.records import read_record, write_record
 from it2hys.rig import Stand
 from it2hys.sweeps import parse_sweep, read_sweep
 from it2hys.sweeps.metrics import KINDS, bandwidth, loop_area
-from it2hys.sweeps.plan import make_plan
+from it2hys.sweeps.planning import make_plan
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SWEEPS = sorted(

@@ -1,8 +1,8 @@
 """Scenario sweeps: many cases of connected FMUs, in parallel, to one table and a report.
 
-A scenario (`schema`) becomes a plan (`plan`) of cases; workers (`workers`, `worker`) run them on the
-fast path; what is finished is kept (`store`), so that a sweep can be interrupted at any moment; the
-report (`report`) is drawn from the table alone.
+A scenario (`schema`) becomes a plan of cases (`planning`, `plan`); workers (`workers`, `worker`) run
+them on the fast path; what is finished is kept (`store`), so that a sweep can be interrupted at any
+moment; the report (`report`) is drawn from the table alone.
 """
 
 from it2hys.sweeps.running import SweepOutcome, run_sweep

@@ -1,7 +1,7 @@
 """Sweep scenarios: TOML files that say which FMUs run, on what signals, varied how, judged by what.
 
 `scenarios/README.md` describes every key. Reading checks everything that can be known without the
-FMUs; `it2hys.sweeps.plan` checks the rest against them, before any case runs.
+FMUs; `it2hys.sweeps.planning` checks the rest against them, before any case runs.
 """
 
 from __future__ import annotations

@@ -1,0 +1,77 @@
+"""The values of all cases of a sweep, drawn from its seed alone."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from itertools import product
+
+import numpy as np
+import scipy
+
+from it2hys.errors import InputError
+from it2hys.sweeps.schema import SweepScenario, Vary
+
+
+def draw(scenario: SweepScenario) -> np.ndarray:
+    """Return the value of every axis in every case of one variant, shape (cases, axes).
+
+    Grid axes are crossed with each other, with the rows of the list axes, and with the samples; the
+    last varies fastest.
+    """
+    groups = {m: [i for i, v in enumerate(scenario.vary) if v.method == m] for m in
+              ("grid", "list", "random", "latin hypercube")}  # fmt: skip
+    blocks: list[tuple[list[int], np.ndarray]] = []
+    for i in groups["grid"]:
+        blocks.append(([i], _grid(scenario.vary[i])[:, None]))
+    if groups["list"]:
+        columns = [_grid(scenario.vary[i]) for i in groups["list"]]
+        lengths = {len(c) for c in columns}
+        if len(lengths) > 1:
+            raise InputError(
+                f"vary: lists that go together have {sorted(lengths)} values; they must have as many"
+            )
+        blocks.append((groups["list"], np.column_stack(columns)))
+    drawn = [*groups["random"], *groups["latin hypercube"]]
+    if drawn:
+        blocks.append((drawn, _samples(scenario, groups)))
+    rows = list(product(*(range(len(b)) for _, b in blocks)))
+    matrix = np.empty((len(rows), len(scenario.vary)))
+    for (places, block), picks in zip(blocks, zip(*rows, strict=True), strict=True):
+        matrix[:, places] = block[list(picks)]
+    return matrix
+
+
+def _grid(vary: Vary) -> np.ndarray:
+    if vary.values:
+        return np.array(vary.values)
+    space = np.geomspace if vary.scale == "log" else np.linspace
+    return space(*vary.range, vary.count)
+
+
+def _samples(scenario: SweepScenario, groups: Mapping[str, list[int]]) -> np.ndarray:
+    """Return samples of the drawn axes, the random ones before the Latin hypercube's."""
+    count, columns = scenario.samples, []
+    for i in groups["random"]:
+        # every axis has a stream of its own: another axis does not change its draws
+        name = int.from_bytes(hashlib.sha256(scenario.vary[i].name.encode()).digest()[:8])
+        uniform = np.random.default_rng([scenario.seed, name]).random(count)
+        columns.append(_quantile(scenario.vary[i], uniform))
+    hypercube = groups["latin hypercube"]
+    if hypercube:
+        sampler = scipy.stats.qmc.LatinHypercube(
+            len(hypercube), rng=np.random.default_rng(scenario.seed)
+        )
+        for i, uniform in zip(hypercube, sampler.random(count).T, strict=True):
+            columns.append(_quantile(scenario.vary[i], uniform))
+    return np.column_stack(columns)
+
+
+def _quantile(vary: Vary, uniform: np.ndarray) -> np.ndarray:
+    if vary.values:
+        index = np.minimum((uniform * len(vary.values)).astype(int), len(vary.values) - 1)
+        return np.array(vary.values)[index]
+    if vary.normal:
+        return vary.normal[0] + vary.normal[1] * scipy.special.ndtri(np.clip(uniform, 1e-12, 1 - 1e-12))
+    low, high = vary.range
+    return low * (high / low) ** uniform if vary.scale == "log" else low + (high - low) * uniform
