@@ -15,6 +15,7 @@ import numpy as np
 
 from it2hys import core
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
+from it2hys.effects import nonlinearity
 from it2hys.identification import coordinates as rule_coordinates
 from it2hys.identification.criteria import Series
 from it2hys.identification.levenberg_marquardt import Linearisation, Minimum, levenberg_marquardt
@@ -27,6 +28,8 @@ _DIVERGED = 1e3
 #: A second difference of the density of play operators (as mean weight per operator) of the inverse
 #: of this costs as much as one sample that is off by the noise: for few loops, and for many.
 STIFF, SOFT = 2000.0, 200.0
+#: Least slope of the static curve: with less its inverse would enlarge noise too much.
+LEAST_SLOPE = 0.1
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3
 
@@ -144,6 +147,7 @@ class ChainCriterion:
         self.lower, self.upper = self._bounds()
         self._guess = self.pack(model)
         self._roughness = self._smoothness()
+        self._steepness = self._slopes()
 
     def _layout(self) -> dict[str, slice]:
         sizes = {
@@ -238,6 +242,7 @@ class ChainCriterion:
             parts.append((trace.weight * error)[used])
         parts.append(self._prior_weights() * (point - self._guess))
         parts.append(self._roughness @ point)
+        parts.append(self._falling(point))
         if self._guard is not None:
             parts.append(self._guard.residual(rule_coordinates.to_rules(point[self._places["rules"]])))
         return np.concatenate(parts)
@@ -260,6 +265,27 @@ class ChainCriterion:
         density[np.arange(count), places] = np.array(units) * np.mean(width) / width
         noise = np.sqrt(np.mean([t.noise**2 for t in self.traces])) / self.scaling.y_unit
         return noise * self.model.smoothness * np.diff(density, 2, axis=0)
+
+    def _slopes(self) -> np.ndarray:
+        """Return the rows, (K, P), of what the coordinates add to the slope of the static curve.
+
+        They are as heavy as all samples together: a curve that falls has no inverse.
+        """
+        names = [c.name for c in self.common]
+        if "nonlinearity.quadratic" not in names:
+            return np.zeros((0, len(self._guess)))
+        ends = (self.model.values["displacementMin"], self.model.values["displacementMax"])
+        by_coefficient = nonlinearity.slopes(*ends)
+        rows = np.zeros((len(by_coefficient), len(self._guess)))
+        for name, column in zip(nonlinearity.COEFFICIENTS, by_coefficient.T, strict=True):
+            place = names.index(f"nonlinearity.{name}")
+            rows[:, self.rule_size + place] = self.common[place].unit * column
+        return np.sqrt(self.samples) * rows
+
+    def _falling(self, point: np.ndarray) -> np.ndarray:
+        """Return by how much the static curve rises less than it must, where it does."""
+        least = np.sqrt(self.samples) * (LEAST_SLOPE - 1.0)
+        return np.maximum(least - self._steepness @ point, 0.0)
 
     def _prior_weights(self) -> np.ndarray:
         weights = np.zeros(len(self._guess))
@@ -308,6 +334,8 @@ class ChainCriterion:
         weights = self._prior_weights()
         yield np.diag(weights), weights * (point - self._guess), np.arange(len(point))
         yield self._roughness, self._roughness @ point, np.arange(len(point))
+        falling = self._falling(point)
+        yield -self._steepness * (falling > 0.0)[:, None], falling, np.arange(len(point))
         if self._guard is not None:
             rules = rule_coordinates.to_rules(point[self._places["rules"]])
             by_rules, penalties = self._guard.linearise(rules)

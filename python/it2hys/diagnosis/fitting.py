@@ -28,7 +28,7 @@ _SHORTEST = 1e-3
 _SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
 IMITATED = ("lag", "nonlinearity")
-_ANEW, _ANEW_STARTS = 6, 3
+_ANEW, _ANEW_STARTS = 6, 1
 #: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
 #: noise is not known better. What looks so has more than this probability to.
 _REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
@@ -252,8 +252,11 @@ class Bench:
         return left.size <= _REACHED or (left.size <= _NEARLY and left.p_value > _BY_CHANCE)
 
     def is_near_noise(self, fit: ChainFit) -> bool:
-        """Return whether what is left over is hardly more than noise, whatever it looks like."""
-        return self._left_over(fit).size <= _NEARLY
+        """Return whether hardly more than noise is left over, whatever it looks like, of any record."""
+        if self._left_over(fit).size > _NEARLY:
+            return False
+        deciding = np.concatenate(self.errors(fit.model))
+        return bool(np.sqrt(np.mean(deciding**2)) <= _NEARLY * self.floor)
 
     def _left_over(self, fit: ChainFit) -> LeftOver:
         return left_over(self.clues(fit.model), [t.noise for t in self.traces])

@@ -29,8 +29,6 @@ _REFINED, _LIKELY = 0.01, 0.05
 #: A model that is not accepted, but lowers the cost on the training records to less than this share, is
 #: followed where no other is: of two effects that are both missing, one alone may predict nothing.
 _PROMISING = 0.7
-#: An addition that lowers the cost to less than this share explains much of what was left over.
-_STRIKING = 0.4
 #: Models that are followed side by side, none with an error above so many times the best one's.
 BEAM, BEAM_RATIO = 3, 2.0
 #: Effects that are added one after the other.
@@ -168,10 +166,10 @@ class Search:
         return grown
 
     def _with_new_rules(self, node: Node, fits: Mapping[str, ChainFit]) -> dict[str, ChainFit]:
-        """Return better fits of what the rules can imitate, unless another explains what is left."""
+        """Return better fits of what the rules can imitate, unless one explains what was left over."""
         effects = [e for e in IMITATED if e in fits]
-        least = min((fit.minimum.cost for fit in fits.values()), default=0.0)
-        if least < _STRIKING * node.fit.minimum.cost or self.bench.is_near_noise(node.fit):
+        best = min([node.fit, *fits.values()], key=lambda fit: fit.minimum.cost)
+        if self.bench.is_near_noise(best):
             return {}
         found = self.each(partial(self.bench.add_anew, node.fit.model), effects)
         pairs = [(e, fit) for e, fit in zip(effects, found, strict=True) if fit]
@@ -212,16 +210,19 @@ class Search:
         """Return the model with the fewest effects that none is better than.
 
         Effects added early are tested again: without each of them the rest is fitted anew, and where
-        nothing is lost, the model without it is the one.
+        nothing is lost, the model without it is the one. That is done also where the search has been
+        without it before: on its way there it may have ended in a poorer optimum.
         """
-        chosen = self._simplest()
-        while True:
-            fresh = [e for e in EFFECTS if e in chosen.effects and chosen.added - {e} not in self.nodes]
-            if not fresh:
-                return self._refined(chosen)
-            for node in self.each(partial(_without, self.bench, chosen), fresh):
-                self._keep(node)
+        chosen, tested = self._simplest(), []
+        while chosen not in tested:
+            tested.append(chosen)
+            effects = [e for e in EFFECTS if e in chosen.effects]
+            for node in self.each(partial(_without, self.bench, chosen), effects):
+                known = self.nodes.get(node.added)
+                if known is None or node.rms < known.rms:
+                    self._keep(node)
             chosen = self._simplest()
+        return self._refined(chosen)
 
     def _refined(self, node: Node) -> Node:
         """Return the model with more creep terms, slower ones, as long as they predict better."""

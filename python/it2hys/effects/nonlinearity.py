@@ -50,12 +50,33 @@ def starts(extent: Extent) -> dict[str, Start]:
     return {f"nonlinearity.{name}": Start(0.0, -bound, bound) for name in COEFFICIENTS}
 
 
+def slopes(low: float, high: float, points: int = 257) -> np.ndarray:
+    """Return what a unit of each coefficient adds to the curve's slope between two displacements.
+
+    Parameters
+    ----------
+    low, high : float
+        `displacementMin` and `displacementMax`, m.
+    points : int
+        Displacements from end to end, both included.
+
+    Returns
+    -------
+    ndarray, shape (points, 3)
+        1/m.
+    """
+    z = np.linspace(-1.0, 1.0, points)
+    fixed_ends = np.polynomial.Polynomial([1.0, 0.0, -1.0])
+    by_z = [fixed_ends * np.polynomial.Polynomial.basis(k) for k in range(3)]
+    return np.column_stack([curve.deriv()(z) for curve in by_z]) / (0.5 * (high - low))
+
+
 def guesses(clues: Clues) -> list[dict[str, float]]:
     """Return a curve that is hardly bent, and ones with one, two and three waves."""
     span = clues.extent.displacement_span
-    # Chebyshev polynomials of degree 2, 3 and 4, less what is linear: 1 % of the travel high, or less
+    # Chebyshev polynomials of degree 2, 3 and 4, less what is linear: 1 % of the travel high, or 2 %
     waves = [(0.02, 0, 0), (0, 0.04, 0), (0, 0, 0.08)]
-    heights = (1.0, 0.25, -0.25, -1.0)
+    heights = (2.0, 1.0, -1.0, -2.0)
     shapes = [(1e-4, 1e-4, 1e-4), *(tuple(h * c for c in wave) for wave in waves for h in heights)]
     return [
         {f"nonlinearity.{n}": share * span for n, share in zip(COEFFICIENTS, shape, strict=True)}
