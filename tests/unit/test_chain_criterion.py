@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from it2hys import core
 from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis.coordinates import BY_RECORD
-from it2hys.diagnosis.criterion import ChainCriterion, Model, Trace
+from it2hys.diagnosis.criterion import ChainCriterion, Model, Trace, minimise
 from it2hys.diagnosis.fitting import fitted_coordinates, off_values, with_effect, without_effect
-from it2hys.effects import Extent
+from it2hys.effects import Extent, nonlinearity
 from it2hys.identification.scaling import Scaling
 from it2hys.parameters import table_1
 from it2hys.variables import load_table
@@ -114,6 +114,37 @@ def test_linearisation_agrees_with_residual_and_jacobian():
     jacobian = np.array([linear.transposed(row) for row in np.eye(len(residual))])
     np.testing.assert_allclose(linear.hessian, jacobian.T @ jacobian, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(linear.gradient, jacobian.T @ residual, rtol=1e-9, atol=1e-9)
+
+
+def falling_model(traces: list[Trace]) -> Model:
+    """Return a model with a static curve that falls at its lower end."""
+    model = model_with(("nonlinearity",), 3, len(traces))
+    span = model.values["displacementMax"] - model.values["displacementMin"]
+    bend = {"nonlinearity.quadratic": -0.15 * span, "nonlinearity.cubic": 0.15 * span}
+    return replace(model, values={**model.values, **bend})
+
+
+def test_a_curve_that_falls_costs_by_how_much_it_does():
+    traces = traces_of(2)
+    criterion = criterion_of(falling_model(traces), traces)
+    point = criterion.pack(criterion.model)
+    residual, linear = criterion.residual(point), criterion.linearise(point)
+    jacobian = np.array([linear.transposed(row) for row in np.eye(len(residual))])
+    falling = slice(len(residual) - len(nonlinearity.slopes(0.0, 1.0)), len(residual))
+    assert np.count_nonzero(residual[falling]) > 10
+    place = criterion.rule_size  # of the first coefficient
+    step = 1e-6 * np.eye(len(point))[place]
+    expected = (criterion.residual(point + step) - criterion.residual(point - step))[falling] / 2e-6
+    np.testing.assert_allclose(jacobian[falling, place], expected, rtol=1e-6, atol=1e-6)
+
+
+def test_a_fit_to_a_curve_that_falls_ends_at_one_that_rises():
+    traces = traces_of(2)
+    model = falling_model(traces)
+    assert "falls" in core.chain_check(model.values)
+    bent = [replace(t, y=model.predict(t, i)) for i, t in enumerate(traces)]
+    fitted = minimise(criterion_of(model, bent), 40).model
+    assert core.chain_check(fitted.values) is None
 
 
 # --- coordinates ---------------------------------------------------------------------------------
