@@ -116,6 +116,7 @@ def test_where_nothing_is_nothing_is_named_and_noise_is_left():
     found = diagnose(*roles)
     assert found.effects == ()
     assert not found.unexplained, found.left_over
+    assert len(found.left_over) == 1  # of the test records, too, nothing is to be told
     assert_sound(found, roles[0])
     assert unseen_error(found) < 1.1 * case.noise_rms
 
@@ -127,6 +128,7 @@ def test_an_effect_outside_the_catalogue_is_left_unexplained_and_described():
     assert found.effects == ()
     assert found.unexplained
     assert len(found.left_over) >= 3 and "noise" in found.left_over[0]
+    assert found.left_over[-1].startswith("On the test records, which decided nothing")
     assert_sound(found, roles[0])
 
 

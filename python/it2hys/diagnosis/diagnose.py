@@ -17,9 +17,10 @@ from it2hys.diagnosis.experiments import deciding_experiment
 from it2hys.diagnosis.fitting import IMITATED, Bench, clues
 from it2hys.diagnosis.intervals import intervals_of
 from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_trace, within
-from it2hys.diagnosis.residuals import left_over
+from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.result import Diagnosis, Judgement, Stage
 from it2hys.diagnosis.selection import Node, Search, Trial
+from it2hys.effects._statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
@@ -308,16 +309,14 @@ class _Session:
             groups = (*groups, self._inseparable)
         verdict = Verdict(search, node, named, groups, self._declared, self._inseparable)
         judged = [within(t, self._extent.voltage) for t in self._traces("train", "validation")]
-        fitted = bench.fit_own(fit.model, judged, len(self._train))
-        final = clues(fitted, judged, self._extent)
-        left = left_over(final, [t.noise for t in judged])
+        left = self._left_over(bench, fit.model, judged, len(self._train))
         return Diagnosis(
             parameters=parameters,
             base=self._parameters(base, "before"),
             effects=named,
             declared=self._declared,
             unexplained=left.significant,
-            left_over=tuple(left.sentences),
+            left_over=(*left.sentences, *self._seen_in_tests(bench, fit.model)),
             indistinguishable=groups,
             experiments=tuple(deciding_experiment(group) for group in groups),
             noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
@@ -329,6 +328,19 @@ class _Session:
             warnings=tuple(self._warnings),
             seconds=self._seconds,
         )
+
+    def _left_over(self, bench: Bench, model: Model, traces: Sequence[Trace], known: int) -> LeftOver:
+        fitted = bench.fit_own(model, traces, known)
+        return left_over(clues(fitted, traces, self._extent), [t.noise for t in traces])
+
+    def _seen_in_tests(self, bench: Bench, model: Model) -> list[str]:
+        """Describe what is left of the test records if it is more than noise; that decides nothing."""
+        traces = [within(t, self._extent.voltage) for t in self._traces("test")]
+        traces = [t for t in traces if np.count_nonzero(t.weight) >= FEWEST]
+        seen = self._left_over(bench, model, traces, 0) if traces else None
+        if seen is None or not seen.significant:
+            return []
+        return ["On the test records, which decided nothing: " + " ".join(seen.sentences)]
 
     def _parameters(self, model: Model, name: str) -> ParameterSet:
         """Return the model as a parameter set that begins as the first training record does."""
