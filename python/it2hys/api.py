@@ -344,7 +344,7 @@ def sweep(
     """
     import polars as pl
 
-    from it2hys.scenario import find_scenario
+    from it2hys.scenario_files import find_scenario
     from it2hys.sweeps import parse_sweep, read_sweep, run_sweep
 
     if isinstance(scenario, Mapping):

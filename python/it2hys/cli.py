@@ -319,7 +319,7 @@ def _assignment(text: str) -> tuple[str, float]:
 
 
 def _sweep(options: argparse.Namespace) -> int:
-    from it2hys.scenario import find_scenario
+    from it2hys.scenario_files import find_scenario
     from it2hys.sweeps import read_sweep, run_sweep
 
     if options.scenario.endswith(".parquet"):

@@ -20,7 +20,8 @@ from it2hys.parameters import ParameterSet, table_1
 from it2hys.progress import progress_bar
 from it2hys.records import Record
 from it2hys.report import Picture, Section, Table, write_report
-from it2hys.scenario import SAMPLE_TIME, RecordEntry, Scenario, find_scenario, read_scenario
+from it2hys.scenario import SAMPLE_TIME, RecordEntry, Scenario, read_scenario
+from it2hys.scenario_files import find_scenario
 from it2hys.simulation import track
 
 NONE = "–"

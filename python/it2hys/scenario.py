@@ -1,4 +1,4 @@
-"""Scenarios: experiments described in TOML files, found and checked here and run by name.
+"""Scenarios: experiments described in TOML files, checked here and run by name.
 
 A scenario makes records on the simulated test stand, identifies a model or takes Table 1, may drive
 the stand through the inverse FMU or compare estimators, and sets its errors beside the paper's.
@@ -7,7 +7,6 @@ the stand through the inverse FMU or compare estimators, and sets its errors bes
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -83,24 +82,6 @@ class Scenario:
     records: tuple[RecordEntry, ...]
     tracking: Tracking | None
     estimators: bool
-
-
-def find_scenario(name: str) -> Path:
-    """Return the file of a scenario: a path, or a name in ./scenarios or among those installed.
-
-    Raises
-    ------
-    InputError
-        If there is none; lists the names that there are.
-    """
-    if name.endswith(".toml"):
-        return Path(name)
-    folders = [Path("scenarios"), Path(str(files("it2hys") / "scenarios"))]
-    for folder in folders:
-        if (folder / f"{name}.toml").is_file():
-            return folder / f"{name}.toml"
-    known = sorted({path.stem for folder in folders for path in folder.glob("*.toml")})
-    raise InputError(f"no scenario {name!r}; there are: {', '.join(known) or 'none'}")
 
 
 def read_scenario(path: Path) -> Scenario:
