@@ -31,9 +31,11 @@ import numpy as np
 from diagnosis.cases import Case, suite
 from tqdm import tqdm
 
-from it2hys.chain import EFFECTS
+from it2hys import core
+from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis import Diagnosis, diagnose
 from it2hys.diagnosis.result import Judgement
+from it2hys.diagnosis_report import at_rest, scaled_reference
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
 from it2hys.records import Record
@@ -63,6 +65,9 @@ class Outcome:
     error, best : float
         Error on the test records after the diagnosis and of a model told the truth, m rms; NaN where
         a run failed.
+    held_back : float
+        Share of the tracking reference at which the inverse found cannot follow it; NaN where a limit
+        of the amplifier is in the model.
     seconds : dict of str to float
         Of each phase.
     failure : str
@@ -78,6 +83,7 @@ class Outcome:
     noise: float = np.nan
     error: float = np.nan
     best: float = np.nan
+    held_back: float = np.nan
     seconds: dict[str, float] | None = None
     failure: str = ""
 
@@ -155,6 +161,7 @@ def run_case(case: Case, truth: bool) -> Outcome:
         unexplained=found.unexplained,
         error=_test_error(found.after),
         best=best,
+        held_back=_held_back(case, found),
         seconds=found.seconds,
     )
 
@@ -172,6 +179,14 @@ def _error_of_the_truth(case: Case, found: Diagnosis) -> float:
     told = _diagnose(case, case.truth)
     # a model that was given more than the truth is no measure
     return np.nan if told.effects else _test_error(told.after)
+
+
+def _held_back(case: Case, found: Diagnosis) -> float:
+    if {"slew", "saturation"} & {*active_effects(found.parameters)}:
+        return np.nan
+    reference = scaled_reference(case.train)
+    start = found.parameters.replace(**at_rest(reference[0]))
+    return float(np.mean(core.chain_inverse_run(start, reference)[1]))
 
 
 def _test_error(judgements: Sequence[Judgement]) -> float:
@@ -200,6 +215,8 @@ def summarise(outcomes: Sequence[Outcome]) -> dict:
         "explained_cases_called_unexplained": sum(
             o.unexplained for o in outcomes if o.kind not in ("none", "outside")
         ),
+        "inverses_that_do_not_follow": sum(o.held_back > 0.0 for o in outcomes),
+        "of_inverses": int(np.count_nonzero(np.isfinite([o.held_back for o in outcomes]))),
         "failed": sum(bool(o.failure) for o in outcomes),
         "cases_with_a_ratio_to_the_truth": len(ratios),
         "of_them_below_0.8": sum(r < 0.8 for r in ratios),
@@ -239,19 +256,22 @@ def _is_named(outcome: Outcome, name: str) -> bool:
 
 
 def print_wrong(outcomes: Sequence[Outcome]) -> None:
-    """Print the cases with another set than theirs, and those far above the truth."""
+    """Print the cases with another set, those far above the truth, and inverses that do not follow."""
     rows = [
         [
             o.name, _text(o.there), _text(o.named), _text(o.indistinguishable),
             "yes" if o.unexplained else "no", f"{o.error / o.noise:.2f}", f"{o.error / o.best:.2f}",
-            o.failure[:60],
+            f"{100 * o.held_back:.0f} %", o.failure[:60],
         ]
         for o in outcomes
-        if not o.is_right or o.error > 1.5 * o.best
+        if not o.is_right or o.error > 1.5 * o.best or o.held_back > 0.0
     ]  # fmt: skip
     if rows:
-        header = ("case", "there", "named", "not told apart", "unexplained", "/ noise", "/ truth", "")
-        table("Cases that are not right, or 1.5 times above the truth", header, rows)
+        header = (
+            "case", "there", "named", "not told apart", "unexplained", "/ noise", "/ truth",
+            "held back", "",
+        )  # fmt: skip
+        table("Cases that are not right, 1.5 times above the truth, or held back", header, rows)
 
 
 def print_seconds(outcomes: Sequence[Outcome]) -> dict[str, float]:

@@ -1,4 +1,4 @@
-/* Static curve between displacement and reading: z maps displacementMin..displacementMax to -1..1, and
+/* Static curve between displacement and reading: z maps minimum..maximum to -1..1, and
  *     reading = y + (1 - z^2) (quadratic + cubic z + quartic z^2),
  * zero at both ends and beyond. It rises with y. No state.
  *
@@ -12,6 +12,8 @@ struct nonlinearity_parameters {
     double quadratic; /* m, as the others */
     double cubic;
     double quartic;
+    double minimum; /* ends of the curve */
+    double maximum;
 };
 
 struct nonlinearity {
@@ -23,10 +25,8 @@ struct nonlinearity {
 HIDDEN_BEGIN
 
 bool nonlinearity_is_on(const struct nonlinearity_parameters *parameters);
-bool nonlinearity_check(const struct nonlinearity_parameters *parameters, double minimum,
-                        double maximum, char *message, size_t size);
-void nonlinearity_prepare(struct nonlinearity *stage, const struct nonlinearity_parameters *parameters,
-                          double minimum, double maximum);
+bool nonlinearity_check(const struct nonlinearity_parameters *parameters, char *message, size_t size);
+void nonlinearity_prepare(struct nonlinearity *stage, const struct nonlinearity_parameters *parameters);
 double nonlinearity_step(const struct nonlinearity *stage, double y);
 double nonlinearity_derivative(const struct nonlinearity *stage, double y);
 

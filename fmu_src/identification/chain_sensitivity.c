@@ -84,6 +84,14 @@ static void begin_respond(struct walker *walker, const struct chain_parameters *
     resonance_reset(&state->resonance, y);
 }
 
+/* Where the core is while the displacement rests at initialDisplacement. */
+static double behind_creep(const struct creep *creep, const struct chain_parameters *parameters)
+{
+    struct creep_state state;
+
+    return creep_reset(creep, &state, parameters->initialDisplacement, parameters->initialCreep);
+}
+
 /* The core's input before the first tick, and whether the core keeps its displacement under it. */
 struct start {
     double input;
@@ -95,9 +103,11 @@ static struct start begin(struct walker *walker, const struct chain_parameters *
 {
     const double range = parameters->displacementMax - parameters->displacementMin;
     struct start start = { .input = begin_drive(walker, parameters, voltage) };
-    double core = parameters->initialDisplacement;
+    double core = behind_creep(&walker->chain.creep, parameters);
 
     start.at_rest = equilibrium(&walker->chain.core, start.input, range, &core);
+    if (!start.at_rest) /* a constant: nothing to differentiate */
+        core = parameters->initialDisplacement;
     begin_respond(walker, parameters, core);
     return start;
 }

@@ -384,7 +384,7 @@ static void reading_tangent(void)
     struct chain chain;
 
     plain(&p);
-    p.nonlinearity = (struct nonlinearity_parameters){ 0.5, -0.4, 0.3 };
+    p.nonlinearity = (struct nonlinearity_parameters){ 0.5, -0.4, 0.3, 0.0, 16.0 };
     prepare(&chain, &p);
     for (double y = -3.0; y < 19.0; y += 0.37) {
         const double slope = (chain_measure(&chain, y + 1e-6, 0.0) -
@@ -483,7 +483,8 @@ static void checks(void)
     REFUSED(p.resonance.frequency = 5000.0, "Nyquist");
     REFUSED(p.resonance.frequency = 500.0, "resonance.damping");
     REFUSED((p.resonance.frequency = 500.0, p.resonance.damping = 1.0), "resonance.damping");
-    REFUSED(p.nonlinearity.quadratic = 9.0, "nonlinearity.quadratic");
+    REFUSED((p.nonlinearity.quadratic = 9.0, p.nonlinearity.maximum = 16.0), "nonlinearity.quadratic");
+    REFUSED(p.nonlinearity.quadratic = 9.0, "nonlinearity.minimum");
     REFUSED(p.hum.amplitude = -1.0, "hum.amplitude");
     REFUSED(p.hum.amplitude = 0.1, "hum.frequency");
     REFUSED(p.lag.timeConstant = (double)NAN, "lag.timeConstant");

@@ -251,10 +251,9 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
 
 def _tracking_section(diagnosis: Diagnosis, records: Sequence[Record], directory: Path) -> Section:
     """Drive the plant FMU through the inverse before and after, on the paper's reference."""
-    time, reference = _reference(records, diagnosis.parameters["sampleTime"])
-    # at rest, whatever the records began with
-    rest = dict.fromkeys(("initialRestVoltage", "initialExcursion", "initialCreep"), 0.0)
-    start = {"initialDisplacement": float(reference[0]), **rest}
+    reference = scaled_reference(records)
+    time = np.arange(len(reference)) * diagnosis.parameters["sampleTime"]
+    start = at_rest(reference[0])
     plant = directory / "IT2Plant.fmu"
     new = track(directory / "IT2Inverse.fmu", plant, reference, start)
     voltage, _ = core.chain_inverse_run(diagnosis.base.replace(**start), reference)
@@ -284,14 +283,19 @@ def _tracking_section(diagnosis: Diagnosis, records: Sequence[Record], directory
     )  # fmt: skip
 
 
-def _reference(records: Sequence[Record], sample_time: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the paper's reference over 90 % of the records' range, in its number of samples."""
+def at_rest(displacement: float) -> dict[str, float]:
+    """Return the parameters of a run that begins at rest at a displacement, m."""
+    rest = dict.fromkeys(("initialRestVoltage", "initialExcursion", "initialCreep"), 0.0)
+    return {"initialDisplacement": float(displacement), **rest}
+
+
+def scaled_reference(records: Sequence[Record]) -> np.ndarray:
+    """Return the paper's reference over 90 % of the records' range, m, in its number of samples."""
     paper = tracking_reference(time_grid(_REFERENCE_DURATION, SAMPLE_TIME))
     low = min(r.displacement[~r.outliers].min() for r in records)
     high = max(r.displacement[~r.outliers].max() for r in records)
     share = (paper - paper.min()) / np.ptp(paper)
-    reference = low + (0.05 + 0.9 * share) * (high - low)
-    return np.arange(len(reference)) * sample_time, reference
+    return low + (0.05 + 0.9 * share) * (high - low)
 
 
 def summary_json(diagnosis: Diagnosis) -> dict:

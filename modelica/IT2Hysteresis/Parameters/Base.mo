@@ -204,7 +204,7 @@ record Base "Parameters of plant and inverse"
     min=-0.1,
     max=0.1,
     nominal=1e-05)=0.0
-    "Bow of the reading: (1 - z^2) times this, z from -1 at displacementMin to 1 at displacementMax; acts on measured only"
+    "Bow of the reading: (1 - z^2) times this, z from -1 at nonlinearity.minimum to 1 at nonlinearity.maximum, 0 beyond; acts on measured only"
     annotation (Dialog(tab="Effects", group="Nonlinearity"));
   parameter Modelica.Units.SI.Length nonlinearityCubic(
     displayUnit="um",
@@ -260,6 +260,20 @@ record Base "Parameters of plant and inverse"
     nominal=1e-05)=0.0
     "How far the states of creep lie above the core's displacement at the start; 0 after long rest"
     annotation (Dialog(tab="Effects", group="Creep"));
+  parameter Modelica.Units.SI.Length nonlinearityMinimum(
+    displayUnit="um",
+    min=-0.1,
+    max=0.1,
+    nominal=1e-05)=0.0
+    "Lower end of the curve of the reading; below it the reading is the displacement"
+    annotation (Dialog(tab="Effects", group="Nonlinearity"));
+  parameter Modelica.Units.SI.Length nonlinearityMaximum(
+    displayUnit="um",
+    min=-0.1,
+    max=0.1,
+    nominal=1e-05)=1.6e-05
+    "Upper end of the curve of the reading; above it the reading is the displacement"
+    annotation (Dialog(tab="Effects", group="Nonlinearity"));
   annotation (
     defaultComponentPrefixes="parameter",
     Documentation(info="<html>

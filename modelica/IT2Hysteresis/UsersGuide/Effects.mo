@@ -20,7 +20,7 @@ them:
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.creep\">Creep</a></td><td><code>creepCount, creepGain, creepTimeConstant, initialCreep</code></td><td>y<sub>k</sub> = x<sub>k</sub> + &#931; c<sub>i</sub> s<sub>i,k</sub></td><td>exact</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.resonance\">Resonance</a></td><td><code>resonanceFrequency, resonanceDamping</code></td><td>y<sub>k</sub> = a<sub>1</sub> y<sub>k-1</sub> + a<sub>2</sub> y<sub>k-2</sub> + (1 - a<sub>1</sub> - a<sub>2</sub>) x<sub>k</sub></td><td>exact, three taps</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.drift\">Drift</a></td><td><code>driftTemperatureCoefficient, driftRate</code></td><td>y<sub>k</sub> = x<sub>k</sub> + &#945; (T<sub>k</sub> - 293.15 K) + rate t<sub>k</sub></td><td>exact</td></tr>
-<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.nonlinearity\">Nonlinearity</a></td><td><code>nonlinearityQuadratic, ...Cubic, ...Quartic</code></td><td>curve of the reading, on <code>measured</code> only</td><td>none</td></tr>
+<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.nonlinearity\">Nonlinearity</a></td><td><code>nonlinearityQuadratic, ...Cubic, ...Quartic, ...Minimum, ...Maximum</code></td><td>curve of the reading, on <code>measured</code> only</td><td>none</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.hum\">Hum</a></td><td><code>humAmplitude, humFrequency, humPhase</code></td><td>line on <code>measured</code> only</td><td>none</td></tr>
 </table>
 <p>

@@ -274,7 +274,7 @@ class ChainCriterion:
         names = [c.name for c in self.common]
         if "nonlinearity.quadratic" not in names:
             return np.zeros((0, len(self._guess)))
-        ends = (self.model.values["displacementMin"], self.model.values["displacementMax"])
+        ends = (self.model.values[f"nonlinearity.{end}"] for end in ("minimum", "maximum"))
         by_coefficient = nonlinearity.slopes(*ends)
         rows = np.zeros((len(by_coefficient), len(self._guess)))
         for name, column in zip(nonlinearity.COEFFICIENTS, by_coefficient.T, strict=True):

@@ -280,16 +280,8 @@ class _Session:
                 "the fitted model is not usable over the range of the training records: its core does "
                 "not contract there, or has no inverse; give records that cover the range better"
             )
-        ends = ("displacementMin", "displacementMax")
-        if "nonlinearity" in fit.model.effects:
-            # its curve is drawn over the range, so that another range is another curve
-            if core.check(fit.model.rules, *(fit.model.values[end] for end in ends)) is None:
-                return fit
-            model = replace(
-                fit.model, values={**fit.model.values, **dict(zip(ends, usable, strict=True))}
-            )
-            return whole.fit(model, _FINAL)
-        model = replace(fit.model, values={**fit.model.values, **dict(zip(ends, usable, strict=True))})
+        ends = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
+        model = replace(fit.model, values={**fit.model.values, **ends})
         return ChainFit(whole.criterion(model), fit.minimum)
 
     def _usable_range(self, model: Model) -> tuple[float, float] | None:
@@ -378,7 +370,10 @@ class _Session:
 
     def _stage(self, label: str, node: Node, bench: Bench) -> Stage:
         model = node.fit.model
-        residuals = [t.y - model.predict(t, i) for i, t in enumerate(self._all_fitted)]
+        residuals = [
+            np.where(t.judged, t.y - model.predict(t, i), np.nan)
+            for i, t in enumerate(self._all_fitted)
+        ]
         return Stage(label, residuals, node.rms)
 
 

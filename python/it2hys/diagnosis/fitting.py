@@ -238,8 +238,8 @@ class Bench:
         Where the rules imitate the effect, no descent leads to where the effect does it.
         """
         trials = self._guessed(model, effect)
-        spread = trials[:: max(1, len(trials) // _ANEW)]
-        fits = [self.reshaped(trial, _ANEW_STARTS) for trial in spread]
+        spread = np.unique(np.linspace(0, len(trials) - 1, _ANEW).round().astype(int))
+        fits = [self.reshaped(trials[i], _ANEW_STARTS) for i in spread]
         return min(fits, key=lambda fit: fit.minimum.cost, default=None)
 
     def _guessed(self, model: Model, effect: str) -> list[Model]:
@@ -402,7 +402,7 @@ def clues(model: Model, traces: Sequence[Trace], extent: Extent) -> Clues:
             t.drive.voltage,
             t.drive.force,
             t.drive.temperature,
-            t.y,
+            t.y - model.offsets[i],
             t.y - model.predict(t, i),
             t.weight > 0,
         )

@@ -78,7 +78,7 @@ class Stage:
     ----------
     label : str
     residuals : list of ndarray
-        Measured minus model on each training record, m.
+        Measured minus model on each training record, m; NaN where no error counts.
     e_rms : float
         Error on the records that decide, m.
     """

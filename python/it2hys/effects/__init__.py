@@ -84,7 +84,7 @@ class Clue:
     ----------
     voltage, force, temperature : ndarray
     displacement, residual : ndarray
-        Measured, and what the model left of it (measured minus model).
+        Measured, less the record's constant, and what the model left of it (measured minus model).
     used : ndarray of bool
         Samples to be trusted.
     """

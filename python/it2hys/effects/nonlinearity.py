@@ -12,6 +12,9 @@ from it2hys.effects._statistics import UM, Ground, branches, modelled, readable,
 
 COEFFICIENTS = ("quadratic", "cubic", "quartic")
 
+#: Share of the range of the model's readings by which the curve goes beyond it.
+_MARGIN = 0.1
+
 #: What would show the effect apart from others.
 EXPERIMENT = (
     "slow full-range loops beside small ones at several bias voltages (a static curve is the "
@@ -38,7 +41,7 @@ def step(
     values: Values, state: list[Scalar], x: Scalar, around: Surroundings
 ) -> tuple[Scalar, list[Scalar]]:
     """Return the reading of the displacement."""
-    low, high = values["displacementMin"], values["displacementMax"]
+    low, high = values["nonlinearity.minimum"], values["nonlinearity.maximum"]
     z = ca.fmin(ca.fmax((x - 0.5 * (low + high)) / (0.5 * (high - low)), -1.0), 1.0)
     quadratic, cubic, quartic = (values[f"nonlinearity.{name}"] for name in COEFFICIENTS)
     return x + (1.0 - z * z) * (quadratic + z * (cubic + z * quartic)), []
@@ -56,7 +59,7 @@ def slopes(low: float, high: float, points: int = 257) -> np.ndarray:
     Parameters
     ----------
     low, high : float
-        `displacementMin` and `displacementMax`, m.
+        `nonlinearity.minimum` and `nonlinearity.maximum`, m.
     points : int
         Displacements from end to end, both included.
 
@@ -72,15 +75,24 @@ def slopes(low: float, high: float, points: int = 257) -> np.ndarray:
 
 
 def guesses(clues: Clues) -> list[dict[str, float]]:
-    """Return a curve that is hardly bent, and ones with one, two and three waves."""
+    """Return a curve that is hardly bent, and ones with one, two and three waves.
+
+    The curve is over the model's readings, and stays there: other ends are another curve.
+    """
     span = clues.extent.displacement_span
     # Chebyshev polynomials of degree 2, 3 and 4, less what is linear: 1 % of the travel high, or 2 %
     waves = [(0.02, 0, 0), (0, 0.04, 0), (0, 0, 0.08)]
     heights = (2.0, 1.0, -1.0, -2.0)
     shapes = [(1e-4, 1e-4, 1e-4), *(tuple(h * c for c in wave) for wave in waves for h in heights)]
+    readings = np.concatenate([modelled(c)[c.used] for c in clues.records])
+    margin = _MARGIN * np.ptp(readings)
+    ends = {
+        "nonlinearity.minimum": float(readings.min() - margin),
+        "nonlinearity.maximum": float(readings.max() + margin),
+    }
     return [
-        {f"nonlinearity.{n}": share * span for n, share in zip(COEFFICIENTS, shape, strict=True)}
-        for shape in shapes
+        {**{f"nonlinearity.{n}": c * span for n, c in zip(COEFFICIENTS, s, strict=True)}, **ends}
+        for s in shapes
     ]
 
 

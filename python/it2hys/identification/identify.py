@@ -287,6 +287,7 @@ class _Session:
             voltageMax=float(max(v.max() for v in voltages)),
             displacementMin=float(usable[0]),
             displacementMax=float(usable[1]),
+            **{"nonlinearity.minimum": float(usable[0]), "nonlinearity.maximum": float(usable[1])},
         )
 
     def _results(self, fit: Fit) -> list[RecordResult]:

@@ -63,8 +63,8 @@ equation
       time);
     measured = IT2Hysteresis.Functions.Effects.nonlinearity(
       {parameters.nonlinearityQuadratic,parameters.nonlinearityCubic,parameters.nonlinearityQuartic},
-      parameters.displacementMin,
-      parameters.displacementMax,
+      parameters.nonlinearityMinimum,
+      parameters.nonlinearityMaximum,
       displacement) + IT2Hysteresis.Functions.Effects.hum(
       parameters.humAmplitude,
       parameters.humFrequency,

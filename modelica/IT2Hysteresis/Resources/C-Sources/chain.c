@@ -34,8 +34,7 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
     chain->load = p->load;
     creep_prepare(&chain->creep, p->creep, p->creepCount, p->sampleTime);
     chain->drift = p->drift;
-    nonlinearity_prepare(&chain->nonlinearity, &p->nonlinearity, p->displacementMin,
-                         p->displacementMax);
+    nonlinearity_prepare(&chain->nonlinearity, &p->nonlinearity);
     chain->hum = p->hum;
     if (effects & CHAIN_LAG)
         lag_prepare(&chain->lag, &p->lag, p->sampleTime);

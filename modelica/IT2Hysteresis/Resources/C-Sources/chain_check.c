@@ -17,8 +17,7 @@ static bool check_actuator(const struct chain_parameters *p, char *message, size
 
 static bool check_reading(const struct chain_parameters *p, char *message, size_t size)
 {
-    return nonlinearity_check(&p->nonlinearity, p->displacementMin, p->displacementMax, message,
-                              size) &&
+    return nonlinearity_check(&p->nonlinearity, message, size) &&
            hum_check(&p->hum, message, size);
 }
 

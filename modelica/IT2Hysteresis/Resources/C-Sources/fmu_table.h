@@ -196,5 +196,7 @@ static const struct fmu_variable FMU_TABLE[] = {
     { "initialRestVoltage", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct fmu_values, parameter.initialRestVoltage), -2000.0, 2000.0, 0, 0 },
     { "initialExcursion", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct fmu_values, parameter.initialExcursion), -2000.0, 2000.0, 0, 0 },
     { "initialCreep", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct fmu_values, parameter.initialCreep), -0.1, 0.1, 0, 0 },
+    { "nonlinearity.minimum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct fmu_values, parameter.nonlinearity.minimum), -0.1, 0.1, 0, 0 },
+    { "nonlinearity.maximum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct fmu_values, parameter.nonlinearity.maximum), -0.1, 0.1, 0, 0 },
 };
 #define FMU_INPUT_START ((struct fmu_inputs){ .voltage = 0.0, .reference = 0.0, .force = 0.0, .temperature = 293.15 })

@@ -7,12 +7,11 @@ bool nonlinearity_is_on(const struct nonlinearity_parameters *parameters)
     return parameters->quadratic != 0.0 || parameters->cubic != 0.0 || parameters->quartic != 0.0;
 }
 
-void nonlinearity_prepare(struct nonlinearity *stage, const struct nonlinearity_parameters *parameters,
-                          double minimum, double maximum)
+void nonlinearity_prepare(struct nonlinearity *stage, const struct nonlinearity_parameters *parameters)
 {
     stage->coefficient = *parameters;
-    stage->centre = 0.5 * (minimum + maximum);
-    stage->half_range = 0.5 * (maximum - minimum);
+    stage->centre = 0.5 * (parameters->minimum + parameters->maximum);
+    stage->half_range = 0.5 * (parameters->maximum - parameters->minimum);
 }
 
 double nonlinearity_step(const struct nonlinearity *stage, double y)
@@ -40,18 +39,22 @@ double nonlinearity_derivative(const struct nonlinearity *stage, double y)
     return z < -1.0 || z > 1.0 ? 1.0 : slope(stage, z);
 }
 
-bool nonlinearity_check(const struct nonlinearity_parameters *parameters, double minimum,
-                        double maximum, char *message, size_t size)
+bool nonlinearity_check(const struct nonlinearity_parameters *parameters, char *message, size_t size)
 {
     struct nonlinearity stage;
 
-    nonlinearity_prepare(&stage, parameters, minimum, maximum);
+    if (!nonlinearity_is_on(parameters))
+        return true;
+    if (!(parameters->minimum < parameters->maximum))
+        return refuse(message, size, "nonlinearity.minimum, %g m, must be below nonlinearity.maximum, "
+                      "%g m", parameters->minimum, parameters->maximum);
+    nonlinearity_prepare(&stage, parameters);
     for (int i = 0; i <= GRID; i++) {
         const double z = 2.0 * i / GRID - 1.0;
         if (!(slope(&stage, z) > 0.0))
             return refuse(message, size, "nonlinearity.quadratic, cubic and quartic make a curve that "
-                          "falls at a displacement of %g; it must rise from displacementMin to "
-                          "displacementMax", stage.centre + z * stage.half_range);
+                          "falls at a displacement of %g; it must rise from nonlinearity.minimum "
+                          "to nonlinearity.maximum", stage.centre + z * stage.half_range);
     }
     return true;
 }
