@@ -2,6 +2,7 @@
 
 import base64
 import json
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from test_cli import FILES, MEASURED, Page, assert_refused, run
 
 from it2hys import core
 from it2hys.chain import EFFECTS, Chain
+from it2hys.diagnosis_report import at_rest, scaled_reference
 from it2hys.packaging import package
 from it2hys.parameters import RULE_FIELDS, ParameterSet, read_ssv, table_1, write_ssv
 from it2hys.records import Record, read_record, write_record
@@ -227,6 +229,34 @@ def test_the_inverse_fmu_drives_the_plant_fmu_to_the_reference(folder):
     np.testing.assert_allclose(plant["displacement"], reference, rtol=1e-9)
 
 
+def assert_the_inverse_follows(out: Path, records: list[Record]) -> None:
+    """Drive the plant FMU through the inverse FMU over the records' range, from rest."""
+    reference = scaled_reference(records)
+    start = at_rest(reference[0])
+    inverse, _ = simulate(out / "IT2Inverse.fmu", {"reference": reference}, start)
+    assert not np.any(inverse["saturated"])
+    plant, _ = simulate(out / "IT2Plant.fmu", {"voltage": inverse["voltage"]}, start)
+    span = np.ptp(reference)
+    np.testing.assert_allclose(plant["displacement"], reference, rtol=0, atol=1e-9 * span)
+
+
+def test_the_inverse_follows_where_core_and_reading_have_other_ranges(tmp_path):
+    """Strong creep far from zero: the core moves elsewhere, and less, than a bent curve's reading."""
+    creep = {"creep[1].gain": 0.4, "creep[1].timeConstant": 5e-3}
+    stage = stage_with(**creep, **{"nonlinearity.quadratic": 0.4 * UM})
+    for seed, name in enumerate(ROLES):
+        record = measure(stage, name, seed, has_force=False)
+        moved = replace(record, displacement=record.displacement - 100 * UM)
+        write_record(tmp_path / f"{name}.csv", moved)
+    options = ["--declared", "creep,nonlinearity", "--quiet"]
+    assert diagnose(tmp_path, tmp_path / "out", *options) == 0
+    parameters = read_ssv(tmp_path / "out" / "parameters.ssv")
+    low = parameters["displacementMin"]
+    curve = [parameters[f"nonlinearity.{end}"] for end in ("minimum", "maximum")]
+    assert curve[1] < low  # else this shows nothing
+    assert_the_inverse_follows(tmp_path / "out", [read_record(tmp_path / f"{n}.csv") for n in "ab"])
+
+
 # --- options -------------------------------------------------------------------------------------
 
 
@@ -418,5 +448,7 @@ def test_play_is_found_in_measured_records(tmp_path):
     assert "play" in report["effects"]
     assert report["error"]["after"]["test"]["e_rms_um"] <= 0.12
     assert any("On the test records" in text for text in report["left_over"])
+    fitted = [read_record(MEASURED / f"{name}.csv") for name in ("train", "minor_loops")]
+    assert_the_inverse_follows(tmp_path, fitted)
     assert report["error"]["before"]["test"]["e_rms_um"] > 0.4
     assert_reported_errors_hold(MEASURED / "test.csv", "test", tmp_path)

@@ -123,6 +123,8 @@ def _why(effect: str, trial: Trial, verdict: Verdict) -> str:
     reason = "too little to speak of"
     if c.p_value * len(EFFECTS) > LEVEL:
         reason = "no more than chance"
+    elif trial.sampling:
+        reason = "it acts within a sample, no more than a delay or how the signals were sampled would"
     elif c.gain > CLEAR_GAIN:
         reason = "a small part of what is left over, and not in the way in which this effect would"
     return f"added to {base} it {fall}: {reason}"

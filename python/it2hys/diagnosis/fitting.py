@@ -92,6 +92,24 @@ def is_sampling(model: Model, effect: str) -> bool:
     return False
 
 
+def is_delay(model: Model, effect: str) -> bool:
+    """Return whether a fast effect is no more than the delay of up to a sample that goes with it.
+
+    It is if it has done its work in half of that delay.
+    """
+    shift, values = model.values["delay.time"], model.values
+    if not _shifts(model):
+        return False
+    if effect == "lag":
+        return values["lag.timeConstant"] < 0.5 * shift
+    if effect == "resonance":
+        decay = 2.0 * np.pi * values["resonance.damping"] * values["resonance.frequency"]
+        return decay * shift > 2.0
+    if effect == "slew":
+        return 0.5 * values["slew.rate"] * shift > values["voltageMax"] - values["voltageMin"]
+    return False
+
+
 def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Model:
     """Return the model with an effect at guessed values."""
     known = load_table().parameters()

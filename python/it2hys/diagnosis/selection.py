@@ -11,7 +11,14 @@ import numpy as np
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis.comparison import Comparison, compare
 from it2hys.diagnosis.criterion import SOFT, ChainFit, Model
-from it2hys.diagnosis.fitting import IMITATED, Bench, is_sampling, with_slower_creep, without_effect
+from it2hys.diagnosis.fitting import (
+    IMITATED,
+    Bench,
+    is_delay,
+    is_sampling,
+    with_slower_creep,
+    without_effect,
+)
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"
@@ -78,12 +85,15 @@ class Trial:
         Of the errors on the records that decide.
     accepted : bool
         Whether it is better by more than chance and by enough.
+    sampling : bool
+        Whether with it an effect does no more than how signals were sampled, or a delay.
     """
 
     base: frozenset[str]
     addition: str
     comparison: Comparison
     accepted: bool
+    sampling: bool = False
 
 
 @dataclass(eq=False)
@@ -149,13 +159,13 @@ class Search:
         for addition, child in zip(ranked, finished, strict=True):
             comparison = compare(node.errors, child.errors)
             model = child.fit.model
-            sampling = any(is_sampling(model, e) for e in child.effects)
+            sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
             accepted = (
                 self.is_better(comparison, len(EFFECTS))
                 and not sampling
                 and self._is_of_its_kind(node, addition, comparison)
             )
-            trial = Trial(node.added, addition, comparison, accepted)
+            trial = Trial(node.added, addition, comparison, accepted, sampling)
             self.trials.append(trial)
             self.report(trial)
             if accepted:
@@ -219,7 +229,8 @@ class Search:
             effects = [e for e in EFFECTS if e in chosen.effects]
             for node in self.each(partial(_without, self.bench, chosen), effects):
                 known = self.nodes.get(node.added)
-                if known is None or node.rms < known.rms:
+                delays = any(is_delay(node.fit.model, e) for e in node.effects)
+                if not delays and (known is None or node.rms < known.rms):
                     self._keep(node)
             chosen = self._simplest()
         return self._refined(chosen)
