@@ -336,6 +336,25 @@ def test_what_one_tone_cannot_tell_apart_is_said_with_the_experiment_that_would(
     assert "cannot tell it from delay, play" in evidence_on(report, "lag")["why"]
 
 
+def test_a_delay_of_one_sample_is_told_from_faster_lags_that_would_do(tmp_path):
+    """A lag of no length beside the delay that filters are sampled with is that delay."""
+    stage = stage_with(**{"delay.time": TS})
+    rng = np.random.default_rng(1)
+    for name in ROLES:
+        levels = rng.uniform(5.0, 95.0, 40)
+        time = np.arange(SAMPLES) * TS
+        voltage = levels[np.arange(SAMPLES) * len(levels) // SAMPLES]
+        held = core.chain_free_run(stage, np.full(SAMPLES, voltage[0]))[0]
+        displacement = core.chain_free_run(stage.replace(initialDisplacement=held[-1]), voltage)[1]
+        noisy = displacement + NOISE * rng.standard_normal(SAMPLES)
+        write_record(tmp_path / f"{name}.csv", Record(name, time, voltage, noisy, TS))
+    assert diagnose(tmp_path, tmp_path / "out", "--quiet") == 0
+    report = report_of(tmp_path / "out")
+    assert report["effects"] == ["delay"] and report["indistinguishable"] == []
+    assert report["parameters"]["delay.time"]["value"] == pytest.approx(TS, rel=0.02)
+    assert "within a sample" in evidence_on(report, "lag")["why"]
+
+
 # --- bad input -----------------------------------------------------------------------------------
 
 

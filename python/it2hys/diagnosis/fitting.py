@@ -95,7 +95,7 @@ def is_sampling(model: Model, effect: str) -> bool:
 def is_delay(model: Model, effect: str) -> bool:
     """Return whether a fast effect is no more than the delay of up to a sample that goes with it.
 
-    It is if it has done its work in half of that delay.
+    It is if it has done most of its work in that delay.
     """
     shift, values = model.values["delay.time"], model.values
     if not _shifts(model):
@@ -106,7 +106,8 @@ def is_delay(model: Model, effect: str) -> bool:
         decay = 2.0 * np.pi * values["resonance.damping"] * values["resonance.frequency"]
         return decay * shift > 2.0
     if effect == "slew":
-        return 0.5 * values["slew.rate"] * shift > values["voltageMax"] - values["voltageMin"]
+        # steps of the whole range take two such delays
+        return 2.0 * values["slew.rate"] * shift > values["voltageMax"] - values["voltageMin"]
     return False
 
 
