@@ -336,18 +336,37 @@ def test_what_one_tone_cannot_tell_apart_is_said_with_the_experiment_that_would(
     assert "cannot tell it from delay, play" in evidence_on(report, "lag")["why"]
 
 
+def stairs(stage: ParameterSet, name: str, rng: np.random.Generator) -> Record:
+    """Return a record of the stage, from rest, of steps to random levels, with noise."""
+    levels = rng.uniform(5.0, 95.0, 40)
+    voltage = levels[np.arange(SAMPLES) * len(levels) // SAMPLES]
+    held = core.chain_free_run(stage, np.full(SAMPLES, voltage[0]))[0]
+    displacement = core.chain_free_run(stage.replace(initialDisplacement=held[-1]), voltage)[1]
+    noisy = displacement + NOISE * rng.standard_normal(SAMPLES)
+    return Record(name, np.arange(SAMPLES) * TS, voltage, noisy, TS)
+
+
+def test_an_effect_that_the_deciding_records_do_not_show_is_not_named_but_spoken_of(tmp_path):
+    """Steps make a stage ring; a noisy record does not show it."""
+    stage = stage_with(**{"resonance.frequency": 2500.0, "resonance.damping": 0.02})
+    rng = np.random.default_rng(1)
+    for name in ROLES:
+        record = stairs(stage, name, rng)
+        noise = 2 * UM * rng.standard_normal(SAMPLES) if name == "v" else 0.0
+        noisy = replace(record, displacement=record.displacement + noise)
+        write_record(tmp_path / f"{name}.csv", noisy)
+    assert diagnose(tmp_path, tmp_path / "out", "--quiet") == 0
+    report = report_of(tmp_path / "out")
+    assert "resonance" not in report["effects"] and report["unexplained"]
+    assert "on the training records" in evidence_on(report, "resonance")["why"]
+
+
 def test_a_delay_of_one_sample_is_told_from_faster_lags_that_would_do(tmp_path):
     """A lag of no length beside the delay that filters are sampled with is that delay."""
     stage = stage_with(**{"delay.time": TS})
     rng = np.random.default_rng(1)
     for name in ROLES:
-        levels = rng.uniform(5.0, 95.0, 40)
-        time = np.arange(SAMPLES) * TS
-        voltage = levels[np.arange(SAMPLES) * len(levels) // SAMPLES]
-        held = core.chain_free_run(stage, np.full(SAMPLES, voltage[0]))[0]
-        displacement = core.chain_free_run(stage.replace(initialDisplacement=held[-1]), voltage)[1]
-        noisy = displacement + NOISE * rng.standard_normal(SAMPLES)
-        write_record(tmp_path / f"{name}.csv", Record(name, time, voltage, noisy, TS))
+        write_record(tmp_path / f"{name}.csv", stairs(stage, name, rng))
     assert diagnose(tmp_path, tmp_path / "out", "--quiet") == 0
     report = report_of(tmp_path / "out")
     assert report["effects"] == ["delay"] and report["indistinguishable"] == []

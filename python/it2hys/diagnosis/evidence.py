@@ -12,6 +12,9 @@ from it2hys.diagnosis.result import Evidence
 from it2hys.diagnosis.selection import CLEAR_GAIN, LEVEL, Node, Search, Trial
 from it2hys.effects import Clues
 
+#: Share of the error on the training records that an effect plainly takes away.
+_PLAIN = 0.2
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -120,11 +123,20 @@ def _why(effect: str, trial: Trial, verdict: Verdict) -> str:
     base = " + ".join(["the model", *sorted(trial.base)])
     if trial.accepted:
         return f"added to {base} it {fall}, but other effects explain that better"
-    reason = "too little to speak of"
-    if c.p_value * len(EFFECTS) > LEVEL:
-        reason = "no more than chance"
-    elif trial.sampling:
-        reason = "it acts within a sample, no more than a delay or how the signals were sampled would"
-    elif c.gain > CLEAR_GAIN:
-        reason = "a small part of what is left over, and not in the way in which this effect would"
-    return f"added to {base} it {fall}: {reason}"
+    return f"added to {base} it {fall}: {_reason(trial)}"
+
+
+def _reason(trial: Trial) -> str:
+    c = trial.comparison
+    is_chance = c.p_value * len(EFFECTS) > LEVEL
+    if not is_chance and trial.sampling:
+        return "it acts within a sample, no more than a delay or how the signals were sampled would"
+    if not is_chance and c.gain > CLEAR_GAIN:
+        return "a small part of what is left over, and not in the way in which this effect would"
+    reason = "no more than chance" if is_chance else "too little to speak of"
+    if trial.fitted > _PLAIN:
+        reason += (
+            f", though it takes away {100 * trial.fitted:.0f} % of the error on the training records; "
+            "the records that decide have to show what those do"
+        )
+    return reason

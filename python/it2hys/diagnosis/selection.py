@@ -87,13 +87,16 @@ class Trial:
         Whether it is better by more than chance and by enough.
     sampling : bool
         Whether with it an effect does no more than how signals were sampled, or a delay.
+    fitted : float
+        Share of the error on the training records, which decide nothing, that it takes away.
     """
 
     base: frozenset[str]
     addition: str
     comparison: Comparison
     accepted: bool
-    sampling: bool = False
+    sampling: bool
+    fitted: float
 
 
 @dataclass(eq=False)
@@ -165,7 +168,8 @@ class Search:
                 and not sampling
                 and self._is_of_its_kind(node, addition, comparison)
             )
-            trial = Trial(node.added, addition, comparison, accepted, sampling)
+            fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / node.fit.minimum.cost))
+            trial = Trial(node.added, addition, comparison, accepted, sampling, fitted)
             self.trials.append(trial)
             self.report(trial)
             if accepted:
