@@ -71,7 +71,9 @@ def assert_steps_lead_to_the_end(diagnosis: Diagnosis, train: Sequence[Record]) 
         assert stages[-1].e_rms < (1.0 - LEAST_GAIN) * stages[0].e_rms
     for stage in stages:
         assert [len(r) for r in stage.residuals] == [len(r) for r in train]
-        assert all(np.all(np.isfinite(r)) for r in stage.residuals)
+        for residual, first in zip(stage.residuals, stages[0].residuals, strict=True):
+            counts = np.isfinite(residual)  # start-up and outliers do not
+            assert np.mean(counts) > 0.7 and np.array_equal(counts, np.isfinite(first))
 
 
 def assert_groups_are_open_questions(diagnosis: Diagnosis) -> None:
