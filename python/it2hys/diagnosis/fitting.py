@@ -166,6 +166,21 @@ def with_rules(model: Model, rules: np.ndarray) -> Model:
     return replace(model, values=values)
 
 
+def behind_creep(model: Model, traces: Sequence[Trace]) -> Model:
+    """Return the model with its core moved so that creep leaves the mean reading where it is.
+
+    Creep is of the whole displacement: records far from zero would be off by far more than they move.
+    """
+    count = int(model.values["creepCount"])
+    total = sum(model.values[f"creep[{i}].gain"] for i in range(1, count + 1))
+    readings = [(t.y - o)[t.judged] for t, o in zip(traces, model.offsets, strict=True)]
+    distance = total / (1.0 + total) * float(np.mean(np.concatenate(readings)))
+    rules = model.rules
+    rules[:, 2] -= distance  # centre
+    rules[:, 5] += (rules[:, 3] - 1.0) * distance  # q3, by q1
+    return with_rules(model, rules)
+
+
 @dataclass(frozen=True, eq=False)
 class Bench:
     """The records, and how models are fitted to and judged on them.
@@ -263,7 +278,7 @@ class Bench:
 
     def _guessed(self, model: Model, effect: str) -> list[Model]:
         guesses = EFFECTS[effect].guesses(self.clues(model))
-        return [self._prepared(with_effect(model, effect, g, self.extent)) for g in guesses]
+        return [self._prepared(with_effect(model, effect, g, self.extent), effect) for g in guesses]
 
     def leaves_noise(self, fit: ChainFit) -> bool:
         """Return whether nothing but noise is left over of the training records."""
@@ -299,7 +314,9 @@ class Bench:
         best = min(fits, key=lambda fit: fit.minimum.cost)
         return self.fit(best.model, _SETTLING)
 
-    def _prepared(self, model: Model) -> Model:
+    def _prepared(self, model: Model, effect: str) -> Model:
+        if effect == "creep":
+            model = behind_creep(model, self.traces)
         return with_histories(model, self.traces) if "initialExcursion" in model.own else model
 
     @np.errstate(over="ignore", invalid="ignore")
