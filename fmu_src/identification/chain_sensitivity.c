@@ -1,6 +1,7 @@
 #include "chain_sensitivity.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -144,6 +145,15 @@ size_t chain_predict(const struct chain_parameters *parameters, const struct cha
     return record->samples;
 }
 
+/* The play operator whose weight the knob is, or PLAY_MAX. */
+static size_t weighed(const struct chain_knob *knob)
+{
+    const size_t first = offsetof(struct chain_parameters, play) + offsetof(struct play_element, weight);
+    const size_t distance = knob->offset - first; /* of what stands before: far too large */
+
+    return distance % sizeof(struct play_element) ? PLAY_MAX : distance / sizeof(struct play_element);
+}
+
 /* The core of both begins where that of the unchanged chain does. Returns by how much their inputs of
  * the core differ at rest. */
 static double begin_pair(struct pair *pair, const struct chain_parameters *parameters, double voltage,
@@ -162,10 +172,18 @@ static double begin_pair(struct pair *pair, const struct chain_parameters *param
     return above - below;
 }
 
-static double drive_difference(struct pair *pair, double voltage)
+/* Derivative of the core's input by a knob before it. A play operator's weight multiplies its output,
+ * and the core comes next: there are many, and they need no difference. */
+static double drive_derivative(struct pair *pair, const struct chain_knob *knob,
+                               const struct play_state *play, double voltage)
 {
-    return chain_drive(&pair->above.chain, &pair->above.state, voltage) -
-           chain_drive(&pair->below.chain, &pair->below.state, voltage);
+    const size_t operator = weighed(knob);
+
+    if (operator < PLAY_MAX)
+        return play->p[operator];
+    return (chain_drive(&pair->above.chain, &pair->above.state, voltage) -
+            chain_drive(&pair->below.chain, &pair->below.state, voltage)) /
+           (2.0 * knob->step);
 }
 
 static double respond_difference(struct pair *pair, double core, const struct chain_surroundings *around)
@@ -268,8 +286,8 @@ size_t chain_sensitivity(const struct chain_parameters *parameters, const struct
             core[i] += gradient[i];
         for (int j = 0; j < count; j++)
             if (knobs[j].before_core)
-                core[rules + j] += f.dx * drive_difference(&pairs[j], record->voltage[k]) /
-                                   (2.0 * knobs[j].step);
+                core[rules + j] += f.dx * drive_derivative(&pairs[j], &knobs[j], &walker.state.play,
+                                                           record->voltage[k]);
         memcpy(row, core, (size_t)columns * sizeof *row);
         const double displacement = chain_respond(&walker.chain, &walker.state, y, &around);
         measured[k] = chain_measure(&walker.chain, displacement, around.time);

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,13 @@ from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
 from it2hys.effects import nonlinearity
 from it2hys.identification import coordinates as rule_coordinates
 from it2hys.identification.criteria import Series
-from it2hys.identification.levenberg_marquardt import Linearisation, Minimum, levenberg_marquardt
+from it2hys.identification.levenberg_marquardt import (
+    Block,
+    Linearisation,
+    Minimum,
+    joined,
+    levenberg_marquardt,
+)
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.usability import Band, Guard
 from it2hys.parameters import RULE_FIELDS
@@ -66,6 +73,13 @@ class Trace:
     noise: float
     has_offset: bool = False
     importance: float = 1.0
+
+    @cached_property
+    def fitted(self) -> slice | np.ndarray:
+        """Index of the samples that are fitted: a slice, which copies nothing, where they adjoin."""
+        places = np.flatnonzero(self.weight > 0)
+        adjoin = len(places) and places[-1] - places[0] == len(places) - 1
+        return slice(int(places[0]), int(places[-1]) + 1) if adjoin else places
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,8 +252,7 @@ class ChainCriterion:
             error = (model.predict(trace, i) - trace.y) / self.scaling.y_unit
             if not np.all(np.abs(error) < _DIVERGED):
                 return None
-            used = trace.weight > 0
-            parts.append((trace.weight * error)[used])
+            parts.append((trace.weight * error)[trace.fitted])
         parts.append(self._prior_weights() * (point - self._guess))
         parts.append(self._roughness @ point)
         parts.append(self._falling(point))
@@ -295,87 +308,64 @@ class ChainCriterion:
     @np.errstate(over="ignore", invalid="ignore")
     def linearise(self, point: np.ndarray) -> Linearisation | None:
         """Return the problem linearised at a point, or None where a run is no longer finite."""
-        blocks = []
-        hessian, slope = np.zeros((len(point), len(point))), np.zeros(len(point))
-        for block in self._blocks(point):
-            if block is None:
-                return None
-            jacobian, residual, columns = block
-            hessian[np.ix_(columns, columns)] += jacobian.T @ jacobian
-            slope[columns] += jacobian.T @ residual
-            blocks.append(block)
-        ends = np.cumsum([len(residual) for _, residual, _ in blocks])
-
-        def transposed(values: np.ndarray) -> np.ndarray:
-            result = np.zeros(len(point))
-            pieces = np.split(values, ends[:-1])
-            for (jacobian, _, columns), piece in zip(blocks, pieces, strict=True):
-                result[columns] += jacobian.T @ piece
-            return result
-
-        return Linearisation(hessian, slope, transposed)
+        return Linearisation.of_blocks(self._blocks(point), len(point))
 
     def jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the Jacobian of the records' residuals, (M, P), and those, (M,), without priors."""
-        rows, residuals = [], []
-        for block in self._record_blocks(point):
-            if block is None:
-                return None
-            jacobian, residual, columns = block
-            full = np.zeros((len(residual), len(point)))
-            full[:, columns] = jacobian
-            rows.append(full)
-            residuals.append(residual)
-        return np.vstack(rows), np.concatenate(residuals)
+        return joined(self._record_blocks(point))
 
-    def _blocks(self, point: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray] | None]:
-        """Yield Jacobian, residual and the coordinates it is by: records, priors, penalties."""
+    def _blocks(self, point: np.ndarray) -> Iterator[Block | None]:
+        """Yield records, priors and penalties; None where a run is no longer finite."""
         yield from self._record_blocks(point)
-        weights = self._prior_weights()
-        yield np.diag(weights), weights * (point - self._guess), np.arange(len(point))
-        yield self._roughness, self._roughness @ point, np.arange(len(point))
+        weights, every = self._prior_weights(), np.eye(len(point))
+        yield np.diag(weights), weights * (point - self._guess), every
+        yield self._roughness, self._roughness @ point, every
         falling = self._falling(point)
-        yield -self._steepness * (falling > 0.0)[:, None], falling, np.arange(len(point))
+        yield -self._steepness * (falling > 0.0)[:, None], falling, every
         if self._guard is not None:
             rules = rule_coordinates.to_rules(point[self._places["rules"]])
             by_rules, penalties = self._guard.linearise(rules)
-            yield by_rules, penalties, np.arange(self.rule_size)
+            yield by_rules, penalties, every[: self.rule_size]
 
-    def _record_blocks(
-        self, point: np.ndarray
-    ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray] | None]:
+    def _record_blocks(self, point: np.ndarray) -> Iterator[Block | None]:
         model, places = self.unpack(point), self._places
-        rules = rule_coordinates.to_rules(point[places["rules"]])
-        to_rules = self.scaling.rule_jacobian(rules) @ rule_coordinates.chain_rule(
-            np.eye(self.rule_size), rules
-        )
         common = point[places["effects"]]
-        slopes = [c.slope(v) for c, v in zip(self.common, common, strict=True)]
         knobs = [c.knob(v) for c, v in zip(self.common, common, strict=True)]
         knobs += [c.knob(0.0) for c in self._own]
-        factors = np.array([*slopes, *(c.unit for c in self._own)])
+        to_point = self._by_coordinates(point)
         for i, trace in enumerate(self.traces):
-            used = trace.weight > 0
-            if not np.any(used):
+            rows = trace.fitted
+            weight = trace.weight[rows, None]
+            if not len(weight):
                 continue
             run, by = core.chain_sensitivity(model.packed(trace, i), trace.drive, knobs)
             residual = (run + model.offsets[i] - trace.y) / self.scaling.y_unit
             if not (np.all(np.abs(residual) < _DIVERGED) and np.all(np.isfinite(by[-1]))):
                 yield None
                 return
-            jacobian = np.hstack(
-                [by[:, : self.rule_size] @ to_rules, by[:, self.rule_size :] * factors]
-            )
-            jacobian /= self.scaling.y_unit
-            columns = [
-                *range(self.rule_size + len(common)),
-                *(places[c.name].start + i for c in self._own),
-            ]
+            own = to_point.copy()
+            for row, c in enumerate(self._own, start=self.rule_size + len(common)):
+                own[row, places[c.name].start + i] = c.unit
+            jacobian = by[rows]
+            jacobian *= weight / self.scaling.y_unit
             if i in self._with_offset:
-                jacobian = np.column_stack([jacobian, np.ones(len(run))])
-                columns.append(places["offsets"].start + self._with_offset.index(i))
-            weight = trace.weight[used]
-            yield weight[:, None] * jacobian[used], weight * residual[used], np.array(columns)
+                jacobian = np.hstack([jacobian, weight])
+                by_offset = np.zeros(len(point))
+                by_offset[places["offsets"].start + self._with_offset.index(i)] = 1.0
+                own = np.vstack([own, by_offset])
+            yield jacobian, weight[:, 0] * residual[rows], own
+
+    def _by_coordinates(self, point: np.ndarray) -> np.ndarray:
+        """Return what the C core differentiates by, by the coordinates, without what records own."""
+        places, size = self._places, self.rule_size
+        rules = rule_coordinates.to_rules(point[places["rules"]])
+        scaled = rule_coordinates.chain_rule(np.eye(size), rules)
+        slopes = [c.slope(v) for c, v in zip(self.common, point[places["effects"]], strict=True)]
+        result = np.zeros((size + len(self.common) + len(self._own), len(point)))
+        result[:size, :size] = self.scaling.rule_jacobian(rules) @ scaled
+        effects = np.arange(places["effects"].start, places["effects"].stop)
+        result[effects, effects] = slopes
+        return result
 
 
 @dataclass(frozen=True, eq=False)

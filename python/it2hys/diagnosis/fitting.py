@@ -14,7 +14,7 @@ from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.effects import Clue, Clues, Extent
 from it2hys.effects.hum import phases
 from it2hys.identification.criteria import Series
-from it2hys.identification.fitting import fit_rules
+from it2hys.identification.fitting import search_rules
 from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling
 from it2hys.parameters import RULE_FIELDS
@@ -34,8 +34,9 @@ _ANEW, _ANEW_STARTS = 6, 1
 _REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
 #: A resonance damped by more than this smooths, it does not ring.
 _DAMPED = 0.4
-#: Guesses of an effect that are followed, and the iterations of the two rounds.
+#: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
+_SETTLING_ANEW = 100
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
 #: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
@@ -333,8 +334,7 @@ class Bench:
         costs = []
         for trial in trials:
             errors = [
-                (t.weight * (trial.predict(t, i) - t.y))[t.weight > 0]
-                for i, t in enumerate(self.traces)
+                (t.weight * (trial.predict(t, i) - t.y))[t.fitted] for i, t in enumerate(self.traces)
             ]
             residual = np.concatenate(errors)[::step] / self.scaling.y_unit
             left = residual @ residual - np.sum((basis.T @ residual) ** 2)
@@ -358,14 +358,15 @@ class Bench:
             kept = slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)
             x, y, weight = self.scaling.x(x[kept]), self.scaling.y(target[kept]), t.weight[kept]
             series.append(Series(x, y, weight, float(y[0])))
-        found = fit_rules(
-            series,
-            int(model.values["ruleCount"]),
-            Options(starts=starts),
-            lambda share, text: None,
-            [self.scaling.rules(model.rules)],
-        )
-        return self.fit(with_rules(model, self.scaling.physical_rules(found.rules)), 60)
+        if series:
+            found = search_rules(
+                series,
+                int(model.values["ruleCount"]),
+                Options(starts=starts),
+                [self.scaling.rules(model.rules)],
+            )
+            model = with_rules(model, self.scaling.physical_rules(found))
+        return self.fit(model, _SETTLING_ANEW)
 
     def fit_own(self, model: Model, traces: Sequence[Trace], known: int = 0) -> Model:
         """Return the model with what belongs to records fitted to these ones, all else held.
@@ -493,7 +494,7 @@ def likely_histories(model: Model, trace: Trace, index: int) -> list[tuple[float
     histories = [(rest, turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)]
     costs = []
     for history in histories:
-        error = (_with_history(model, history).predict(trace, index) - trace.y)[trace.weight > 0]
+        error = (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
         cost = np.var(error) if trace.has_offset else np.mean(error**2)
         costs.append(cost if np.isfinite(cost) else np.inf)
     return [histories[i] for i in np.argsort(costs)]

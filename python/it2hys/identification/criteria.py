@@ -15,7 +15,7 @@ import numpy as np
 
 from it2hys import core
 from it2hys.identification import coordinates
-from it2hys.identification.levenberg_marquardt import Linearisation
+from it2hys.identification.levenberg_marquardt import Block, Linearisation, joined
 
 if TYPE_CHECKING:
     from it2hys.identification.usability import Guard
@@ -141,40 +141,15 @@ class FreeRun:
 
     @np.errstate(over="ignore", invalid="ignore")  # of sensitivities on their way to infinity
     def linearise(self, point: np.ndarray) -> Linearisation | None:
-        """Return the problem linearised at a point, or None where a run is no longer finite.
-
-        J^T J is summed record by record: only their sensitivities are held in memory.
-        """
-        blocks = []
-        hessian, slope = np.zeros((len(point), len(point))), np.zeros(len(point))
-        for block in self._blocks(point):
-            if block is None:
-                return None
-            jacobian, residual, to_point = block
-            hessian += to_point.T @ (jacobian.T @ jacobian) @ to_point
-            slope += to_point.T @ (jacobian.T @ residual)
-            blocks.append(block)
-        ends = np.cumsum([len(residual) for _, residual, _ in blocks])
-
-        def transposed(values: np.ndarray) -> np.ndarray:
-            pieces = np.split(values, ends[:-1])
-            return sum(t.T @ (j.T @ v) for (j, _, t), v in zip(blocks, pieces, strict=True))
-
-        return Linearisation(hessian, slope, transposed)
+        """Return the problem linearised at a point, or None where a run is no longer finite."""
+        return Linearisation.of_blocks(self._blocks(point), len(point))
 
     def jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the whole Jacobian, shape (M, P), and the residuals, shape (M,), or None."""
-        blocks = list(self._blocks(point))
-        if blocks[-1] is None:
-            return None
-        return np.vstack([b[0] @ b[2] for b in blocks]), np.concatenate([b[1] for b in blocks])
+        return joined(self._blocks(point))
 
-    def _blocks(self, point: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray] | None]:
-        """Yield the parts of the criterion: records, guesses of the states, penalties.
-
-        Each is the Jacobian by variables of its own, (N, n), the residual, (N,), and the derivative
-        of those variables by the coordinates, (n, P); None where a run is no longer finite.
-        """
+    def _blocks(self, point: np.ndarray) -> Iterator[Block | None]:
+        """Yield records, guesses of the states and penalties; None where a run is no longer finite."""
         rules, states, offsets = self.rules(point), self.states(point), self.offsets(point)
         by_coordinates = coordinates.chain_rule(np.eye(self.rule_size), rules)
         for i, series in enumerate(self.series):
@@ -201,7 +176,7 @@ class FreeRun:
             by_rules, penalties = self._guard.linearise(rules)
             yield by_rules, penalties, np.eye(self.rule_size, len(point))
 
-    def _state_block(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _state_block(self, point: np.ndarray) -> Block:
         states, offsets = self.states(point), self.offsets(point)
         count = len(states)
         to_point = np.zeros((count, len(point)))

@@ -101,11 +101,6 @@ def fit_rules(
     windows, records = excerpt(series)
     brief = guarded(FreeRun(windows, rule_count))
     found = _search(brief, options, lambda share, text: progress(0.7 * share, text), warm)
-    if not np.isfinite(found[0][0].cost):
-        raise IdentificationError(
-            f"no free run with {rule_count} rules stays finite on the training records: "
-            "check that voltage and displacement belong together and are in the right columns"
-        )
     progress(0.7, f"L = {rule_count}: final fit")
     criterion = guarded(FreeRun(list(series), rule_count))
     continued = [
@@ -119,6 +114,18 @@ def fit_rules(
     return make_usable(Fit(criterion, best, starts), options)
 
 
+def search_rules(
+    series: Sequence[Series], rule_count: int, options: Options, warm: Sequence[np.ndarray] = ()
+) -> np.ndarray:
+    """Return the rules with which `fit_rules` would begin its final fit: a start for another one.
+
+    Parameters and errors as there.
+    """
+    brief = guarded(FreeRun(excerpt(series)[0], rule_count))
+    found = _search(brief, options, lambda share, text: None, warm)
+    return brief.rules(found[0][0].coordinates)
+
+
 def _search(
     criterion: FreeRun,
     options: Options,
@@ -127,7 +134,8 @@ def _search(
 ) -> list[tuple[Minimum, float]]:
     """Return where the starts led, best first, each with the one-step error that it began with.
 
-    In batches, until several starts agree on the best optimum or all are spent.
+    In batches, until several starts agree on the best optimum or all are spent. Raises
+    IdentificationError if every start diverges.
     """
     generator = np.random.default_rng(options.seed)
     warmed = ((criterion.pack(rules), np.nan) for rules in warm)
@@ -145,6 +153,11 @@ def _search(
             settled = minimise_free_run(criterion, minimum.coordinates, _SETTLING)
             sifted[i] = (settled, one_step)
         found = sorted(found + sifted, key=lambda pair: pair[0].cost)
+    if not np.isfinite(found[0][0].cost):
+        raise IdentificationError(
+            f"no free run with {criterion.rule_count} rules stays finite on the training records: "
+            "check that voltage and displacement belong together and are in the right columns"
+        )
     return found
 
 

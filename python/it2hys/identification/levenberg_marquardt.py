@@ -8,10 +8,14 @@ trial step costs nothing but two free runs.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
+
+#: A part of a problem: the residual, (N,), its derivatives by variables of its own, (N, n), and theirs
+#: by the coordinates, (n, P); in the order jacobian, residual, to_point.
+Block = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 _LARGEST_DAMPING = 1e12
 _SMALLEST_DAMPING = 1e-14
@@ -68,6 +72,37 @@ class Linearisation:
     hessian: np.ndarray
     gradient: np.ndarray
     transposed: Callable[[np.ndarray], np.ndarray]
+
+    @classmethod
+    def of_blocks(cls, blocks: Iterable[Block | None], size: int) -> Linearisation | None:
+        """Return the problem of P = `size` coordinates that consists of blocks, None if one is None.
+
+        J^T J is summed block by block, and in their own variables: J itself is never put together.
+        """
+        kept = []
+        hessian, gradient = np.zeros((size, size)), np.zeros(size)
+        for block in blocks:
+            if block is None:
+                return None
+            jacobian, residual, to_point = block
+            hessian += to_point.T @ (jacobian.T @ jacobian) @ to_point
+            gradient += to_point.T @ (jacobian.T @ residual)
+            kept.append(block)
+        ends = np.cumsum([len(residual) for _, residual, _ in kept])
+
+        def transposed(values: np.ndarray) -> np.ndarray:
+            pieces = np.split(values, ends[:-1])
+            return sum(t.T @ (j.T @ v) for (j, _, t), v in zip(kept, pieces, strict=True))
+
+        return cls(hessian, gradient, transposed)
+
+
+def joined(blocks: Iterable[Block | None]) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return the whole Jacobian, shape (M, P), and residual, shape (M,), None if a block is None."""
+    kept = list(blocks)
+    if kept[-1] is None:
+        return None
+    return np.vstack([j @ t for j, _, t in kept]), np.concatenate([r for _, r, _ in kept])
 
 
 def levenberg_marquardt(
