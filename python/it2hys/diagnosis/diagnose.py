@@ -139,7 +139,7 @@ class _Session:
 
     def run(self, given: ParameterSet | None, rules: int, each: Callable) -> Diagnosis:
         """Run all phases."""
-        base = self._timed("paper's model", self._base, given, rules)
+        base = self._timed("paper's model", self._base, given, rules, each)
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
         search = Search(bench, self._report_trial, self._inseparable, each)
@@ -158,13 +158,17 @@ class _Session:
 
     # --- the model to start from -----------------------------------------------------------------
 
-    def _base(self, given: ParameterSet | None, rules: int) -> Model:
+    def _base(self, given: ParameterSet | None, rules: int, each: Callable) -> Model:
         """Return the model before: the given one, or the paper's identified on the training records."""
         if given is not None:
             return self._given(given)
         self._progress(0.0, "identification of the paper's model")
         identification = identify(
-            self._train, rules=rules, options=self._options, progress=self._part(0.0, 0.25)
+            self._train,
+            rules=rules,
+            options=self._options,
+            progress=self._part(0.0, 0.25),
+            each=each,
         )
         self._warnings += _passed_on(identification)
         records = identification.by_role("train")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain, islice
 from math import ceil
 
@@ -74,6 +75,7 @@ def fit_rules(
     options: Options,
     progress: Callable[[float, str], None],
     warm: Sequence[np.ndarray] = (),
+    each: Callable = map,
 ) -> Fit:
     """Fit L rules to scaled series, usable over the band of the data if possible.
 
@@ -88,6 +90,8 @@ def fit_rules(
         Told the share done and what is being done.
     warm : sequence of ndarray, each of shape (L, 6)
         Further starts, such as those of a smaller model.
+    each : callable
+        A `map`; one over processes shares the work among them.
 
     Returns
     -------
@@ -100,15 +104,16 @@ def fit_rules(
     """
     windows, records = excerpt(series)
     brief = guarded(FreeRun(windows, rule_count))
-    found = _search(brief, options, lambda share, text: progress(0.7 * share, text), warm)
+    found = _search(brief, options, lambda share, text: progress(0.7 * share, text), warm, each)
     progress(0.7, f"L = {rule_count}: final fit")
     criterion = guarded(FreeRun(list(series), rule_count))
-    continued = [
-        minimise_free_run(criterion, _transferred(brief, m, criterion, records), _SETTLING)
+    points = [
+        _transferred(brief, m, criterion, records)
         for m in _distinct([m for m, _ in found])[:_CONTINUED]
         if m.cost <= found[0][0].cost * (1.0 + _NEAR)
     ]
-    best = min(continued, key=lambda m: m.cost)
+    settle = partial(minimise_free_run, criterion, max_iterations=_SETTLING)
+    best = min(each(settle, points), key=lambda m: m.cost)
     best = minimise_free_run(criterion, best.coordinates, options.max_iterations)
     starts = tuple(Start(one_step, rms_of(m.cost, brief.samples)) for m, one_step in found)
     return make_usable(Fit(criterion, best, starts), options)
@@ -122,7 +127,7 @@ def search_rules(
     Parameters and errors as there.
     """
     brief = guarded(FreeRun(excerpt(series)[0], rule_count))
-    found = _search(brief, options, lambda share, text: None, warm)
+    found = _search(brief, options, lambda share, text: None, warm, map)
     return brief.rules(found[0][0].coordinates)
 
 
@@ -131,6 +136,7 @@ def _search(
     options: Options,
     progress: Callable[[float, str], None],
     warm: Sequence[np.ndarray],
+    each: Callable,
 ) -> list[tuple[Minimum, float]]:
     """Return where the starts led, best first, each with the one-step error that it began with.
 
@@ -141,17 +147,20 @@ def _search(
     warmed = ((criterion.pack(rules), np.nan) for rules in warm)
     starts = chain(warmed, draw_starts(criterion, generator))
     total = options.starts + len(warm)
+    sift = partial(minimise_free_run, criterion, max_iterations=_SIFTING)
+    settle = partial(minimise_free_run, criterion, max_iterations=_SETTLING)
     found: list[tuple[Minimum, float]] = []
     while len(found) < total and not _agreed([m for m, _ in found], criterion.samples):
+        points, errors = zip(*islice(starts, min(_BATCH, total - len(found))), strict=True)
         sifted = []
-        for start, one_step in islice(starts, min(_BATCH, total - len(found))):
+        for minimum, one_step in zip(each(sift, points), errors, strict=True):
+            sifted.append((minimum, one_step))
             share = (len(found) + len(sifted)) / total
             progress(share, f"L = {criterion.rule_count}: free-run fits")
-            sifted.append((minimise_free_run(criterion, start, _SIFTING), one_step))
         sifted.sort(key=lambda pair: pair[0].cost)
-        for i, (minimum, one_step) in enumerate(sifted[: ceil(_PROMISING * len(sifted))]):
-            settled = minimise_free_run(criterion, minimum.coordinates, _SETTLING)
-            sifted[i] = (settled, one_step)
+        promising = sifted[: ceil(_PROMISING * len(sifted))]
+        settled = each(settle, [minimum.coordinates for minimum, _ in promising])
+        sifted[: len(promising)] = [(m, e) for m, (_, e) in zip(settled, promising, strict=True)]
         found = sorted(found + sifted, key=lambda pair: pair[0].cost)
     if not np.isfinite(found[0][0].cost):
         raise IdentificationError(
@@ -249,7 +258,13 @@ def make_usable(fit: Fit, options: Options) -> Fit:
     return fit
 
 
-def shake(fit: Fit, rounds: int, options: Options, progress: Callable[[float, str], None]) -> Fit:
+def shake(
+    fit: Fit,
+    rounds: int,
+    options: Options,
+    progress: Callable[[float, str], None],
+    each: Callable = map,
+) -> Fit:
     """Return the fit, or a better one reached from disturbances of it.
 
     A poor optimum mostly has one rule where none is needed: each rule in turn gets a new, random
@@ -263,6 +278,8 @@ def shake(fit: Fit, rounds: int, options: Options, progress: Callable[[float, st
         How often each rule is replaced, and all are drawn, without a gain before the search ends.
     options : Options
     progress : callable
+    each : callable
+        A `map`.
 
     Returns
     -------
@@ -275,16 +292,16 @@ def shake(fit: Fit, rounds: int, options: Options, progress: Callable[[float, st
     best, idle, limit = original, 0, rounds * brief.rule_count
     generator = np.random.default_rng(options.seed + 1)
     fresh_starts = draw_starts(brief, generator)
+    sift = partial(minimise_free_run, brief, max_iterations=_SIFTING)
+    settle = partial(minimise_free_run, brief, max_iterations=_SETTLING)
     while idle < limit and rms_of(best.cost, brief.samples) > _PERFECT:
         progress(idle / limit, "search around the best fit")
         disturbed = _with_new_rule(brief, best.coordinates, idle % brief.rule_count, generator)
         fresh, _ = next(fresh_starts)
         before = best.cost
-        for start in (disturbed, fresh):
-            minimum = minimise_free_run(brief, start, _SIFTING)
-            if minimum.cost < best.cost * (1.0 + _NEAR):
-                minimum = minimise_free_run(brief, minimum.coordinates, _SETTLING)
-            best = min(best, minimum, key=lambda m: m.cost)
+        sifted = each(sift, [disturbed, fresh])
+        near = [m.coordinates for m in sifted if m.cost < before * (1.0 + _NEAR)]
+        best = min([best, *each(settle, near)], key=lambda m: m.cost)
         idle = 0 if best.cost < before * (1.0 - _SAME_COST) else idle + 1
     if best is original:
         return fit

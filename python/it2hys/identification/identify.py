@@ -56,6 +56,7 @@ def identify(
     rules: int | None = None,
     options: Options | None = None,
     progress: Progress | None = None,
+    each: Callable = map,
 ) -> Identification:
     """Identify the IT2 model (10) from records.
 
@@ -73,6 +74,8 @@ def identify(
     options : Options, optional
     progress : callable, optional
         Called with the share done, 0 to 1, and what is being done.
+    each : callable
+        A `map`; one over processes shares the fits among them. The result does not depend on it.
 
     Returns
     -------
@@ -92,7 +95,7 @@ def identify(
     options = options or Options()
     progress = progress or (lambda share, text: None)
     check_sample_times([*train, *validation, *test])
-    return _Session(train, validation, test, rules, options, progress).run()
+    return _Session(train, validation, test, rules, options, progress, each).run()
 
 
 class _Session:
@@ -106,8 +109,10 @@ class _Session:
         rule_count: int | None,
         options: Options,
         progress: Progress,
+        each: Callable,
     ):
         self._options, self._progress, self._rule_count = options, progress, rule_count
+        self._each = each
         self._train = [prepare(r, options) for r in train]
         self._largest = largest_rule_count(self._train)
         if rule_count is not None and rule_count > self._largest:
@@ -169,6 +174,7 @@ class _Session:
             self._options,
             lambda s, text: self._progress(done + (0.85 - done) * s, text),
             self._warm,
+            self._each,
         )
 
     def _reconsider(self, fit: Fit) -> Fit:
@@ -182,7 +188,11 @@ class _Session:
         # where the noise is all there is; a model that lacks something is not worth the time
         reaches_noise = fit.rms * self._scaling.y_unit < _LACKING * self._noise()
         rounds = _THOROUGH_ROUNDS if reaches_noise else _ROUNDS
-        return shake(fit, rounds, self._options, lambda s, t: self._progress(0.85 + 0.1 * s, t))
+
+        def tell(share: float, text: str) -> None:
+            self._progress(0.85 + 0.1 * share, text)
+
+        return shake(fit, rounds, self._options, tell, self._each)
 
     def _restore_leads(self, fit: Fit) -> Fit:
         """Fit the leading samples of records on which the model explains them."""
