@@ -36,7 +36,7 @@ _REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
 _DAMPED = 0.4
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
-_SETTLING_ANEW = 100
+_SETTLING_ANEW = 60
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
 #: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
@@ -366,7 +366,9 @@ class Bench:
                 [self.scaling.rules(model.rules)],
             )
             model = with_rules(model, self.scaling.physical_rules(found))
-        return self.fit(model, _SETTLING_ANEW)
+        # the effects wait: while the rules are far off, creep's gains would go to zero and stay there
+        waiting = self.criterion(model).guarded(1.0).holding(["effects"])
+        return self.fit(minimise(waiting, _SETTLING).model, _SETTLING_ANEW)
 
     def fit_own(self, model: Model, traces: Sequence[Trace], known: int = 0) -> Model:
         """Return the model with what belongs to records fitted to these ones, all else held.
