@@ -49,6 +49,8 @@ class Case:
         `temperature` or `time`: what a drift follows.
     in_motion : bool
         Whether the records are cut out of longer runs; otherwise they start at long rest.
+    zero : float
+        What the sensor reads where the stage is at zero, um.
     """
 
     seed: int
@@ -59,6 +61,7 @@ class Case:
     anomaly: str = ""
     drift_by: str = "temperature"
     in_motion: bool = False
+    zero: float = 0.0
 
     @property
     def undeclared(self) -> tuple[str, ...]:
@@ -392,7 +395,7 @@ def _make(case: Case, rng: np.random.Generator) -> _Made:
     reading = clean + _draw_noise(rng, clean.shape, scene.noise)
     if rng.random() < 0.4:
         reading = _ADC_STEP * np.round(reading / _ADC_STEP)
-    records = _records(scene, reading, lead, rng)
+    records = _records(scene, reading + case.zero, lead, rng)
     return _Made(plant, scene.around.grid, records, scene.noise, sizes, unabsorbed)
 
 
@@ -459,6 +462,9 @@ def suite() -> Iterator[Case]:
         yield Case(4000 + i, f"none {i + 1}", in_motion=i in (7, 15))
     for i, anomaly in enumerate(sim.OUTSIDE):
         yield Case(5000 + i, f"outside: {anomaly}", outside=True, anomaly=anomaly)
+    for i, effects in enumerate((("creep",), ("play", "creep"), ())):
+        name = "+".join(effects) or "none"
+        yield Case(6000 + i, f"{name}, far from zero", effects, zero=(-95.0, 60.0)[i % 2])
     yield Case(5100, "outside: jumps+creep", ("creep",), outside=True, anomaly="jumps")
 
 
