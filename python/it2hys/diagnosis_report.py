@@ -256,11 +256,19 @@ def _tracking_section(diagnosis: Diagnosis, records: Sequence[Record], directory
     start = at_rest(reference[0])
     plant = directory / "IT2Plant.fmu"
     new = track(directory / "IT2Inverse.fmu", plant, reference, start)
-    voltage, _ = core.chain_inverse_run(diagnosis.base.replace(**start), reference)
+    voltage, limited = core.chain_inverse_run(diagnosis.base.replace(**start), reference)
     old, _ = core.chain_free_run(diagnosis.parameters.replace(**start), voltage)
     rows = [
-        [name, f"{100 * max_relative_error(reference, y):.2g}", f"{rms_error(reference, y) * UM:.2g}"]
-        for name, y in (("before", old), ("after", new["displacement"]))
+        [
+            name,
+            f"{100 * max_relative_error(reference, y):.2g}",
+            f"{rms_error(reference, y) * UM:.2g}",
+            f"{100 * np.mean(out_of_reach):.2g}",
+        ]
+        for name, y, out_of_reach in (
+            ("before", old, limited),
+            ("after", new["displacement"], new["saturated"]),
+        )
     ]
     return Section(
         "Feedforward: the inverse drives the plant",
@@ -269,7 +277,15 @@ def _tracking_section(diagnosis: Diagnosis, records: Sequence[Record], directory
             "the model found here, as FMU; it is driven by the inverse of the model before and by its "
             "own inverse FMU. How well the real stage follows is limited by the free-run errors above."
         ],
-        [Table(["inverse", "e_mr %", "e_rms µm"], rows, "Tracking errors in co-simulation.")],
+        [
+            Table(
+                ["inverse", "e_mr %", "e_rms µm", "limited %"],
+                rows,
+                "Tracking errors in co-simulation. Limited: share of samples in which the range or the "
+                "amplifier keeps the inverse from what is asked for (records that ring span more than "
+                "the stage reaches at rest).",
+            )
+        ],
         [
             Picture(
                 "tracking",

@@ -115,7 +115,7 @@ def test_the_report_is_one_self_contained_page_with_all_its_pictures(folder):
         assert head == "data:image/png;base64"
         picture = matplotlib.image.imread(BytesIO(base64.b64decode(data)), format="png")
         assert min(picture.shape[:2]) > 100 and np.ptp(picture) > 0.5
-    for word in ("load", *EFFECTS, "µm", *ROLES):
+    for word in ("load", *EFFECTS, "µm", "limited %", *ROLES):
         assert word in text
 
 
