@@ -107,8 +107,6 @@ static struct start begin(struct walker *walker, const struct chain_parameters *
     double core = behind_creep(&walker->chain.creep, parameters);
 
     start.at_rest = equilibrium(&walker->chain.core, start.input, range, &core);
-    if (!start.at_rest) /* a constant: nothing to differentiate */
-        core = parameters->initialDisplacement;
     begin_respond(walker, parameters, core);
     return start;
 }
@@ -154,22 +152,36 @@ static size_t weighed(const struct chain_knob *knob)
     return distance % sizeof(struct play_element) ? PLAY_MAX : distance / sizeof(struct play_element);
 }
 
-/* The core of both begins where that of the unchanged chain does. Returns by how much their inputs of
- * the core differ at rest. */
-static double begin_pair(struct pair *pair, const struct chain_parameters *parameters, double voltage,
-                         double core, const struct chain_knob *knob)
+/* What begins with the core: its input, and its displacement where it keeps none. */
+struct beginning {
+    double input;
+    double core;
+};
+
+static struct beginning begin_one(struct walker *walker, const struct chain_parameters *parameters,
+                                  double voltage, double core)
+{
+    struct beginning result = { .input = begin_drive(walker, parameters, voltage) };
+
+    begin_respond(walker, parameters, core);
+    result.core = behind_creep(&walker->chain.creep, parameters);
+    return result;
+}
+
+/* The core of both begins where that of the unchanged chain does. Returns the derivatives by the knob. */
+static struct beginning begin_pair(struct pair *pair, const struct chain_parameters *parameters,
+                                   double voltage, double core, const struct chain_knob *knob)
 {
     struct chain_parameters changed = *parameters;
     double *value = (double *)((char *)&changed + knob->offset);
     const double centre = *value;
 
     *value = centre - knob->step;
-    const double below = begin_drive(&pair->below, &changed, voltage);
-    begin_respond(&pair->below, &changed, core);
+    const struct beginning below = begin_one(&pair->below, &changed, voltage, core);
     *value = centre + knob->step;
-    const double above = begin_drive(&pair->above, &changed, voltage);
-    begin_respond(&pair->above, &changed, core);
-    return above - below;
+    const struct beginning above = begin_one(&pair->above, &changed, voltage, core);
+    return (struct beginning){ (above.input - below.input) / (2.0 * knob->step),
+                               (above.core - below.core) / (2.0 * knob->step) };
 }
 
 /* Derivative of the core's input by a knob before it. A play operator's weight multiplies its output,
@@ -264,14 +276,14 @@ size_t chain_sensitivity(const struct chain_parameters *parameters, const struct
     *d = (struct columns){ .count = columns };
     const struct start start = begin(&walker, parameters, record->voltage[0]);
     it2_gradient(&walker.chain.core, walker.state.core.y, start.input, gradient, &f);
-    /* at rest y = F(y, x, p): dy = (dF/dp dp + dF/dx dx) / (1 - dF/dy); elsewhere y is given */
+    /* at rest y = F(y, x, p): dy = (dF/dp dp + dF/dx dx) / (1 - dF/dy); elsewhere the reading is given */
     const double follows = start.at_rest ? 1.0 / (1.0 - f.dy) : 0.0;
     for (int i = 0; i < rules; i++)
         core[i] = follows * gradient[i];
     for (int j = 0; j < count; j++) {
-        const double change =
+        const struct beginning by =
             begin_pair(&pairs[j], parameters, record->voltage[0], walker.state.core.y, &knobs[j]);
-        core[rules + j] = follows * f.dx * change / (2.0 * knobs[j].step);
+        core[rules + j] = start.at_rest ? follows * f.dx * by.input : by.core;
     }
     begin_columns(d, &walker.chain, core);
     for (; k < record->samples; k++) {

@@ -29,8 +29,8 @@ HIDDEN_BEGIN
 
 /* The readings, and the core's input and output, from rest at the first voltage after the history that
  * the parameters tell (initialRestVoltage, initialExcursion, initialCreep). initialDisplacement is
- * where the search for the core's displacement begins; if the core keeps none within the range from
- * there, it begins there. Returns the number of samples computed: less than all if a reading is not
+ * where the search for what the core keeps begins; if it keeps nothing within the range from there, the
+ * reading begins there. Returns the number of samples computed: less than all if a reading is not
  * finite. */
 size_t chain_predict(const struct chain_parameters *parameters, const struct chain_record *record,
                      double *measured, double *core_input, double *core_output);

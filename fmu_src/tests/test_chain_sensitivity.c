@@ -236,17 +236,20 @@ static void beyond_the_limits(void)
 
 /* --- no rest ------------------------------------------------------------------------------------- */
 
-/* A core that is being fitted need not keep any displacement: then it begins where it is told to. */
+/* A core that is being fitted need not keep any displacement: then the reading begins where it is told
+ * to, with the core where creep leaves it. */
 static void without_rest(double q1, double q2)
 {
     struct chain_parameters p;
     struct chain chain;
+    struct chain_state state;
     struct signals s;
     struct run run;
     uint64_t seed = 5;
 
     plain(&p);
     add_effects(&seed, &p, CHAIN_PLAY | CHAIN_CREEP);
+    p.initialCreep = 0.5;
     p.ruleCount = 1;
     p.rule[0].q1 = q1;
     p.rule[0].q2 = q2;
@@ -254,7 +257,10 @@ static void without_rest(double q1, double q2)
     chain_prepare(&chain, &p);
     signals_from(&s, 40.0);
     predict(&p, &s, &run);
-    CHECK(run.core_output[0] == it2_evaluate(&chain.core, p.initialDisplacement, run.core_input[0]));
+    const double core =
+        creep_reset(&chain.creep, &state.creep, p.initialDisplacement, p.initialCreep);
+    CHECK(core != p.initialDisplacement);
+    CHECK(run.core_output[0] == it2_evaluate(&chain.core, core, run.core_input[0]));
     are_the_derivatives(&p, &s);
 }
 
