@@ -40,7 +40,8 @@ size_t chain_predict(const struct chain_parameters *parameters, const struct cha
  *
  * The rules' are exact (forward sensitivities), and so is what every stage makes of those before it. By
  * its own parameters each stage is differentiated by central differences: an effect needs no more than
- * its step for that. (Only the play operators' weights, which are many, are not.) Returns 0 if there is no memory for it. */
+ * its step for that. Only the play operators' weights, which are many, need none. Returns 0 if there is
+ * no memory for it. */
 size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_record *record,
                          const struct chain_knob *knobs, int count, double *measured,
                          double *sensitivity);

@@ -16,7 +16,7 @@ from it2hys.effects.hum import phases
 from it2hys.identification.criteria import Series
 from it2hys.identification.fitting import search_rules
 from it2hys.identification.result import Options
-from it2hys.identification.scaling import Scaling
+from it2hys.identification.scaling import Scaling, moved
 from it2hys.parameters import RULE_FIELDS
 from it2hys.variables import load_table
 
@@ -176,10 +176,7 @@ def behind_creep(model: Model, traces: Sequence[Trace]) -> Model:
     total = sum(model.values[f"creep[{i}].gain"] for i in range(1, count + 1))
     readings = [(t.y - o)[t.judged] for t, o in zip(traces, model.offsets, strict=True)]
     distance = total / (1.0 + total) * float(np.mean(np.concatenate(readings)))
-    rules = model.rules
-    rules[:, 2] -= distance  # centre
-    rules[:, 5] += (rules[:, 3] - 1.0) * distance  # q3, by q1
-    return with_rules(model, rules)
+    return with_rules(model, moved(model.rules, -distance))
 
 
 @dataclass(frozen=True, eq=False)

@@ -85,6 +85,11 @@ class Scaling:
         return np.kron(np.eye(count), block)
 
 
+def moved(rules: np.ndarray, distance: float) -> np.ndarray:
+    """Return the rules, shape (L, 6), of a core whose displacement is larger by a distance."""
+    return _map_rules(rules, 1.0, distance, 1.0, 0.0)
+
+
 def _map_rules(rules: np.ndarray, a: float, b: float, c: float, d: float) -> np.ndarray:
     """Return the rules of y' = a y + b, x' = c x + d."""
     lower, upper, centre, q1, q2, q3 = np.asarray(rules, dtype=float).T
