@@ -34,7 +34,7 @@
 struct chain_parameters {
     double sampleTime;
     double initialDisplacement;
-    double initialRestVoltage;
+    double initialRestOffset;
     double initialExcursion;
     double initialCreep;
     double voltageMin;
@@ -129,14 +129,14 @@ HIDDEN_BEGIN
 
 static inline struct play_history chain_history(const struct chain_parameters *parameters)
 {
-    return (struct play_history){ parameters->initialRestVoltage, parameters->initialExcursion };
+    return (struct play_history){ parameters->initialRestOffset, parameters->initialExcursion };
 }
 
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
 void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
 
 /* At rest at initialDisplacement, without force, at drift's reference temperature, time 0: for long if
- * initialCreep is 0, after the play operators' history of initialRestVoltage and initialExcursion. */
+ * initialCreep is 0, after the play operators' history of initialRestOffset and initialExcursion. */
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 
@@ -175,6 +175,11 @@ static inline double chain_step(const struct chain *chain, struct chain_state *s
 double chain_drive(const struct chain *chain, struct chain_state *state, double x);
 double chain_respond(const struct chain *chain, struct chain_state *state, double y,
                      const struct chain_surroundings *around);
+
+/* Takes *x to the core's input and advances `state`, and with it the derivatives `d` of the state by a
+ * direction in which x changes by d_x. Returns the derivative of the core's input. */
+double chain_drive_tangent(const struct chain *chain, struct chain_state *state, double *x,
+                           struct chain_state *d, double d_x);
 
 /* What the sensor reads of the displacement. */
 double chain_measure_effects(const struct chain *chain, double displacement, double time);

@@ -27,19 +27,25 @@ void play_prepare(struct play *stage, const struct play_element *elements, int c
         stage->element[j] = elements[j];
 }
 
-void play_recall(const struct play *stage, struct play_state *state, struct play_history history)
-{
-    *state = (struct play_state){ { 0.0 } };
-    for (int j = 0; j < stage->count; j++)
-        state->p[j] = history.rest;
-    play_step(stage, state, history.rest + history.excursion);
-}
-
 double play_reset(const struct play *stage, struct play_state *state, double h,
                   struct play_history history)
 {
-    play_recall(stage, state, history);
-    return play_inverse(stage, state, h);
+    double sum = 0.0;
+    double slope = 1.0;
+
+    /* seen from the voltage at which it rests, which is added to all at the end */
+    for (int j = 0; j < stage->count; j++)
+        state->p[j] = history.rest;
+    play_step(stage, state, history.rest + history.excursion);
+    play_step(stage, state, 0.0);
+    for (int j = 0; j < stage->count; j++) {
+        sum += stage->element[j].weight * state->p[j];
+        slope += stage->element[j].weight;
+    }
+    const double x = (h - sum) / slope;
+    for (int j = 0; j < stage->count; j++)
+        state->p[j] += x;
+    return x;
 }
 
 double play_step(const struct play *stage, struct play_state *state, double x)
@@ -130,36 +136,33 @@ double play_solve_tangent(const struct play *stage, const struct play_state *sta
 struct moved {
     double p;
     double d_p;
-    bool engaged;
 };
 
 static struct moved move(struct moved from, double threshold, double d_threshold, double x, double d_x)
 {
     if (x - threshold > from.p)
-        return (struct moved){ x - threshold, d_x - d_threshold, true };
+        return (struct moved){ x - threshold, d_x - d_threshold };
     if (x + threshold < from.p)
-        return (struct moved){ x + threshold, d_x + d_threshold, true };
-    from.engaged = false;
+        return (struct moved){ x + threshold, d_x + d_threshold };
     return from;
 }
 
 double play_reset_tangent(const struct play *stage, double h, struct play_history history,
                           const struct play_element *d, double d_h, struct play_history d_history)
 {
-    struct play_state state;
-    const double x = play_reset(stage, &state, h, history);
     const double turn = history.rest + history.excursion;
     const double d_turn = d_history.rest + d_history.excursion;
-    const struct moved rested = { history.rest, d_history.rest, false };
-    double slope = 1.0;
+    const struct moved rested = { history.rest, d_history.rest };
+    double sum = 0.0, d_sum = 0.0, slope = 1.0, d_slope = 0.0;
 
     for (int j = 0; j < stage->count; j++) {
-        const double r = stage->element[j].threshold;
+        const double r = stage->element[j].threshold, weight = stage->element[j].weight;
         const struct moved turned = move(rested, r, d[j].threshold, turn, d_turn);
-        const struct moved last = move(turned, r, d[j].threshold, x, 0.0);
-        if (last.engaged)
-            slope += stage->element[j].weight;
-        d_h -= d[j].weight * last.p + stage->element[j].weight * last.d_p;
+        const struct moved last = move(turned, r, d[j].threshold, 0.0, 0.0);
+        sum += weight * last.p;
+        d_sum += d[j].weight * last.p + weight * last.d_p;
+        slope += weight;
+        d_slope += d[j].weight;
     }
-    return d_h / slope;
+    return (d_h - d_sum - (h - sum) / slope * d_slope) / slope;
 }

@@ -37,9 +37,6 @@ HIDDEN_BEGIN
 bool play_check(const struct play_element *elements, int count, char *message, size_t size);
 void play_prepare(struct play *stage, const struct play_element *elements, int count);
 
-/* The state after the history, before the start. */
-void play_recall(const struct play *stage, struct play_state *state, struct play_history history);
-
 /* At rest at the output h after the history; returns the input. */
 double play_reset(const struct play *stage, struct play_state *state, double h,
                   struct play_history history);

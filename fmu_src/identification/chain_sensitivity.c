@@ -7,10 +7,6 @@
 
 enum { COLUMNS = IT2_RULE_PARAMETERS * IT2_MAX_RULES + CHAIN_MAX_KNOBS };
 
-#define NEWTON_STEPS 50
-#define NEGLIGIBLE 1e-14
-#define STEEPEST 0.999
-
 /* A chain and where it is. */
 struct walker {
     struct chain chain;
@@ -29,86 +25,24 @@ struct columns {
     double resonance[2][COLUMNS];
 };
 
-/* Brings what stands before the core to rest at the voltage; returns the core's input. */
-static double begin_drive(struct walker *walker, const struct chain_parameters *parameters,
-                          double voltage)
+static void begin(struct walker *walker, const struct chain_parameters *parameters)
 {
-    struct chain *chain = &walker->chain;
-    struct chain_state *state = &walker->state;
-    double x = voltage;
-
-    chain_prepare(chain, parameters);
-    *state = (struct chain_state){ 0 };
-    delay_reset(&state->delay, x);
-    slew_reset(&state->slew, x);
-    if (chain->effects & CHAIN_SATURATION)
-        x = saturation_step(&chain->saturation, x);
-    lag_reset(&state->lag, x);
-    play_recall(&chain->play, &state->play, chain_history(parameters));
-    return play_step(&chain->play, &state->play, x);
+    chain_prepare(&walker->chain, parameters);
+    chain_reset(&walker->chain, &walker->state, parameters);
 }
 
-/* Takes *y to the displacement that the core keeps at the input, by Newton's method. Returns whether it
- * is found within the range from there: a core that is being fitted need not have one; *y stays then. */
-static bool equilibrium(const struct it2 *core, double input, double range, double *displacement)
-{
-    double y = *displacement;
-
-    for (int i = 0; i < NEWTON_STEPS; i++) {
-        const struct it2_partials f = it2_partials(core, y, input);
-        const double change = it2_evaluate(core, y, input) - y;
-        /* outside the range where it contracts the core has other, unstable equilibria */
-        const double step = f.dy < STEEPEST ? change / (1.0 - f.dy) : change;
-        y += step;
-        if (!(fabs(y - *displacement) <= range))
-            break;
-        if (fabs(step) <= NEGLIGIBLE * range && f.dy < STEEPEST) {
-            *displacement = y;
-            return true;
-        }
-    }
-    return false;
-}
-
-/* Brings the core to the displacement, and what stands behind it. */
+/* Brings what stands behind the core to rest with the core at the displacement. */
 static void begin_respond(struct walker *walker, const struct chain_parameters *parameters, double core)
 {
     const struct creep *creep = &walker->chain.creep;
     struct chain_state *state = &walker->state;
     double y = core;
 
-    it2_reset(&state->core, core);
     for (int i = 0; i < creep->count; i++) {
         state->creep.s[i] = core + parameters->initialCreep;
         y += creep->gain[i] * state->creep.s[i];
     }
     resonance_reset(&state->resonance, y);
-}
-
-/* Where the core is while the displacement rests at initialDisplacement. */
-static double behind_creep(const struct creep *creep, const struct chain_parameters *parameters)
-{
-    struct creep_state state;
-
-    return creep_reset(creep, &state, parameters->initialDisplacement, parameters->initialCreep);
-}
-
-/* The core's input before the first tick, and whether the core keeps its displacement under it. */
-struct start {
-    double input;
-    bool at_rest;
-};
-
-static struct start begin(struct walker *walker, const struct chain_parameters *parameters,
-                          double voltage)
-{
-    const double range = parameters->displacementMax - parameters->displacementMin;
-    struct start start = { .input = begin_drive(walker, parameters, voltage) };
-    double core = behind_creep(&walker->chain.creep, parameters);
-
-    start.at_rest = equilibrium(&walker->chain.core, start.input, range, &core);
-    begin_respond(walker, parameters, core);
-    return start;
 }
 
 static struct chain_surroundings at(const struct chain_parameters *parameters,
@@ -131,7 +65,7 @@ size_t chain_predict(const struct chain_parameters *parameters, const struct cha
 {
     struct walker walker;
 
-    begin(&walker, parameters, record->voltage[0]);
+    begin(&walker, parameters);
     for (size_t k = 0; k < record->samples; k++) {
         const struct chain_surroundings around = at(parameters, record, k);
         core_input[k] = chain_drive(&walker.chain, &walker.state, record->voltage[k]);
@@ -152,36 +86,55 @@ static size_t weighed(const struct chain_knob *knob)
     return distance % sizeof(struct play_element) ? PLAY_MAX : distance / sizeof(struct play_element);
 }
 
-/* What begins with the core: its input, and its displacement where it keeps none. */
-struct beginning {
-    double input;
-    double core;
-};
-
-static struct beginning begin_one(struct walker *walker, const struct chain_parameters *parameters,
-                                  double voltage, double core)
-{
-    struct beginning result = { .input = begin_drive(walker, parameters, voltage) };
-
-    begin_respond(walker, parameters, core);
-    result.core = behind_creep(&walker->chain.creep, parameters);
-    return result;
-}
-
-/* The core of both begins where that of the unchanged chain does. Returns the derivatives by the knob. */
-static struct beginning begin_pair(struct pair *pair, const struct chain_parameters *parameters,
-                                   double voltage, double core, const struct chain_knob *knob)
+/* Both begin with the core where that of the unchanged chain does. Returns the derivative by the knob of
+ * where the core really begins. */
+static double begin_pair(struct pair *pair, const struct chain_parameters *parameters, double core,
+                         const struct chain_knob *knob)
 {
     struct chain_parameters changed = *parameters;
     double *value = (double *)((char *)&changed + knob->offset);
     const double centre = *value;
+    double begins[2];
 
     *value = centre - knob->step;
-    const struct beginning below = begin_one(&pair->below, &changed, voltage, core);
+    begin(&pair->below, &changed);
+    begins[0] = pair->below.state.core.y;
+    begin_respond(&pair->below, &changed, core);
     *value = centre + knob->step;
-    const struct beginning above = begin_one(&pair->above, &changed, voltage, core);
-    return (struct beginning){ (above.input - below.input) / (2.0 * knob->step),
-                               (above.core - below.core) / (2.0 * knob->step) };
+    begin(&pair->above, &changed);
+    begins[1] = pair->above.state.core.y;
+    begin_respond(&pair->above, &changed, core);
+    return (begins[1] - begins[0]) / (2.0 * knob->step);
+}
+
+/* How the voltage at which the stage rests before the first tick acts: by it, derivatives of the states
+ * before the core, which begin with it, and of the core's input. */
+struct rest {
+    struct chain_state d;
+    double by_input;                  /* of that voltage, by the core's input at rest */
+    struct it2_partials f;            /* of the core at rest */
+    double rules[IT2_RULE_PARAMETERS * IT2_MAX_RULES]; /* of the core's output there */
+    double play[PLAY_MAX];
+};
+
+static void rest_of(struct rest *rest, const struct walker *walker)
+{
+    const struct it2 *core = &walker->chain.core;
+    const struct play *play = &walker->chain.play;
+    const double y = walker->state.core.y;
+    double slope = 1.0;
+
+    *rest = (struct rest){ .by_input = 0.0 };
+    it2_gradient(core, y, it2_solve(core, y, y), rest->rules, &rest->f);
+    delay_reset(&rest->d.delay, 1.0);
+    slew_reset(&rest->d.slew, 1.0);
+    lag_reset(&rest->d.lag, 1.0);
+    for (int j = 0; j < play->count; j++) {
+        rest->d.play.p[j] = 1.0;
+        rest->play[j] = walker->state.play.p[j];
+        slope += play->element[j].weight;
+    }
+    rest->by_input = 1.0 / slope;
 }
 
 /* Derivative of the core's input by a knob before it. A play operator's weight multiplies its output,
@@ -257,16 +210,28 @@ static void begin_columns(struct columns *d, const struct chain *chain, const do
         d->resonance[0][c] = d->resonance[1][c] = slope * core[c];
 }
 
+/* Derivative of the voltage at rest by a play operator's weight, or by where the core begins. */
+static double rest_derivative(const struct rest *rest, const struct chain_knob *knob, double core)
+{
+    const size_t operator = weighed(knob);
+
+    if (operator < PLAY_MAX)
+        return -rest->by_input * rest->play[operator];
+    return rest->by_input * core * (1.0 - rest->f.dy) / rest->f.dx;
+}
+
 size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_record *record,
                          const struct chain_knob *knobs, int count, double *measured,
                          double *sensitivity)
 {
     const int rules = IT2_RULE_PARAMETERS * parameters->ruleCount;
     const int columns = rules + count;
-    double core[COLUMNS] = { 0.0 }; /* derivatives of the core's output */
+    double core[COLUMNS] = { 0.0 };    /* derivatives of the core's output */
+    double resting[COLUMNS] = { 0.0 }; /* of the voltage at rest */
     double gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
     struct it2_partials f;
     struct walker walker;
+    struct rest rest;
     struct pair *pairs = malloc((size_t)(count > 0 ? count : 1) * sizeof *pairs);
     struct columns *d = malloc(sizeof *d);
     size_t k = 0;
@@ -274,26 +239,24 @@ size_t chain_sensitivity(const struct chain_parameters *parameters, const struct
     if (!pairs || !d || count > CHAIN_MAX_KNOBS)
         goto end;
     *d = (struct columns){ .count = columns };
-    const struct start start = begin(&walker, parameters, record->voltage[0]);
-    it2_gradient(&walker.chain.core, walker.state.core.y, start.input, gradient, &f);
-    /* at rest y = F(y, x, p): dy = (dF/dp dp + dF/dx dx) / (1 - dF/dy); elsewhere the reading is given */
-    const double follows = start.at_rest ? 1.0 / (1.0 - f.dy) : 0.0;
+    begin(&walker, parameters);
+    rest_of(&rest, &walker);
     for (int i = 0; i < rules; i++)
-        core[i] = follows * gradient[i];
+        resting[i] = -rest.by_input * rest.rules[i] / rest.f.dx;
     for (int j = 0; j < count; j++) {
-        const struct beginning by =
-            begin_pair(&pairs[j], parameters, record->voltage[0], walker.state.core.y, &knobs[j]);
-        core[rules + j] = start.at_rest ? follows * f.dx * by.input : by.core;
+        core[rules + j] = begin_pair(&pairs[j], parameters, walker.state.core.y, &knobs[j]);
+        resting[rules + j] = rest_derivative(&rest, &knobs[j], core[rules + j]);
     }
     begin_columns(d, &walker.chain, core);
     for (; k < record->samples; k++) {
         const struct chain_surroundings around = at(parameters, record, k);
         double *row = sensitivity + k * (size_t)columns;
-        const double x = chain_drive(&walker.chain, &walker.state, record->voltage[k]);
+        double x = record->voltage[k];
+        const double by_rest = chain_drive_tangent(&walker.chain, &walker.state, &x, &rest.d, 0.0);
         const double y = it2_gradient(&walker.chain.core, walker.state.core.y, x, gradient, &f);
         walker.state.core.y = y;
         for (int c = 0; c < columns; c++)
-            core[c] *= f.dy;
+            core[c] = f.dy * core[c] + f.dx * by_rest * resting[c];
         for (int i = 0; i < rules; i++)
             core[i] += gradient[i];
         for (int j = 0; j < count; j++)

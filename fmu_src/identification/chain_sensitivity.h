@@ -1,5 +1,5 @@
-/* The chain over a whole record as the identification needs it: from rest at the record's first voltage,
- * and with the derivatives of the reading by everything that is fitted. */
+/* The chain over a whole record as the identification needs it: with the derivatives of the reading by
+ * everything that is fitted, the state in which the record begins included. */
 #ifndef IT2HYS_CHAIN_SENSITIVITY_H
 #define IT2HYS_CHAIN_SENSITIVITY_H
 
@@ -27,11 +27,8 @@ enum { CHAIN_MAX_KNOBS = 96 };
 
 HIDDEN_BEGIN
 
-/* The readings, and the core's input and output, from rest at the first voltage after the history that
- * the parameters tell (initialRestVoltage, initialExcursion, initialCreep). initialDisplacement is
- * where the search for what the core keeps begins; if it keeps nothing within the range from there, the
- * reading begins there. Returns the number of samples computed: less than all if a reading is not
- * finite. */
+/* The readings, and the core's input and output, begun by chain_reset as the plant FMU is. Returns the
+ * number of samples computed: less than all if a reading is not finite. */
 size_t chain_predict(const struct chain_parameters *parameters, const struct chain_record *record,
                      double *measured, double *core_input, double *core_output);
 

@@ -416,7 +416,7 @@ static void equilibrium(void)
         plain(&p);
         add_effects(&seed, &p, i % 2 ? CHAIN_PLAY | CHAIN_CREEP : ALL & ~(unsigned)CHAIN_DRIFT);
         if (i % 3 == 2) { /* not from long rest at 0 */
-            p.initialRestVoltage = random_between(&seed, 0.0, 80.0);
+            p.initialRestOffset = random_between(&seed, 0.0, 80.0);
             p.initialExcursion = random_between(&seed, -50.0, 60.0);
             p.initialCreep = random_between(&seed, -2.0, 2.0);
         }
@@ -428,7 +428,7 @@ static void equilibrium(void)
             CHECK_CLOSE(chain_step(&chain, &state, hold, &still), 5.0, 1e-9);
         chain_reset(&chain, &state, &p);
         double *const moved_by[] = { &p.initialDisplacement, &p.play[0].weight, &p.play[0].threshold,
-                                     &p.creep[0].gain,       &p.rule[1].q3,     &p.initialRestVoltage,
+                                     &p.creep[0].gain,       &p.rule[1].q3,     &p.initialRestOffset,
                                      &p.initialExcursion,    &p.initialCreep,  &p.saturation.minimum,
                                      &p.saturation.maximum };
         const size_t count = i % 2 ? 8 : 10; /* the limits, where there are any */

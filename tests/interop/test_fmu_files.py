@@ -235,7 +235,7 @@ def inverse_to_initialize(request, models, tmp_path):
     # on its way to the start the voltage takes the first operator along, the second stays behind
     play = {"play[1].threshold": 2.0, "play[2].threshold": 30.0}
     play |= {"play[1].weight": 0.1, "play[2].weight": 0.1}
-    history = {"initialRestVoltage": 5.0, "initialExcursion": 60.0, "initialCreep": 1e-7}
+    history = {"initialRestOffset": 5.0, "initialExcursion": 60.0, "initialCreep": 1e-7}
     creep = {"creep[1].gain": 0.05, "creep[1].timeConstant": 0.1}
     values = {n: v for n, v in table_1().items() if n not in ("playCount", "creepCount")}
     parameters = ParameterSet({**values, **play, **history, **creep}, "with history").validate()

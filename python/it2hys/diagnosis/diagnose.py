@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import brentq
 
 from it2hys import core
 from it2hys.chain import EFFECTS, active_effects
@@ -176,7 +177,7 @@ class _Session:
             dict(identification.parameters),
             (),
             np.array([r.offset for r in records]),
-            {},
+            {"initialDisplacement": np.array([r.initial_displacement for r in records])},
         )
 
     def _given(self, given: ParameterSet) -> Model:
@@ -187,7 +188,7 @@ class _Session:
         own = {
             name: np.full(len(self._train), given[name])
             for name in BY_RECORD
-            if _effect_of(name) in effects
+            if _effect_of(name) in (None, *effects)
         }
         self._has_offset = self._options.offsets is True
         traces = self._traces("train")
@@ -345,16 +346,15 @@ class _Session:
             **model.values,
             "voltageMin": float(min(v.min() for v in voltages)),
             "voltageMax": float(max(v.max() for v in voltages)),
-            **_start(model, self._all_fitted[0], 0),
         }
-        return ParameterSet(_with_rising_thresholds(values), name).validate()
+        return _at_rest(ParameterSet(_with_rising_thresholds(values), name).validate())
 
     def _judgements(self, model: Model, bench: Bench) -> tuple[Judgement, ...]:
         parameters = self._parameters(model, "judged")
         traces = self._traces("train", "validation", "test")
-        fitted = bench.fit_own(model, traces, len(self._train))
+        fitted = bench.fit_own(model, traces)
         return tuple(
-            _judge(p, t, parameters, _start(fitted, t, i), float(fitted.offsets[i]))
+            _judge(p, t, parameters, fitted.start(i), float(fitted.offsets[i]))
             for i, ((_, p), t) in enumerate(zip(self._prepared, traces, strict=True))
         )
 
@@ -406,16 +406,6 @@ def _passed_on(identification: Identification) -> list[str]:
     return [w for w in identification.warnings if "training records" in w and "lacks" not in w]
 
 
-def _start(model: Model, trace: Trace, index: int) -> dict[str, float]:
-    """Return the parameters with which the plant FMU begins a record."""
-    own = {name: float(values[index]) for name, values in model.own.items()}
-    gains = sum(v for n, v in model.values.items() if n.startswith("creep[") and n.endswith("gain"))
-    # at the first tick the voltage is still the one of rest
-    y = float(model.run(trace, index)[2][0])
-    ahead = own.get("initialCreep", 0.0)
-    return {"initialDisplacement": y + gains * (y + ahead), **own}
-
-
 def _with_rising_thresholds(values: dict) -> dict:
     """Return the values with play operators in the order of their thresholds, as the inverse wants."""
     count = int(values.get("playCount", 0))
@@ -428,27 +418,42 @@ def _with_rising_thresholds(values: dict) -> dict:
     return ordered
 
 
+def _at_rest(parameters: ParameterSet) -> ParameterSet:
+    """Return the set that begins where the stage rests for long at zero voltage, or as near as it goes."""
+    wanted = float(np.clip(0.0, *parameters.voltage_range))
+
+    def excess(displacement: float) -> float:
+        start = parameters.replace(initialDisplacement=displacement)
+        return float(core.chain_inverse_run(start, np.array([displacement]))[0][0]) - wanted
+
+    low, high = parameters.displacement_range
+    if excess(low) >= 0.0:
+        return parameters.replace(initialDisplacement=low)
+    if excess(high) <= 0.0:
+        return parameters.replace(initialDisplacement=high)
+    return parameters.replace(initialDisplacement=float(brentq(excess, low, high)))
+
+
 def _judge(
     prepared: Prepared, trace: Trace, parameters: ParameterSet, start: dict, offset: float
 ) -> Judgement:
     """Return the errors of the free run that the plant FMU makes of a record."""
-    packaged = {name: parameters[name] for name in start}
-    own = _errors(trace, parameters, start, offset)
-    common = _errors(trace, parameters, packaged, offset)
-    if common[1] <= (1.0 + _SAME_START) * own[1]:
-        start, own = packaged, common
-    e_mr, e_rms, y = own
-    return Judgement(trace.name, trace.role, e_mr, e_rms, start, offset, prepared.skip, trace.noise, y)
+    e_mr, e_rms, y = _errors(trace, parameters.replace(**start), offset)
+    told = parameters.replace(initialDisplacement=float(trace.y[0]) - offset)
+    cold = _errors(trace, told, offset)[1]
+    return Judgement(
+        trace.name, trace.role, e_mr, e_rms, start, offset, trace.lead, trace.noise, cold, y
+    )
 
 
 def _errors(
-    trace: Trace, parameters: ParameterSet, start: dict, offset: float
+    trace: Trace, parameters: ParameterSet, offset: float
 ) -> tuple[float, float, np.ndarray]:
+    """Return (24), (25) behind the lead-in, and the reading."""
     drive = trace.drive
-    _, reading = core.chain_free_run(
-        parameters.replace(**start), drive.voltage, drive.force, drive.temperature
-    )
-    y, used = reading + offset, trace.judged
+    _, reading = core.chain_free_run(parameters, drive.voltage, drive.force, drive.temperature)
+    y, used = reading + offset, trace.judged.copy()
+    used[: trace.lead] = False
     if not np.all(np.isfinite(y)):
         return np.inf, np.inf, y
     return max_relative_error(trace.y[used], y[used]), rms_error(trace.y[used], y[used]), y

@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from it2hys.chain import EFFECTS
+from it2hys.core import Drive
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
 from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
+from it2hys.diagnosis.inverse import inverse_error
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.effects import Clue, Clues, Extent
 from it2hys.effects.hum import phases
@@ -27,7 +29,7 @@ _SHORTEST = 1e-3
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
-IMITATED = ("lag", "nonlinearity")
+IMITATED = ("delay", "lag", "nonlinearity")
 _ANEW, _ANEW_STARTS = 6, 1
 #: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
 #: noise is not known better. What looks so has more than this probability to.
@@ -41,6 +43,10 @@ _SETTLING_ANEW = 60
 _ROWS = 20_000
 #: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
 _TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
+#: While models are searched for, no range limits an inverse.
+UNLIMITED = {
+    "displacementMin": -np.inf, "displacementMax": np.inf, "voltageMin": -np.inf, "voltageMax": np.inf,
+}  # fmt: skip
 #: Histories from which what belongs to a record is fitted.
 _HISTORIES = 3
 
@@ -58,6 +64,10 @@ def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
         options = {"count": int(model.values[counts[effect]["variable"]])} if effect in counts else {}
         starts = EFFECTS[effect].starts(extent, **options)
         result += [Coordinate.of(name, start) for name, start in starts.items()]
+    low, high = extent.displacement
+    far = extent.displacement_span
+    bounds = (low - far, high + far)
+    result.append(Coordinate("initialDisplacement", bounds, logarithmic=False))
     if _shifts(model):
         bounds = (_SHORTEST * extent.sample_time, extent.sample_time)
         result.append(Coordinate("delay.time", bounds, logarithmic=False))
@@ -180,6 +190,23 @@ def behind_creep(model: Model, traces: Sequence[Trace]) -> Model:
 
 
 @dataclass(frozen=True, eq=False)
+class Errors:
+    """Errors of a pair of model and inverse on records, arrays of the judged samples, m.
+
+    Parameters
+    ----------
+    free : list of ndarray
+        Of the free run.
+    band, wide : list of ndarray
+        Of the inverse fed with the measured displacement, by the plant's gain, with either reference.
+    """
+
+    free: list[np.ndarray]
+    band: list[np.ndarray]
+    wide: list[np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
 class Bench:
     """The records, and how models are fitted to and judged on them.
 
@@ -287,7 +314,7 @@ class Bench:
         """Return whether hardly more than noise is left over, whatever it looks like, of any record."""
         if self._left_over(fit).size > _NEARLY:
             return False
-        deciding = np.concatenate(self.errors(fit.model))
+        deciding = np.concatenate(self.errors(fit.model).free)
         return bool(np.sqrt(np.mean(deciding**2)) <= _NEARLY * self.floor)
 
     def _left_over(self, fit: ChainFit) -> LeftOver:
@@ -376,13 +403,10 @@ class Bench:
         return _joined([*kept, *(self._fit_own_to_one(model, t) for t in traces[known:])])
 
     def _fit_own_to_one(self, model: Model, trace: Trace) -> Model:
-        """Return the model of one record, from the best of several likely histories before it."""
-        # all that is judged counts, also where a fit of everything gives a record time to fall in
-        trace = replace(trace, weight=trace.importance * trace.judged)
+        """Return the model of one record, its start fitted on the lead-in from likely histories."""
+        trace = lead_in(trace)
         start = with_starts(model, [trace])
         fitted = [c for c in fitted_coordinates(start, self.extent) if c.name in BY_RECORD]
-        if not fitted and not trace.has_offset:
-            return start
         starts = [start]
         if "initialExcursion" in model.own:
             histories = likely_histories(start, trace, 0)[:_HISTORIES]
@@ -393,28 +417,53 @@ class Bench:
         ]
         return min(fits, key=lambda fit: fit.minimum.cost).model
 
-    def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> list[np.ndarray]:
-        """Return the errors on the judged samples of records that were not fitted, m.
+    def errors(self, model: Model) -> Errors:
+        """Return the errors on the judged samples of the records that decide.
 
         They are weighted as the records are, with a mean square weight of 1.
         """
-        if traces is None and self.parts:
-            traces, fitted = self.deciding, model
-        else:
-            traces = self.deciding if traces is None else traces
-            fitted = self.fit_own(model, traces)
+        traces = self.deciding
+        fitted = model if self.parts else self.fit_own(model, traces)
         counts = [np.count_nonzero(t.judged) for t in traces]
         level = np.sqrt(np.average([t.importance**2 for t in traces], weights=counts))
-        return [
-            t.importance / level * self._error(fitted, t, i)[t.judged] for i, t in enumerate(traces)
-        ]
+        weights = [t.importance / level for t in traces]
+        free = [w * self._error(fitted, t, i)[t.judged] for i, (w, t) in enumerate(zip(weights, traces, strict=True))]
+        band, wide = (
+            [w * self._inverse_error(fitted, t, i, name) for i, (w, t) in enumerate(zip(weights, traces, strict=True))]
+            for name in ("band", "wide")
+        )
+        return Errors(free, band, wide)
 
     @np.errstate(over="ignore", invalid="ignore")
     def _error(self, model: Model, trace: Trace, index: int) -> np.ndarray:
         """Return model minus measured; ten times the travel where a run is on its way to infinity."""
+        return self._bounded(model.predict(trace, index) - trace.y)
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _inverse_error(self, model: Model, trace: Trace, index: int, name: str) -> np.ndarray:
+        """Return what the inverse asks for beyond the voltage applied, in m by the records' gain."""
+        reference = getattr(trace.references, name)
+        values = {**model.values, **model.start(index), **UNLIMITED}
+        error = inverse_error(values, trace.drive, reference, float(model.offsets[index]))
+        gain = self.extent.displacement_span / self.extent.voltage_span
+        return self._bounded(gain * error)[trace.judged & reference.inside]
+
+    def _bounded(self, error: np.ndarray) -> np.ndarray:
         most = 10.0 * self.extent.displacement_span
-        error = model.predict(trace, index) - trace.y
         return np.clip(np.where(np.isfinite(error), error, most), -most, most)
+
+
+def lead_in(trace: Trace) -> Trace:
+    """Return the lead-in of a record, as a record of its own."""
+    first = slice(0, trace.lead)
+    drive = trace.drive
+    return replace(
+        trace,
+        drive=Drive(drive.voltage[first], drive.force[first], drive.temperature[first]),
+        y=trace.y[first],
+        weight=trace.weight[first],
+        judged=trace.weight[first] > 0.0,
+    )
 
 
 def _of_record(model: Model, index: int) -> Model:
@@ -455,6 +504,8 @@ def with_starts(model: Model, traces: Sequence[Trace]) -> Model:
         offsets=np.full(count, np.mean(model.offsets)),
         own={name: np.zeros(count) for name in model.own},
     )
+    begins = np.array([t.y[0] for t in traces]) - model.offsets
+    model = replace(model, own={**model.own, "initialDisplacement": begins})
     if "initialExcursion" in model.own:
         model = with_histories(model, traces)
     if "hum.phase" in model.own:
@@ -475,22 +526,23 @@ def with_histories(model: Model, traces: Sequence[Trace]) -> Model:
 
 
 def _with_history(model: Model, history: tuple[float, float]) -> Model:
-    names = ("initialRestVoltage", "initialExcursion")
+    names = ("initialRestOffset", "initialExcursion")
     values = {n: np.full(model.offsets.shape, v) for n, v in zip(names, history, strict=True)}
     return replace(model, own={**model.own, **values})
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def likely_histories(model: Model, trace: Trace, index: int) -> list[tuple[float, float]]:
-    """Return rest and excursion before a record, in V, the likeliest first.
+    """Return rest (from where the record begins) and excursion before it, in V, the likeliest first.
 
     The stack was new or demagnetised at 0 V or at the record's first voltage, and may then have been
     driven somewhere within or a little beyond the record's range.
     """
     voltage = trace.drive.voltage
     low, high = voltage.min(), voltage.max()
-    turns = [low + share * (high - low) for share in _TURNS]
-    histories = [(rest, turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)]
+    # seen from the first voltage
+    turns = [low + share * (high - low) - voltage[0] for share in _TURNS]
+    histories = [(rest, turn - rest) for rest in (0.0, -voltage[0]) for turn in (rest, *turns)]
     costs = []
     for history in histories:
         error = (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]

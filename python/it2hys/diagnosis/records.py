@@ -9,15 +9,15 @@ import numpy as np
 
 from it2hys.core import Drive
 from it2hys.diagnosis.criterion import Trace
+from it2hys.diagnosis.inverse import References
 from it2hys.effects import Extent
 from it2hys.errors import InputError
 from it2hys.identification.preparation import Prepared
 from it2hys.identification.weights import repetitions
 from it2hys.records import Record
 
-#: Samples that a record which begins in motion is given, and the first change of the voltage, as a
-#: share of its range, from which on it does.
-_FALLING_IN, _AT_REST = 100, 1e-3
+#: Share of a record that is its lead-in.
+_LEAD = 0.1
 #: Where there are no validation records: parts of every training record, and those that decide.
 _PARTS, _DECIDING = 10, (2, 5, 8)
 #: Share of the range of the voltage by which a sample may be beyond it and decide.
@@ -27,32 +27,33 @@ _FEWEST_DECIDING = 200
 
 
 def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
-    """Return a record as a trace; all its trusted samples are fitted and judged.
+    """Return a record as a trace.
+
+    All trusted samples of a training record are fitted and judged; of another record those behind the
+    lead-in are judged.
 
     A model's own error is the same in each of n equal periods, so that they tell less than n different
     ones: with an error of the noise's size the weight is that of `identification.weights`.
     """
     record, used = prepared.record, prepared.used
     weight = float(1.0 / np.sqrt(1.0 + repetitions(prepared)))
-    fitted = used.copy()
-    if _moves_at_once(record.voltage):
-        # a model begins at rest: where the record may not have, it is given time to fall in
-        fitted[: min(_FALLING_IN, len(record) // 20)] = False
+    lead = int(_LEAD * len(record))
+    judged = used.copy()
+    if role != "train":
+        judged[:lead] = False
     return Trace(
         record.name,
         role,
         Drive.of(record.voltage, record.force, record.temperature),
         record.displacement,
-        weight * fitted,
-        used,
+        weight * used,
+        judged,
+        lead,
         prepared.noise.rms,
+        References(record.displacement, ~record.outliers, prepared.noise.rms, record.sample_time),
         has_offset,
         weight,
     )
-
-
-def _moves_at_once(voltage: np.ndarray) -> bool:
-    return abs(voltage[1] - voltage[0]) > _AT_REST * np.ptp(voltage)
 
 
 def extent_of(records: Sequence[Record]) -> Extent:

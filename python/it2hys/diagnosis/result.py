@@ -23,10 +23,12 @@ class Judgement:
         Parameters with which the plant FMU begins this record, SI units.
     offset : float
         Constant between record and model, fitted and removed, m; 0 where none is allowed.
-    skip : int
-        Leading samples that the errors leave out.
+    lead : int
+        Samples of the lead-in, on which the start is fitted and which the errors leave out.
     noise : float
         Of the record, m rms.
+    cold_start : float
+        (25) in m of the FMU as packaged, told nothing but the first displacement.
     y : ndarray, shape (N,)
         The model's reading on all samples, offset included, m.
     """
@@ -37,8 +39,9 @@ class Judgement:
     e_rms: float
     start: dict[str, float]
     offset: float
-    skip: int
+    lead: int
     noise: float
+    cold_start: float
     y: np.ndarray = field(repr=False)
 
 

@@ -9,11 +9,12 @@ from functools import partial
 import numpy as np
 
 from it2hys.chain import EFFECTS
-from it2hys.diagnosis.comparison import Comparison, compare
+from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.criterion import SOFT, ChainFit, Model
 from it2hys.diagnosis.fitting import (
     IMITATED,
     Bench,
+    Errors,
     is_delay,
     is_sampling,
     with_slower_creep,
@@ -29,6 +30,12 @@ LEAST_GAIN = 0.05
 #: ... which has to be more than this, in the effect's own way, or else more than the other share of
 #: what exceeds the noise.
 CLEAR_GAIN, LEAST_SHARE = 0.1, 0.25
+#: Share by which the inverse's error, in the band of the records, may rise: what raises it more explains
+#: nothing.
+_SPOILS = 0.1
+#: Share by which the free run may get worse where the inverse gets better, and by how much that has to: of
+#: a delay and a quick core beside a slow core, which wait alike, one inverse waits and one differentiates.
+_EQUAL, INVERSE_GAIN = 0.03, 0.25
 #: Least gain by which one of two equally simple models is the better one.
 _TELLING = 0.02
 #: Least gain, and largest probability of it by chance, for a variant of a model to be taken.
@@ -53,23 +60,49 @@ class Node:
     added : frozenset of str
         What was added to the first model: effects, and rules as "rule", "rule 2".
     fit : ChainFit
-    errors : list of ndarray
-        On the records that decide, m.
+    errors : Errors
+        On the records that decide.
     """
 
     added: frozenset[str]
     fit: ChainFit
-    errors: list[np.ndarray]
+    errors: Errors
 
     @property
     def rms(self) -> float:
-        """Error on the records that decide, m."""
-        return float(np.sqrt(np.mean(np.concatenate(self.errors) ** 2)))
+        """Free-run error on the records that decide, m."""
+        return _rms(self.errors.free)
 
     @property
     def effects(self) -> frozenset[str]:
         """Effects that were added."""
         return frozenset(a for a in self.added if a in EFFECTS)
+
+
+@dataclass(frozen=True)
+class Gains:
+    """What a pair of model and inverse does better than another, on the records that decide.
+
+    Parameters
+    ----------
+    free : Comparison
+        Of the free run.
+    band, wide : Comparison
+        Of the inverse, with either reference.
+    """
+
+    free: Comparison
+    band: Comparison
+    wide: Comparison
+
+    @classmethod
+    def of(cls, before: Errors, after: Errors) -> Gains:
+        """Compare the errors of two models."""
+        return cls(
+            compare(before.free, after.free),
+            compare(before.band, after.band),
+            compare(before.wide, after.wide),
+        )
 
 
 @dataclass(frozen=True)
@@ -81,8 +114,8 @@ class Trial:
     base : frozenset of str
         What had been added before.
     addition : str
-    comparison : Comparison
-        Of the errors on the records that decide.
+    comparison, band, wide : Comparison
+        Of the errors on the records that decide: of the free run, and of the inverse with either reference.
     accepted : bool
         Whether it is better by more than chance and by enough.
     sampling : bool
@@ -94,6 +127,8 @@ class Trial:
     base: frozenset[str]
     addition: str
     comparison: Comparison
+    band: Comparison
+    wide: Comparison
     accepted: bool
     sampling: bool
     fitted: float
@@ -160,16 +195,18 @@ class Search:
         finished = self.each(finish, ranked, [fits[a] for a in ranked], range(len(ranked)))
         grown = []
         for addition, child in zip(ranked, finished, strict=True):
-            comparison = compare(node.errors, child.errors)
+            gains = Gains.of(node.errors, child.errors)
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
             accepted = (
-                self.is_better(comparison, len(EFFECTS))
-                and not sampling
-                and self._is_of_its_kind(node, addition, comparison)
+                not sampling
+                and self.improves(gains, len(EFFECTS))
+                and (self._waits(gains) or self._is_of_its_kind(node, addition, gains.free))
             )
             fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / node.fit.minimum.cost))
-            trial = Trial(node.added, addition, comparison, accepted, sampling, fitted)
+            trial = Trial(
+                node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted
+            )
             self.trials.append(trial)
             self.report(trial)
             if accepted:
@@ -205,6 +242,19 @@ class Search:
             return True
         signature = EFFECTS[addition].signature(self.bench.clues(node.fit.model))
         return signature is not None and signature.p_value < _LIKELY
+
+    def improves(self, gains: Gains, tried: int) -> bool:
+        """Return whether a pair of model and inverse is better by more than chance.
+
+        The free run gets better and does not spoil the inverse, or the inverse gets better by far and the
+        free run not worse.
+        """
+        better = self.is_better(gains.free, tried) and not is_worse(gains.band, _SPOILS)
+        return better or (self._waits(gains) and gains.wide.p_value * tried <= LEVEL)
+
+    @staticmethod
+    def _waits(gains: Gains) -> bool:
+        return gains.wide.gain > INVERSE_GAIN and gains.free.gain > -_EQUAL
 
     def is_better(self, comparison: Comparison, tried: int) -> bool:
         """Return whether a gain is more than chance, and enough to speak of."""
@@ -273,11 +323,15 @@ class Search:
     @staticmethod
     def _predicts_better(one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
-        comparison = compare(other.errors, one.errors)
-        return comparison.gain > _TELLING and comparison.p_value * len(EFFECTS) < LEVEL
+        gains = Gains.of(other.errors, one.errors)
+        return any(g.gain > _TELLING and g.p_value * len(EFFECTS) < LEVEL for g in (gains.free, gains.band))
 
     def _beats(self, one: Node, other: Node) -> bool:
-        return one is not other and self.is_better(compare(other.errors, one.errors), 1)
+        return one is not other and self.improves(Gains.of(other.errors, one.errors), 1)
+
+
+def _rms(errors: list[np.ndarray]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 
 # --- pieces of work that other processes can do -----------------------------------------------------
@@ -314,8 +368,9 @@ def _sharpened(bench: Bench, node: Node) -> Node:
 def _better(bench: Bench, node: Node, variant: Model) -> Node:
     """Return a variant of the model, fitted, if it predicts better; otherwise the model."""
     fitted = _node(bench, node.added, bench.fit(variant, FINISHING))
-    comparison = compare(node.errors, fitted.errors)
-    return node if comparison.gain < _REFINED or comparison.p_value > _LIKELY else fitted
+    gains = Gains.of(node.errors, fitted.errors)
+    better = gains.free.gain >= _REFINED and gains.free.p_value <= _LIKELY
+    return fitted if better and not is_worse(gains.band, _SPOILS) else node
 
 
 def _without(bench: Bench, node: Node, *effects: str) -> Node:

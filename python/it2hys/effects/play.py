@@ -37,7 +37,7 @@ def _elements(values: Values, count: int) -> list[tuple[Scalar, Scalar]]:
 def rest(values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
     """Return input and states at the output y, reached from rest by an excursion."""
     elements = _elements(values, int(values["playCount"]))
-    rest_voltage = values["initialRestVoltage"]
+    rest_voltage = values["initialRestOffset"]
     turn = rest_voltage + values["initialExcursion"]
     turned = [_moved(rest_voltage, threshold, turn) for threshold, _ in elements]
     held = y - sum(weight * p for (_, weight), p in zip(elements, turned, strict=True))
@@ -76,12 +76,12 @@ def starts(extent: Extent, count: int = COUNT) -> dict[str, Start]:
     The thresholds are held (see `thresholds`): with enough of them a fit of the weights alone comes as
     near to any memory, and is far better posed.
     """
-    low, high = extent.voltage
+    farthest = max(abs(end) for end in extent.voltage)
     far = 2.0 * extent.voltage_span
     weights = {f"play[{j}].weight": Start(0.3 / count, 0.0, 5.0) for j in range(1, count + 1)}
     return {
         **weights,
-        "initialRestVoltage": Start(0.0, min(low, 0.0), max(high, 0.0)),
+        "initialRestOffset": Start(0.0, -farthest, farthest),
         "initialExcursion": Start(0.0, -far, far),
     }
 

@@ -1,0 +1,135 @@
+"""The inverse on measured data: fed with the displacement that was measured, what voltage does it ask for?
+
+The voltage that was applied is the answer. Without the rig, their difference says how well feedforward
+will track. Two references are made of a record: its *band*, up to the highest frequency at which the
+displacement stands out of the noise, which is what a user's reference may contain; and a *wide* one, which
+holds more noise and tells inverses that differentiate from those that only wait.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import signal
+
+from it2hys import core
+from it2hys.core import Drive
+
+#: The displacement stands out of the noise where its power density is so many times the noise's.
+_STANDS_OUT = 10.0
+#: Segments that the power density is averaged over, at least.
+_SEGMENTS = 8
+#: Widest band of a reference, as a share of the sampling frequency.
+_WIDEST = 0.2
+#: Order of the filter, which is run both ways, so that it has no phase.
+_ORDER = 4
+#: Periods of the band's end that a filter needs to settle at either end of a record.
+_SETTLING = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A measured displacement as an inverse is fed with it.
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (N,)
+        In m, the record's constant included.
+    band : float
+        Its highest frequency, Hz.
+    inside : ndarray of bool, shape (N,)
+        Samples at which the filter has settled.
+    """
+
+    displacement: np.ndarray
+    band: float
+    inside: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class References:
+    """Both references of a record.
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (N,)
+        As measured, m.
+    trusted : ndarray of bool, shape (N,)
+    noise : float
+        m rms.
+    sample_time : float
+        s.
+    """
+
+    displacement: np.ndarray
+    trusted: np.ndarray
+    noise: float
+    sample_time: float
+
+    @cached_property
+    def wide(self) -> Reference:
+        """Up to a fifth of the sampling frequency."""
+        return self._up_to(_WIDEST / self.sample_time)
+
+    @cached_property
+    def band(self) -> Reference:
+        """Up to the highest frequency at which the displacement stands out of the noise."""
+        return self._up_to(self._highest())
+
+    @cached_property
+    def _whole(self) -> np.ndarray:
+        """The displacement, straight across samples that are not to be trusted."""
+        places = np.flatnonzero(self.trusted)
+        return np.interp(np.arange(len(self.displacement)), places, self.displacement[places])
+
+    def _highest(self) -> float:
+        rate = 1.0 / self.sample_time
+        length = max(16, len(self._whole) // _SEGMENTS)
+        frequency, density = signal.welch(self._whole, rate, nperseg=length)
+        floor = max(2.0 * self.noise**2 / rate, np.finfo(float).tiny)
+        above = frequency[density > _STANDS_OUT * floor]
+        return float(np.clip(np.max(above, initial=0.0), 4.0 * rate / length, _WIDEST * rate))
+
+    def _up_to(self, band: float) -> Reference:
+        filtered = signal.sosfiltfilt(
+            signal.butter(_ORDER, band, fs=1.0 / self.sample_time, output="sos"), self._whole
+        )
+        edge = int(np.ceil(_SETTLING / (band * self.sample_time)))
+        inside = np.ones(len(filtered), dtype=bool)
+        inside[:edge] = inside[max(0, len(filtered) - edge) :] = False
+        return Reference(filtered, band, inside)
+
+
+def applied_voltage(values: dict, drive: Drive) -> np.ndarray:
+    """Return the applied voltage as far as an inverse can know it, V, shape (N,).
+
+    Delay, slew limit and saturation lose what they cut off: the voltage behind them is the one that an
+    inverse can ask for, later by the delay.
+    """
+    plain = {**values, "lag.timeConstant": 0.0, "playCount": 0}
+    return core.chain_predict(core.pack_chain(plain), drive)[1]
+
+
+def inverse_error(
+    values: dict, drive: Drive, reference: Reference, offset: float = 0.0
+) -> np.ndarray:
+    """Return what the inverse asks for, less the voltage that was applied, V, shape (N,).
+
+    Parameters
+    ----------
+    values : Mapping
+        Parameters of the chain, the start of the record among them.
+    drive : Drive
+        Of the record.
+    reference : Reference
+    offset : float
+        Constant between record and model, m.
+    """
+    displacement, measured = core.chain_free_run(
+        values, drive.voltage, drive.force, drive.temperature
+    )
+    wanted = reference.displacement - offset - (measured - displacement)
+    asked, _ = core.chain_inverse_run(values, wanted, drive.force, drive.temperature)
+    return asked - applied_voltage(values, drive)
