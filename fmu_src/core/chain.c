@@ -317,6 +317,8 @@ double chain_equilibrium(const struct chain *chain, const struct chain_state *st
 {
     double x = chain_hold(chain, state);
 
+    if (!isfinite(x)) /* nothing holds it there */
+        return x;
     if (chain->effects & CHAIN_SATURATION)
         x = saturation_inverse(&chain->saturation, x);
     return saturation_inverse(&chain->voltage, x);

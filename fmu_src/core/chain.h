@@ -227,7 +227,8 @@ struct chain_point chain_inverse_tangent(const struct chain *chain, const struct
 /* Is the plant elsewhere than where the inverse aimed at? */
 bool chain_is_astray(const struct chain_state *state);
 
-/* Voltage that holds the plant where it is, and the nearest to it that the inverse may give. */
+/* Voltage that holds the plant where it is, and the nearest to it that the inverse may give; not finite where
+ * none holds it. */
 double chain_hold(const struct chain *chain, const struct chain_state *state);
 double chain_equilibrium(const struct chain *chain, const struct chain_state *state);
 
