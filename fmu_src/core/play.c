@@ -27,25 +27,33 @@ void play_prepare(struct play *stage, const struct play_element *elements, int c
         stage->element[j] = elements[j];
 }
 
+/* Play operators know differences of voltages only: the history is walked with rest at 0. */
+void play_recall(const struct play *stage, struct play_state *state, double x,
+                 struct play_history history)
+{
+    *state = (struct play_state){ { 0.0 } };
+    for (int j = 0; j < stage->count; j++)
+        state->p[j] = history.offset;
+    play_step(stage, state, history.offset + history.excursion);
+    play_step(stage, state, 0.0);
+    for (int j = 0; j < stage->count; j++)
+        state->p[j] += x;
+}
+
+/* h = x + sum_j w_j (x + g_j), where the history leaves g_j above the input. */
 double play_reset(const struct play *stage, struct play_state *state, double h,
                   struct play_history history)
 {
-    double sum = 0.0;
     double slope = 1.0;
 
-    /* seen from the voltage at which it rests, which is added to all at the end */
-    for (int j = 0; j < stage->count; j++)
-        state->p[j] = history.rest;
-    play_step(stage, state, history.rest + history.excursion);
-    play_step(stage, state, 0.0);
+    play_recall(stage, state, 0.0, history);
     for (int j = 0; j < stage->count; j++) {
-        sum += stage->element[j].weight * state->p[j];
+        h -= stage->element[j].weight * state->p[j];
         slope += stage->element[j].weight;
     }
-    const double x = (h - sum) / slope;
     for (int j = 0; j < stage->count; j++)
-        state->p[j] += x;
-    return x;
+        state->p[j] += h / slope;
+    return h / slope;
 }
 
 double play_step(const struct play *stage, struct play_state *state, double x)
@@ -132,12 +140,13 @@ double play_solve_tangent(const struct play *stage, const struct play_state *sta
     return d_h / slope;
 }
 
-/* The operator's output and its derivative once the input has come to x from where the output was p. */
+/* An operator's output and its derivative. */
 struct moved {
     double p;
     double d_p;
 };
 
+/* Once the input has come to x. */
 static struct moved move(struct moved from, double threshold, double d_threshold, double x, double d_x)
 {
     if (x - threshold > from.p)
@@ -150,19 +159,18 @@ static struct moved move(struct moved from, double threshold, double d_threshold
 double play_reset_tangent(const struct play *stage, double h, struct play_history history,
                           const struct play_element *d, double d_h, struct play_history d_history)
 {
-    const double turn = history.rest + history.excursion;
-    const double d_turn = d_history.rest + d_history.excursion;
-    const struct moved rested = { history.rest, d_history.rest };
-    double sum = 0.0, d_sum = 0.0, slope = 1.0, d_slope = 0.0;
+    struct play_state state;
+    const double x = play_reset(stage, &state, h, history);
+    const struct moved rested = { history.offset, d_history.offset };
+    double slope = 1.0;
 
     for (int j = 0; j < stage->count; j++) {
-        const double r = stage->element[j].threshold, weight = stage->element[j].weight;
-        const struct moved turned = move(rested, r, d[j].threshold, turn, d_turn);
+        const double r = stage->element[j].threshold;
+        const struct moved turned = move(rested, r, d[j].threshold, history.offset + history.excursion,
+                                         d_history.offset + d_history.excursion);
         const struct moved last = move(turned, r, d[j].threshold, 0.0, 0.0);
-        sum += weight * last.p;
-        d_sum += d[j].weight * last.p + weight * last.d_p;
-        slope += weight;
-        d_slope += d[j].weight;
+        d_h -= d[j].weight * (x + last.p) + stage->element[j].weight * last.d_p;
+        slope += stage->element[j].weight;
     }
-    return (d_h - d_sum - (h - sum) / slope * d_slope) / slope;
+    return d_h / slope;
 }

@@ -39,7 +39,7 @@ static void begin_respond(struct walker *walker, const struct chain_parameters *
     double y = core;
 
     for (int i = 0; i < creep->count; i++) {
-        state->creep.s[i] = core + parameters->initialCreep;
+        state->creep.s[i] = core - parameters->displacementZero + parameters->initialCreep;
         y += creep->gain[i] * state->creep.s[i];
     }
     resonance_reset(&state->resonance, y);
@@ -183,16 +183,15 @@ static void resonance_columns(const struct resonance *stage, struct columns *d, 
     }
 }
 
-/* What the stages behind the core make of derivatives of its output. `displacement` is that before the
- * reading's curve. */
-static void respond_columns(const struct chain *chain, struct columns *d, double displacement,
-                            double *row)
+/* What the stages behind the core make of derivatives of its output. `straight` is the displacement before
+ * the static curve. */
+static void respond_columns(const struct chain *chain, struct columns *d, double straight, double *row)
 {
     if (chain->effects & CHAIN_CREEP)
         creep_columns(&chain->creep, d, row);
     if (chain->effects & CHAIN_RESONANCE)
         resonance_columns(&chain->resonance, d, row);
-    const double slope = chain_measure_tangent(chain, displacement, 1.0);
+    const double slope = chain_bend_tangent(chain, straight, 1.0);
     for (int c = 0; c < d->count; c++)
         row[c] *= slope;
 }
@@ -264,9 +263,9 @@ size_t chain_sensitivity(const struct chain_parameters *parameters, const struct
                 core[rules + j] += f.dx * drive_derivative(&pairs[j], &knobs[j], &walker.state.play,
                                                            record->voltage[k]);
         memcpy(row, core, (size_t)columns * sizeof *row);
-        const double displacement = chain_respond(&walker.chain, &walker.state, y, &around);
-        measured[k] = chain_measure(&walker.chain, displacement, around.time);
-        respond_columns(&walker.chain, d, displacement, row);
+        const double straight = chain_respond_affine(&walker.chain, &walker.state, y, &around);
+        measured[k] = chain_measure(&walker.chain, chain_bend(&walker.chain, straight), around.time);
+        respond_columns(&walker.chain, d, straight, row);
         for (int j = 0; j < count; j++)
             if (!knobs[j].before_core)
                 row[rules + j] += respond_difference(&pairs[j], y, &around) / (2.0 * knobs[j].step);

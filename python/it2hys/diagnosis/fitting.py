@@ -533,16 +533,17 @@ def _with_history(model: Model, history: tuple[float, float]) -> Model:
 
 @np.errstate(over="ignore", invalid="ignore")
 def likely_histories(model: Model, trace: Trace, index: int) -> list[tuple[float, float]]:
-    """Return rest (from where the record begins) and excursion before it, in V, the likeliest first.
+    """Return offset of the rest and excursion before a record, in V, the likeliest first.
 
     The stack was new or demagnetised at 0 V or at the record's first voltage, and may then have been
     driven somewhere within or a little beyond the record's range.
     """
     voltage = trace.drive.voltage
     low, high = voltage.min(), voltage.max()
-    # seen from the first voltage
-    turns = [low + share * (high - low) - voltage[0] for share in _TURNS]
-    histories = [(rest, turn - rest) for rest in (0.0, -voltage[0]) for turn in (rest, *turns)]
+    turns = [low + share * (high - low) for share in _TURNS]
+    histories = [
+        (rest - voltage[0], turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)
+    ]
     costs = []
     for history in histories:
         error = (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
