@@ -55,7 +55,7 @@ def write_diagnosis(
     package(diagnosis.parameters, directory)
     train = [r for r, j in zip(records, diagnosis.after, strict=True) if j.role == "train"]
     sections = [
-        Section("Summary", summary(diagnosis), [error_table(diagnosis)]),
+        Section("Summary", summary(diagnosis), [error_table(diagnosis), inverse_table(diagnosis)]),
         evidence_section(diagnosis),
         *_step_sections(diagnosis, train),
         *_record_sections(diagnosis, records),
@@ -109,7 +109,7 @@ def _found(diagnosis: Diagnosis) -> str:
 
 def _rms_of(judgements: Sequence[Judgement], role: str) -> float:
     chosen = [j for j in judgements if j.role == role]
-    weights = [len(j.y) - j.skip for j in chosen]
+    weights = [len(j.y) - j.lead for j in chosen]
     return float(np.sqrt(np.average([j.e_rms**2 for j in chosen], weights=weights)))
 
 
@@ -120,7 +120,8 @@ def error_table(diagnosis: Diagnosis) -> Table:
             b.name, ROLES[b.role],
             f"{100 * b.e_mr:.2f}", f"{100 * a.e_mr:.2f}",
             f"{b.e_rms * UM:.4f}", f"{a.e_rms * UM:.4f}",
-            f"{a.noise * UM:.4f}", f"{a.offset * UM:.3f}",
+            f"{a.cold_start * UM:.4f}",
+            f"{a.noise * UM:.4f}", f"{a.offset * UM:.3f}", f"{a.lead_in:.3g}",
         ]
         for b, a in zip(diagnosis.before, diagnosis.after, strict=True)
     ]  # fmt: skip
@@ -129,10 +130,39 @@ def error_table(diagnosis: Diagnosis) -> Table:
             "record", "role",
             "e_mr % before", "e_mr % after",
             "e_rms µm before", "e_rms µm after",
-            "noise µm", "offset removed µm",
+            "cold start µm after",
+            "noise µm", "offset removed µm", "lead-in s",
         ],
         rows,
-        "Errors (24) and (25) of the free run before and after.",
+        "Errors (24) and (25) of the free run before and after, behind the lead-in: the first part of a "
+        "record, on which the start of its run is fitted and nothing else. Cold start: e_rms of the plant "
+        "FMU as packaged, told nothing but the first displacement.",
+    )  # fmt: skip
+
+
+def inverse_table(diagnosis: Diagnosis) -> Table:
+    """Return what the inverse asks for against the voltage that was applied, before and after."""
+    rows = [
+        [
+            b.name, ROLES[b.role],
+            f"{b.inverse.e_rms:.4g}", f"{a.inverse.e_rms:.4g}", f"{a.inverse.noise:.2g}",
+            f"{b.inverse.e_displacement * UM:.4f}", f"{a.inverse.e_displacement * UM:.4f}",
+            f"{a.inverse.delay * 1e3:.4g}", f"{a.inverse.band:.3g}",
+            f"{100 * a.inverse.saturated:.2g}",
+        ]
+        for b, a in zip(diagnosis.before, diagnosis.after, strict=True)
+    ]  # fmt: skip
+    return Table(
+        [
+            "record", "role",
+            "V rms before", "V rms after", "of that noise V",
+            "µm rms before", "µm rms after",
+            "delay ms", "band Hz", "clamped %",
+        ],
+        rows,
+        "The inverse, fed with the displacement that was measured (up to the band, the highest frequency "
+        "at which it stands out of the noise), against the voltage that was applied, later by the "
+        "model's delay. It says on measured data how well feedforward will track.",
     )  # fmt: skip
 
 
@@ -219,12 +249,14 @@ def _step_sections(diagnosis: Diagnosis, train: Sequence[Record]) -> list[Sectio
 def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Section]:
     sections = []
     for record, before, after in zip(records, diagnosis.before, diagnosis.after, strict=True):
-        kept = slice(after.skip, None)
+        kept = slice(after.lead, None)
         label = f"{record.name} ({ROLES[after.role]})"
         start = ", ".join(f"{n} = {v:.6g}" for n, v in after.start.items())
         text = [f"The plant FMU gives this run with {start} (SI units)."]
-        if after.skip:
-            text.append(f"The first {after.skip} samples, a start-up transient, are left out.")
+        text.append(
+            f"They were fitted on the lead-in, the first {after.lead_in:.3g} s, and the errors are those "
+            "behind it."
+        )
         pictures = [
             Picture(
                 f"{record.name}_time",
@@ -243,6 +275,18 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
                     record.voltage[kept], record.displacement[kept], after.y[kept], label, "after"
                 ),
                 "Hysteresis loop and error over voltage, after.",
+            ),
+            Picture(
+                f"{record.name}_inverse",
+                figures.inverse_course(
+                    record.time[kept],
+                    after.inverse.applied[kept],
+                    {"after": after.inverse.asked[kept], "before": before.inverse.asked[kept]},
+                    after.inverse.e_displacement / max(after.inverse.e_rms, 1e-300),
+                    label,
+                ),
+                "The voltage that was applied, and what the inverse asks for when it is fed with the "
+                "measured displacement.",
             ),
         ]
         sections.append(Section(f"Record {label}", text, pictures=pictures))
@@ -322,12 +366,8 @@ def summary_json(diagnosis: Diagnosis) -> dict:
         "declared": list(diagnosis.declared),
         "unexplained": diagnosis.unexplained,
         "left_over": list(diagnosis.left_over),
-        "indistinguishable": [
-            {"effects": list(group), "experiment": experiment}
-            for group, experiment in zip(
-                diagnosis.indistinguishable, diagnosis.experiments, strict=True
-            )
-        ],
+        "indistinguishable": [list(group) for group in diagnosis.indistinguishable],
+        "experiments": list(diagnosis.experiments),
         "noise_rms_um": diagnosis.noise_rms * UM,
         "error": {
             "before": {j.name: _judgement_json(j) for j in diagnosis.before},
@@ -368,7 +408,13 @@ def _judgement_json(judgement: Judgement) -> dict:
         "noise_rms_um": judgement.noise * UM,
         "offset_um": judgement.offset * UM,
         "start": judgement.start,
-        "skipped_samples": judgement.skip,
+        "lead_in_s": judgement.lead_in,
+        "cold_start_e_rms_um": _number(judgement.cold_start * UM),
+        "inverse_e_rms_V": _number(judgement.inverse.e_rms),
+        "inverse_e_rms_um": _number(judgement.inverse.e_displacement * UM),
+        "inverse_noise_rms_V": _number(judgement.inverse.noise),
+        "inverse_delay_s": judgement.inverse.delay,
+        "inverse_band_Hz": judgement.inverse.band,
     }
 
 

@@ -42,7 +42,7 @@ LEAST_SLOPE = 0.1
 _EFFECT_PRIOR = 1e-3
 #: What a start costs, in samples that are off by the noise, at a distance of one unit from its guess: it
 #: is the guess where a lead-in does not tell.
-_START_PRIOR = 0.1
+START_PRIOR = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,6 +212,12 @@ class ChainCriterion:
             ]
         )
 
+    @property
+    def start_columns(self) -> np.ndarray:
+        """Places of the coordinates that belong to records, the constants among them."""
+        names = ["offsets", *(c.name for c in self._own)]
+        return np.concatenate([np.arange(self._places[n].start, self._places[n].stop) for n in names])
+
     def unpack(self, point: np.ndarray) -> Model:
         """Return the model of the coordinates."""
         scaling, places = self.scaling, self._places
@@ -314,7 +320,7 @@ class ChainCriterion:
         weights = np.zeros(len(self._guess))
         weights[self._places["effects"]] = _EFFECT_PRIOR
         for c in self._own:
-            weights[self._places[c.name]] = _START_PRIOR * self._noise()
+            weights[self._places[c.name]] = START_PRIOR * self._noise()
         return weights
 
     def _noise(self) -> float:

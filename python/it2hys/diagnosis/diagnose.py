@@ -17,11 +17,13 @@ from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.experiments import deciding_experiment
 from it2hys.diagnosis.fitting import IMITATED, Bench, clues
 from it2hys.diagnosis.intervals import intervals_of
+from it2hys.diagnosis.inverse import applied_voltage, ask_inverse, noise_of_inverse
 from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.diagnosis.residuals import LeftOver, left_over
-from it2hys.diagnosis.result import Diagnosis, Judgement, Stage
+from it2hys.diagnosis.result import Diagnosis, InverseJudgement, Judgement, Stage
 from it2hys.diagnosis.selection import Node, Search, Trial
 from it2hys.effects import nonlinearity
+from it2hys.effects import Extent
 from it2hys.effects._statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
@@ -64,6 +66,7 @@ def diagnose(
     test: Sequence[Record] = (),
     model: ParameterSet | None = None,
     declared: Sequence[str] = (),
+    excluded: Sequence[str] = (),
     rules: int = RULES,
     options: Options | None = None,
     progress: Progress | None = None,
@@ -84,6 +87,8 @@ def diagnose(
         The model to start from; by default the paper's, identified on the training records.
     declared : sequence of str
         Effects that are in the model from the start.
+    excluded : sequence of str
+        Effects that are not tried.
     rules : int
         Number of rules of the model that is identified.
     options : Options, optional
@@ -104,7 +109,7 @@ def diagnose(
     """
     if not train:
         raise InputError("no training record is given")
-    session = _Session(train, validation, test, declared, options or Options(), progress)
+    session = _Session(train, validation, test, declared, excluded, options or Options(), progress)
     with parallel_map(workers) as each:
         return session.run(model, rules, each)
 
@@ -118,6 +123,7 @@ class _Session:
         validation: Sequence[Record],
         test: Sequence[Record],
         declared: Sequence[str],
+        excluded: Sequence[str],
         options: Options,
         progress: Progress | None,
     ):
@@ -125,7 +131,10 @@ class _Session:
         self._train, self._options = list(train), options
         self._progress = progress or (lambda share, text: None)
         self._extent = extent_of(train)
-        self._declared = _checked_effects(declared, self._extent)
+        self._declared = _checked_effects("declared", declared, self._extent)
+        self._excluded = _checked_effects("exclude", excluded, self._extent)
+        if both := {*self._declared} & {*self._excluded}:
+            raise InputError(f"{min(both)} is both declared and excluded")
         prepared = [prepare(r, options) for r in train]
         self._scaling = data_scaling(prepared)
         self._prepared = [
@@ -144,7 +153,8 @@ class _Session:
         base = self._timed("paper's model", self._base, given, rules, each)
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
-        search = Search(bench, self._report_trial, self._inseparable, each)
+        not_tried = (*self._inseparable, *self._excluded)
+        search = Search(bench, self._report_trial, not_tried, each)
         self._tried = 0
         chosen = self._timed("search", search.run, first)
         node = search.settled(chosen)
@@ -175,7 +185,7 @@ class _Session:
         self._warnings += _passed_on(identification)
         records = identification.by_role("train")
         return Model(
-            dict(identification.parameters),
+            {**identification.parameters, "displacementZero": _zero_of(identification.parameters)},
             (),
             np.array([r.offset for r in records]),
             {"initialDisplacement": np.array([r.initial_displacement for r in records])},
@@ -238,6 +248,7 @@ class _Session:
 
     def _bench(self, base: Model) -> Bench:
         self._has_offset = bool(np.any(base.offsets != 0.0))
+        self._extent = replace(self._extent, zero=base.values["displacementZero"])
         traces, deciding = self._traces("train"), self._traces("validation")
         self._all_fitted = traces
         parts = not deciding
@@ -306,11 +317,16 @@ class _Session:
         self, base: Model, bench: Bench, search: Search, chosen: Node, node: Node, fit: ChainFit
     ) -> Diagnosis:
         parameters = self._parameters(fit.model, "diagnosed")
+        traces = [
+            bench.with_lead_in(fit.model, t) for t in self._traces("train", "validation", "test")
+        ]
         named = tuple(e for e in fit.model.effects if e in node.effects)
         groups = indistinguishable(chosen, search.rivals)
         if self._inseparable:
             groups = (*groups, self._inseparable)
-        verdict = Verdict(search, node, named, groups, self._declared, self._inseparable)
+        verdict = Verdict(
+            search, node, named, groups, self._declared, self._inseparable, self._excluded
+        )
         judged = [within(t, self._extent.voltage) for t in self._traces("train", "validation")]
         left = self._left_over(bench, fit.model, judged, len(self._train))
         return Diagnosis(
@@ -323,8 +339,8 @@ class _Session:
             indistinguishable=groups,
             experiments=tuple(deciding_experiment(group) for group in groups),
             noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
-            before=self._judgements(base, bench),
-            after=self._judgements(fit.model, bench),
+            before=self._judgements(base, bench, traces),
+            after=self._judgements(fit.model, bench, traces),
             evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
             stages=self._stages(search, node, fit, bench),
             intervals=intervals_of(fit),
@@ -355,13 +371,12 @@ class _Session:
         }
         return _at_rest(ParameterSet(_with_rising_thresholds(values), name).validate())
 
-    def _judgements(self, model: Model, bench: Bench) -> tuple[Judgement, ...]:
+    def _judgements(self, model: Model, bench: Bench, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
         parameters = self._parameters(model, "judged")
-        traces = self._traces("train", "validation", "test")
         fitted = bench.fit_own(model, traces)
         return tuple(
-            _judge(p, t, parameters, fitted.start(i), float(fitted.offsets[i]))
-            for i, ((_, p), t) in enumerate(zip(self._prepared, traces, strict=True))
+            _judge(t, parameters, fitted.start(i), float(fitted.offsets[i]))
+            for i, t in enumerate(traces)
         )
 
     def _stages(self, search: Search, node: Node, fit: ChainFit, bench: Bench) -> tuple[Stage, ...]:
@@ -387,8 +402,8 @@ class _Session:
         return Stage(label, residuals, node.rms)
 
 
-def _checked_effects(names: Sequence[str], extent) -> tuple[str, ...]:
-    """Return the declared effects in the order of the chain.
+def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple[str, ...]:
+    """Return the effects that an option names, in the order of the chain.
 
     Raises
     ------
@@ -397,8 +412,8 @@ def _checked_effects(names: Sequence[str], extent) -> tuple[str, ...]:
     """
     for name in names:
         if name not in EFFECTS:
-            raise InputError(f"--declared {name}: no such effect; known are {', '.join(EFFECTS)}")
-    if "load" in names and extent.force is None:
+            raise InputError(f"--{option} {name}: no such effect; known are {', '.join(EFFECTS)}")
+    if option == "declared" and "load" in names and extent.force is None:
         raise InputError("--declared load: no training record has a force channel (force_N)")
     return tuple(e for e in EFFECTS if e in names)
 
@@ -424,6 +439,20 @@ def _with_rising_thresholds(values: dict) -> dict:
     return ordered
 
 
+def _zero_of(parameters: ParameterSet) -> float:
+    """Return what the sensor reads at rest at zero voltage, m: where the core is there.
+
+    Beyond the displacements of the records the equilibrium curve goes on straight.
+    """
+    displacement = np.linspace(*parameters.displacement_range, 401)
+    voltage = core.solve(parameters.rules, displacement, displacement)
+    if voltage[0] <= 0.0 <= voltage[-1]:
+        return float(np.interp(0.0, voltage, displacement))
+    end = slice(0, 2) if voltage[0] > 0.0 else slice(-2, None)
+    (x, _), (y, _) = voltage[end], displacement[end]
+    return float(y - x * np.diff(displacement[end])[0] / np.diff(voltage[end])[0])
+
+
 def _at_rest(parameters: ParameterSet) -> ParameterSet:
     """Return the set that begins where the stage rests for long at zero voltage, or as near as it goes."""
     wanted = float(np.clip(0.0, *parameters.voltage_range))
@@ -440,15 +469,45 @@ def _at_rest(parameters: ParameterSet) -> ParameterSet:
     return parameters.replace(initialDisplacement=float(brentq(excess, low, high)))
 
 
-def _judge(
-    prepared: Prepared, trace: Trace, parameters: ParameterSet, start: dict, offset: float
-) -> Judgement:
-    """Return the errors of the free run that the plant FMU makes of a record."""
-    e_mr, e_rms, y = _errors(trace, parameters.replace(**start), offset)
+def _judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) -> Judgement:
+    """Return the errors of both FMUs on a record, begun with a start."""
+    begun = parameters.replace(**start)
+    e_mr, e_rms, y = _errors(trace, begun, offset)
     told = parameters.replace(initialDisplacement=float(trace.y[0]) - offset)
-    cold = _errors(trace, told, offset)[1]
     return Judgement(
-        trace.name, trace.role, e_mr, e_rms, start, offset, trace.lead, trace.noise, cold, y
+        name=trace.name,
+        role=trace.role,
+        e_mr=e_mr,
+        e_rms=e_rms,
+        start=start,
+        offset=offset,
+        lead=trace.lead,
+        lead_in=trace.lead * float(parameters["sampleTime"]),
+        noise=trace.noise,
+        cold_start=_errors(trace, told, offset)[1],
+        inverse=_judge_inverse(trace, begun, offset),
+        y=y,
+    )
+
+
+def _judge_inverse(trace: Trace, parameters: ParameterSet, offset: float) -> InverseJudgement:
+    """Return how the inverse does on the measured displacement, up to the band of the record."""
+    reference, drive = trace.references.band, trace.drive
+    judged = trace.judged & reference.inside
+    asked, saturated = ask_inverse(parameters, drive, reference.displacement - offset)
+    applied = applied_voltage(parameters, drive)
+    noise = noise_of_inverse(parameters, drive, trace.references)
+    (low, high), (lowest, highest) = parameters.voltage_range, parameters.displacement_range
+    e_rms = rms_error(applied[judged], asked[judged])
+    return InverseJudgement(
+        e_rms=e_rms,
+        e_displacement=e_rms * (highest - lowest) / (high - low),
+        noise=float(np.sqrt(np.mean(noise[judged] ** 2))),
+        band=reference.band,
+        delay=float(parameters["delay.time"]),
+        saturated=float(np.mean(saturated[judged])),
+        asked=np.where(judged, asked, np.nan),
+        applied=applied,
     )
 
 

@@ -33,6 +33,8 @@ class Verdict:
         Effects in the model from the start.
     inseparable : tuple of str
         Effects that the records cannot show.
+    excluded : tuple of str
+        Effects that the caller kept out.
     """
 
     search: Search
@@ -41,6 +43,7 @@ class Verdict:
     groups: tuple[tuple[str, ...], ...]
     declared: tuple[str, ...]
     inseparable: tuple[str, ...]
+    excluded: tuple[str, ...] = ()
 
 
 def indistinguishable(chosen: Node, rivals: Sequence[Node]) -> tuple[tuple[str, ...], ...]:
@@ -96,6 +99,8 @@ def _untried(effect: str, verdict: Verdict, left: Clues) -> str:
         return "declared: in the model from the start"
     if effect in verdict.node.fit.model.effects:
         return "in the starting model"
+    if effect in verdict.excluded:
+        return "not tried: excluded"
     if effect == "load" and left.extent.force is None:
         return "not tried: no record has a force channel"
     if effect in verdict.inseparable:

@@ -10,7 +10,14 @@ import numpy as np
 from it2hys.chain import EFFECTS
 from it2hys.core import Drive
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
-from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
+from it2hys.diagnosis.criterion import (
+    START_PRIOR,
+    ChainCriterion,
+    ChainFit,
+    Model,
+    Trace,
+    minimise,
+)
 from it2hys.diagnosis.inverse import inverse_error
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.effects import Clue, Clues, Extent
@@ -39,6 +46,8 @@ _DAMPED = 0.4
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
 _SETTLING_ANEW = 60
+#: Costs of fits that are as good as the best one, as a multiple of its.
+_ALIKE = 1.02
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
 #: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
@@ -47,6 +56,9 @@ _TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
 UNLIMITED = {
     "displacementMin": -np.inf, "displacementMax": np.inf, "voltageMin": -np.inf, "voltageMax": np.inf,
 }  # fmt: skip
+#: Lengths of a lead-in that are tried, as shares of a record, and the shortest in samples; what the start
+#: may leave uncertain behind it, as a share of the noise.
+_LEADS, _SHORTEST_LEAD, _START_ERROR = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2), 20, 0.2
 #: Histories from which what belongs to a record is fitted.
 _HISTORIES = 3
 
@@ -180,12 +192,14 @@ def with_rules(model: Model, rules: np.ndarray) -> Model:
 def behind_creep(model: Model, traces: Sequence[Trace]) -> Model:
     """Return the model with its core moved so that creep leaves the mean reading where it is.
 
-    Creep is of the whole displacement: records far from zero would be off by far more than they move.
+    Otherwise the readings would be off by creep's share of their mean stroke.
     """
     count = int(model.values["creepCount"])
     total = sum(model.values[f"creep[{i}].gain"] for i in range(1, count + 1))
     readings = [(t.y - o)[t.judged] for t, o in zip(traces, model.offsets, strict=True)]
-    distance = total / (1.0 + total) * float(np.mean(np.concatenate(readings)))
+    distance = total / (1.0 + total) * (
+        float(np.mean(np.concatenate(readings))) - model.values["displacementZero"]
+    )
     return with_rules(model, moved(model.rules, -distance))
 
 
@@ -265,7 +279,23 @@ class Bench:
         fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
         if effect in SAMPLED and _shifts(fit.model):
             fits += [self.fit(_shifted(fit.model, share), _SETTLING) for share in _SHIFTS]
-        return min((f for f in fits if f), key=lambda f: f.minimum.cost)
+        return self.preferred([f for f in fits if f])
+
+    def preferred(self, fits: Sequence[ChainFit]) -> ChainFit:
+        """Return of the fits that are as good as the best one that with the calmest inverse.
+
+        Where the records have little that is fast, a slow core waits as a delay does, and its inverse
+        enlarges whatever is fast in a reference.
+        """
+        least = min(fit.minimum.cost for fit in fits)
+        alike = [fit for fit in fits if fit.minimum.cost <= _ALIKE * least]
+        return min(alike, key=self._unrest) if len(alike) > 1 else alike[0]
+
+    def _unrest(self, fit: ChainFit) -> float:
+        """Return the error of the inverse with the wide reference on the training records, m."""
+        model = fit.model
+        errors = [self._inverse_error(model, t, i, "wide") for i, t in enumerate(self.traces)]
+        return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
     def _without_idleness(self, fit: ChainFit, effect: str) -> list[Model]:
         """Return the model with guesses for what of an effect went to a bound.
@@ -299,7 +329,7 @@ class Bench:
         trials = self._guessed(model, effect)
         spread = np.unique(np.linspace(0, len(trials) - 1, _ANEW).round().astype(int))
         fits = [self.reshaped(trials[i], _ANEW_STARTS) for i in spread]
-        return min(fits, key=lambda fit: fit.minimum.cost, default=None)
+        return self.preferred(fits) if fits else None
 
     def _guessed(self, model: Model, effect: str) -> list[Model]:
         guesses = EFFECTS[effect].guesses(self.clues(model))
@@ -402,19 +432,43 @@ class Bench:
         kept = [_of_record(model, i) for i in range(known)]
         return _joined([*kept, *(self._fit_own_to_one(model, t) for t in traces[known:])])
 
+    def with_lead_in(self, model: Model, trace: Trace) -> Trace:
+        """Return a record with a lead-in that is as long as the model's start needs.
+
+        The errors of a start that was fitted on the lead-in, propagated to the samples behind it by the
+        exact sensitivities, are then no more than a small part of the noise.
+        """
+        fitted = self._fit_own_to_one(model, trace)
+        criterion = self._of_start(fitted, replace(trace, weight=1.0 * (trace.weight > 0.0)))
+        rows, _ = criterion.jacobian(criterion.pack(fitted))
+        rows = rows[:, criterion.start_columns] / (trace.noise / self.scaling.y_unit)
+        samples = np.flatnonzero(trace.weight > 0.0)
+        for share in _LEADS:
+            lead = max(int(share * len(trace.y)), _SHORTEST_LEAD)
+            first = samples < lead
+            information = rows[first].T @ rows[first] + START_PRIOR**2 * np.eye(rows.shape[1])
+            behind = rows[~first]
+            variance = np.mean(np.sum((behind @ np.linalg.inv(information)) * behind, axis=1))
+            if variance <= _START_ERROR**2:
+                break
+        judged = trace.weight > 0.0
+        judged[:lead] = False
+        return replace(trace, lead=lead, judged=judged)
+
+    def _of_start(self, model: Model, trace: Trace) -> ChainCriterion:
+        """Return the criterion of what belongs to one record, all else held."""
+        fitted = [c for c in fitted_coordinates(model, self.extent) if c.name in BY_RECORD]
+        return ChainCriterion([trace], model, fitted, self.scaling).holding(["rules"])
+
     def _fit_own_to_one(self, model: Model, trace: Trace) -> Model:
         """Return the model of one record, its start fitted on the lead-in from likely histories."""
         trace = lead_in(trace)
         start = with_starts(model, [trace])
-        fitted = [c for c in fitted_coordinates(start, self.extent) if c.name in BY_RECORD]
         starts = [start]
         if "initialExcursion" in model.own:
             histories = likely_histories(start, trace, 0)[:_HISTORIES]
             starts = [_with_history(start, history) for history in histories]
-        fits = [
-            minimise(ChainCriterion([trace], s, fitted, self.scaling).holding(["rules"]), 30, 1e-8)
-            for s in starts
-        ]
+        fits = [minimise(self._of_start(s, trace), 30, 1e-8) for s in starts]
         return min(fits, key=lambda fit: fit.minimum.cost).model
 
     def errors(self, model: Model) -> Errors:
@@ -444,7 +498,8 @@ class Bench:
         """Return what the inverse asks for beyond the voltage applied, in m by the records' gain."""
         reference = getattr(trace.references, name)
         values = {**model.values, **model.start(index), **UNLIMITED}
-        error = inverse_error(values, trace.drive, reference, float(model.offsets[index]))
+        wanted = reference.displacement - model.offsets[index]
+        error = inverse_error(values, trace.drive, wanted)
         gain = self.extent.displacement_span / self.extent.voltage_span
         return self._bounded(gain * error)[trace.judged & reference.inside]
 

@@ -8,7 +8,8 @@ holds more noise and tells inverses that differentiate from those that only wait
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -92,17 +93,20 @@ class References:
         above = frequency[density > _STANDS_OUT * floor]
         return float(np.clip(np.max(above, initial=0.0), 4.0 * rate / length, _WIDEST * rate))
 
+    def filtered(self, band: float) -> np.ndarray:
+        """Return the displacement up to a frequency in Hz, without a phase."""
+        low_pass = signal.butter(_ORDER, band, fs=1.0 / self.sample_time, output="sos")
+        return signal.sosfiltfilt(low_pass, self._whole)
+
     def _up_to(self, band: float) -> Reference:
-        filtered = signal.sosfiltfilt(
-            signal.butter(_ORDER, band, fs=1.0 / self.sample_time, output="sos"), self._whole
-        )
+        filtered = self.filtered(band)
         edge = int(np.ceil(_SETTLING / (band * self.sample_time)))
         inside = np.ones(len(filtered), dtype=bool)
         inside[:edge] = inside[max(0, len(filtered) - edge) :] = False
         return Reference(filtered, band, inside)
 
 
-def applied_voltage(values: dict, drive: Drive) -> np.ndarray:
+def applied_voltage(values: Mapping, drive: Drive) -> np.ndarray:
     """Return the applied voltage as far as an inverse can know it, V, shape (N,).
 
     Delay, slew limit and saturation lose what they cut off: the voltage behind them is the one that an
@@ -112,10 +116,8 @@ def applied_voltage(values: dict, drive: Drive) -> np.ndarray:
     return core.chain_predict(core.pack_chain(plain), drive)[1]
 
 
-def inverse_error(
-    values: dict, drive: Drive, reference: Reference, offset: float = 0.0
-) -> np.ndarray:
-    """Return what the inverse asks for, less the voltage that was applied, V, shape (N,).
+def ask_inverse(values: Mapping, drive: Drive, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the voltage that the inverse asks for, V, and where it cannot follow, both of shape (N,).
 
     Parameters
     ----------
@@ -123,13 +125,32 @@ def inverse_error(
         Parameters of the chain, the start of the record among them.
     drive : Drive
         Of the record.
-    reference : Reference
-    offset : float
-        Constant between record and model, m.
+    displacement : ndarray, shape (N,)
+        As measured, without the record's constant, m. What the model says is picked up (`hum`) is taken off.
     """
-    displacement, measured = core.chain_free_run(
-        values, drive.voltage, drive.force, drive.temperature
+    free, measured = core.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
+    return core.chain_inverse_run(values, displacement - (measured - free), drive.force, drive.temperature)
+
+
+def inverse_error(values: Mapping, drive: Drive, displacement: np.ndarray) -> np.ndarray:
+    """Return what the inverse asks for, less the voltage that was applied, V, shape (N,).
+
+    Parameters are those of `ask_inverse`.
+    """
+    return ask_inverse(values, drive, displacement)[0] - applied_voltage(values, drive)
+
+
+def noise_of_inverse(values: Mapping, drive: Drive, references: References) -> np.ndarray:
+    """Return what noise in a reference makes of the inverse's voltage, V, shape (N,).
+
+    The inverse is fed with the model's own run, and with that and white noise of the record's size, in the
+    band of its reference.
+    """
+    free, _ = core.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
+    noise = references.noise * np.random.default_rng(0).standard_normal(len(free))
+    noise = replace(references, displacement=noise).filtered(references.band.band)
+    with_noise, without = (
+        core.chain_inverse_run(values, free + added, drive.force, drive.temperature)[0]
+        for added in (noise, 0.0)
     )
-    wanted = reference.displacement - offset - (measured - displacement)
-    asked, _ = core.chain_inverse_run(values, wanted, drive.force, drive.temperature)
-    return asked - applied_voltage(values, drive)
+    return with_noise - without

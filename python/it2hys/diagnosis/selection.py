@@ -224,7 +224,7 @@ class Search:
             return {}
         found = self.each(partial(self.bench.add_anew, node.fit.model), effects)
         pairs = [(e, fit) for e, fit in zip(effects, found, strict=True) if fit]
-        return {e: fit for e, fit in pairs if fit.minimum.cost < fits[e].minimum.cost}
+        return {e: self.bench.preferred([fits[e], fit]) for e, fit in pairs}
 
     def _additions(self, node: Node) -> list[str]:
         rules = sum(a.startswith(RULE) for a in node.added)
@@ -299,8 +299,12 @@ class Search:
         return node
 
     def _simplest(self) -> Node:
-        best = min(self.nodes.values(), key=lambda n: n.rms)
-        alike = [n for n in self.nodes.values() if not self._beats(best, n)]
+        nodes = list(self.nodes.values())
+        best = min(nodes, key=lambda n: n.rms)
+        near = [n for n in nodes if n.rms <= (1.0 + _EQUAL) * best.rms]
+        calmest = min(near, key=lambda n: _rms(n.errors.wide))
+        alike = [n for n in nodes if not self._beats(best, n) and not self._beats(calmest, n)]
+        alike = alike or [best]
         fewest = min((len(n.effects), len(n.added)) for n in alike)
         alike = [n for n in alike if (len(n.effects), len(n.added)) == fewest]
         chosen, *others = sorted(alike, key=lambda n: n.rms)
@@ -357,8 +361,8 @@ def _sharpened(bench: Bench, node: Node) -> Node:
     """Return the model with its rules sought anew unless it is as good as the noise allows."""
     if bench.leaves_noise(node.fit):
         return node
-    fit = bench.reshaped(node.fit.model)
-    if fit.minimum.cost < node.fit.minimum.cost:
+    fit = bench.preferred([node.fit, bench.reshaped(node.fit.model)])
+    if fit is not node.fit:
         node = _node(bench, node.added, fit)
     if "play" in node.effects and node.fit.model.smoothness > SOFT:
         node = _better(bench, node, replace(node.fit.model, smoothness=SOFT))

@@ -5,12 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import signal
 
 _FEWEST_PERIODS = 3
 _DIFFERENCE_ORDER = 4
 #: Standard deviation of the fourth difference of white noise of unit deviation: sqrt(C(8, 4)).
 _DIFFERENCE_GAIN = np.sqrt(70.0)
 _MAD_TO_DEVIATION = 1.4826
+#: Segment of the spectrum, in samples, and the bands of its upper half.
+_SEGMENT, _BANDS = 1024, 16
+#: Ratio of both estimates above which it is motion that the fourth differences see. For white noise it is
+#: 1; for noise of a pole of 0.6, which falls by 12 dB towards the highest frequencies, 1.3.
+_MOVES = 2.0
 
 
 @dataclass(frozen=True)
@@ -23,10 +29,14 @@ class NoiseEstimate:
         Its root mean square, in the unit of the displacement.
     method : str
         How it was estimated, as half a sentence.
+    certain : bool
+        Whether it is known. It is not where the response reaches up to the highest frequencies, so that
+        nothing of the record is noise alone.
     """
 
     rms: float
     method: str
+    certain: bool = True
 
 
 def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None) -> NoiseEstimate:
@@ -42,9 +52,12 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
     Returns
     -------
     NoiseEstimate
-        From the differences of repeated periods where the drive is periodic; otherwise from fourth
-        differences, in which a smooth motion cancels. The second sees only what is fast.
+        From the differences of repeated periods where the drive is periodic. Otherwise the least of two
+        that see only what is fast: from fourth differences, in which a smooth motion cancels, and from
+        the quietest band of the upper half of the spectrum. Where the second is far below the first, the
+        stage moves at those frequencies: the noise is at most that, and not known.
     """
+    whole = y
     if used is not None:
         y = np.where(used, y, np.nan)
     period = find_period(x)
@@ -54,8 +67,29 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
             return NoiseEstimate(rms, f"differences of periods of {period} samples")
     difference = np.diff(y, _DIFFERENCE_ORDER)
     deviation = _MAD_TO_DEVIATION * np.nanmedian(np.abs(difference - np.nanmedian(difference)))
-    method = "fourth differences (fast noise only)"
-    return NoiseEstimate(float(deviation / _DIFFERENCE_GAIN), method)
+    fast = float(deviation / _DIFFERENCE_GAIN)
+    quiet = _quietest_band(whole if used is None else _straight(whole, used))
+    if fast <= _MOVES * quiet:
+        return NoiseEstimate(fast, "fourth differences (fast noise only)")
+    return NoiseEstimate(
+        quiet,
+        "the quietest band of the spectrum; the stage moves at all others, so that the noise is not known",
+        certain=False,
+    )
+
+
+def _straight(y: np.ndarray, used: np.ndarray) -> np.ndarray:
+    places = np.flatnonzero(used)
+    return np.interp(np.arange(len(y)), places, y[places])
+
+
+def _quietest_band(y: np.ndarray) -> float:
+    """Return the noise, were it as strong at all frequencies as in the quietest band of the upper half."""
+    length = min(_SEGMENT, len(y))
+    _, density = signal.welch(y, nperseg=length)
+    upper = density[len(density) // 2 : -1]
+    bands = np.array_split(upper, min(_BANDS, len(upper)))
+    return float(np.sqrt(0.5 * min(np.mean(band) for band in bands)))
 
 
 def find_period(x: np.ndarray) -> int | None:
