@@ -104,6 +104,7 @@ _SINGLE_TEXT = """\
 #ifndef IT2HYS_SINGLE_H
 #define IT2HYS_SINGLE_H
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
