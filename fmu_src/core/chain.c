@@ -3,11 +3,8 @@
 #include <float.h>
 #include <math.h>
 
-/* V: limits are said to cut off what they change by more than rounding. */
-#define NEGLIGIBLE 1e-9
-
-/* The plant is where it was aimed at if no more than this share of a range is between, or last digits. */
-#define ARRIVED 1e-10
+/* Values of a range are the same if no more than this share of it is between them, or last digits. */
+#define SAME 1e-10
 #define LAST_DIGITS (64.0 * DBL_EPSILON)
 
 /* --- set up ------------------------------------------------------------------------------------ */
@@ -172,9 +169,14 @@ static double within_reach(const struct chain *chain, double displacement)
     return fmin(fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
 }
 
-static bool same_voltage(double a, double b)
+static bool is_near(double a, double b, double low, double high)
 {
-    return fabs(a - b) <= NEGLIGIBLE;
+    return fabs(a - b) <= SAME * (high - low) + LAST_DIGITS * fmax(fabs(low), fabs(high));
+}
+
+static bool same_voltage(const struct chain *chain, double a, double b)
+{
+    return is_near(a, b, chain->voltage.minimum, chain->voltage.maximum);
 }
 
 /* The nearest voltage that may be given. `*passed` is what the slew limit makes of it: something else only
@@ -188,9 +190,9 @@ static double within_limits(const struct chain *chain, struct chain_state *state
 
     *passed = chain->effects & CHAIN_SLEW ? slew_inverse(&chain->slew, &state->slew, allowed) : allowed;
     const double voltage = saturation_inverse(&chain->voltage, *passed);
-    if (!same_voltage(possible, wanted) || !same_voltage(*passed, allowed))
+    if (!same_voltage(chain, possible, wanted) || !same_voltage(chain, *passed, allowed))
         *limits |= CHAIN_AMPLIFIER;
-    if (!same_voltage(allowed, possible) || !same_voltage(voltage, *passed))
+    if (!same_voltage(chain, allowed, possible) || !same_voltage(chain, voltage, *passed))
         *limits |= CHAIN_VOLTAGE_RANGE;
     return voltage;
 }
@@ -203,18 +205,13 @@ bool chain_is_astray(const struct chain_state *state)
            reached->resonance.y1 != state->resonance.y1 || reached->resonance.y2 != state->resonance.y2;
 }
 
-static bool is_near(double a, double b, double low, double high)
-{
-    return fabs(a - b) <= ARRIVED * (high - low) + LAST_DIGITS * fmax(fabs(low), fabs(high));
-}
-
 static bool is_back(const struct chain *chain, const struct chain_state *state)
 {
     const struct chain_reached *reached = &state->reached;
     const double low = chain->displacement.minimum, high = chain->displacement.maximum;
 
     return is_near(reached->core.y, state->core.y, low, high) &&
-           is_near(reached->lag.y, state->lag.y, chain->voltage.minimum, chain->voltage.maximum) &&
+           same_voltage(chain, reached->lag.y, state->lag.y) &&
            is_near(reached->resonance.y1, state->resonance.y1, low, high) &&
            is_near(reached->resonance.y2, state->resonance.y2, low, high);
 }
@@ -291,7 +288,7 @@ static double inverse_of_core(const struct chain *chain, struct chain_state *sta
         it2_reset(&state->core, before);
         it2_step(&chain->core, &state->core, voltage);
     }
-    if (!same_voltage(voltage, wanted))
+    if (!same_voltage(chain, voltage, wanted))
         *limits |= CHAIN_VOLTAGE_RANGE;
     return voltage;
 }
