@@ -336,7 +336,7 @@ def test_what_one_tone_cannot_tell_apart_is_said_with_the_experiment_that_would(
     (group,) = report["indistinguishable"]
     assert group["effects"] == ["delay", "lag", "play"]
     assert not {*group["effects"]} & {*report["effects"]}
-    experiment = group["experiment"].split(",")[0]
+    experiment = report["experiments"][0].split(",")[0]
     assert experiment in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "cannot tell it from delay, play" in evidence_on(report, "lag")["why"]
 
