@@ -85,8 +85,7 @@ class Store:
 
     def _check_room(self) -> None:
         plan = self.plan
-        cases = range(0, plan.cases, max(plan.cases // 100, 1))
-        steps = sum(plan.steps(plan.values(case))[1] for case in cases) / len(cases)
+        steps = plan.lengths().mean()
         numbers = len(plan.axes) + len(plan.metrics) + len(plan.keep) * steps / plan.keep_every
         # parts and table are both there for a moment
         needed = 2 * plan.cases * (8 * numbers + 200) + ROOM

@@ -19,8 +19,9 @@ from it2hys.sweeps.metrics import KINDS
 from it2hys.sweeps.plan import Plan, Setup, signal_values
 
 OK, FAILED = "ok", "failed"
-#: Signals kept for cases that share them; a grid over the signals themselves would fill the memory.
-KEPT_SIGNALS = 8
+#: Signals kept for cases that share them, and their samples; a grid over the signals themselves would
+#: fill the memory, and so would a few that last for hours.
+KEPT_SIGNALS, KEPT_SAMPLES = 8, 20_000_000
 #: Against 3.0000000000000004 ticks where 3 are meant.
 _ROUNDING = 1e-9
 
@@ -215,7 +216,10 @@ class Runner:
         late = tick is not None and abs(tick / step - 1.0) > _ROUNDING
         key = (name, own, step, count, tick if late else None)
         if key not in self._signals:
-            while len(self._signals) >= KEPT_SIGNALS:
+            while self._signals and (
+                len(self._signals) >= KEPT_SIGNALS
+                or sum(map(len, self._signals.values())) + count > KEPT_SAMPLES
+            ):
                 del self._signals[next(iter(self._signals))]
             begins = np.arange(count) * step
             times = begins
