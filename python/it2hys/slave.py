@@ -159,6 +159,11 @@ class Slave:
         return self.variables[name]
 
     @property
+    def model(self) -> str:
+        """Name of the model."""
+        return self.description.modelName
+
+    @property
     def sample_time(self) -> float | None:
         """The parameter `sampleTime` in s; None for an FMU that has none."""
         return self.get("sampleTime") if "sampleTime" in self.variables else None

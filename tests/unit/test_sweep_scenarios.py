@@ -20,7 +20,9 @@ from it2hys.records import read_record, write_record
 from it2hys.rig import Stand
 from it2hys.sweeps import parse_sweep, read_sweep
 from it2hys.sweeps.metrics import KINDS, bandwidth, loop_area
+from it2hys.sweeps.plan import LARGEST_CASES, LARGEST_STEPS
 from it2hys.sweeps.planning import make_plan
+from it2hys.sweeps.schema import CSV_NUMBERS
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SWEEPS = sorted(
@@ -133,6 +135,8 @@ NO_SCENARIO = [
     (("figure",), [{"kind": "lines", "x": "top", "value": "e_mrs"}],
      r"figure 1: value is 'e_mrs'; did you mean 'e_mr'\?"),
     (("figure",), [{"kind": "lines", "value": "e_mr"}], "figure 1: key 'x' is missing"),
+    (("figure",), [{"kind": "lines", "x": "variant", "value": "e_mr"}],
+     "figure 1: x is 'variant'; known are top, e_mr"),
     (("variant",), [{"name": "a"}, {"name": "a"}], "two variants have one name"),
     (("variant",), [{"name": "a", "set": {"plant.mass": 1.0}}], "variant 'a': set: the FMU 'plant'"),
     (("variant",), [{"name": "a", "set": {"reference.high": 5e-6}}], "is set by the variant 'a'"),
@@ -342,8 +346,13 @@ def test_the_readme_of_the_scenarios_lists_every_scenario_metric_and_key():
         assert f"`{path.stem}`" in text, path.stem
     for kind in KINDS:
         assert f"`{kind}`" in text, kind
-    for key in ("duration", "lead_in", "keep_every", "samples", "intervals", "width", "only", "select"):
+    for key in (
+        *("duration", "lead_in", "keep_every", "samples", "intervals", "width", "only", "select"),
+        *CSV_NUMBERS,
+    ):
         assert f"`{key}" in text, key
+    assert f"at most {LARGEST_CASES // 10**6} million cases" in text
+    assert f"at most {LARGEST_STEPS // 10**6} million steps" in text
 
 
 # --- signals and metrics -------------------------------------------------------------------------

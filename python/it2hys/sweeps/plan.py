@@ -34,12 +34,17 @@ LARGEST_CASES, LARGEST_STEPS = 10_000_000, 100_000_000
 
 @dataclass(frozen=True)
 class Axis:
-    """A column of what is varied, and the targets that it sets; `base` is multiplied by factors."""
+    """A column of what is varied, and the targets that it sets; `base` is multiplied by factors.
+
+    `method` and `scale` are those of its scenario; no number of the table depends on them any more.
+    """
 
     name: str
     targets: tuple[str, ...]
     bases: tuple[float, ...]
     unit: str
+    method: str = "grid"
+    scale: str = "linear"
 
 
 @dataclass(frozen=True)

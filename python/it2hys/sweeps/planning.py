@@ -191,7 +191,7 @@ def _axis(vary: Vary, lookup: Lookup) -> Axis:
             if target in variant.values:
                 raise InputError(f"{place}: {target} is set by the variant {variant.name!r}, too")
     unit = vary.unit or ("1" if vary.factor else lookup.target_unit(vary.targets[0]))
-    return Axis(vary.name, vary.targets, tuple(bases), unit)
+    return Axis(vary.name, vary.targets, tuple(bases), unit, vary.method, vary.scale)
 
 
 # --- checks of the whole -------------------------------------------------------------------------
@@ -244,13 +244,14 @@ def _check_signals(plan: Plan) -> None:
 
 
 def _check_figures(plan: Plan) -> None:
-    scalars = ["variant", *(a.name for a in plan.axes), *(m.name for m in plan.metrics)]
+    numbers = [*(a.name for a in plan.axes), *(m.name for m in plan.metrics)]
+    scalars = ["variant", *numbers]
     for number, figure in enumerate(plan.figures, start=1):
         traces = figure.kind in ("loops", "time course")
         known = {
-            "x": plan.keep if figure.kind == "loops" else scalars,
-            "y": plan.keep if figure.kind == "loops" else scalars,
-            "value": plan.keep if traces else scalars,
+            "x": plan.keep if figure.kind == "loops" else numbers,
+            "y": plan.keep if figure.kind == "loops" else numbers,
+            "value": plan.keep if traces else numbers,
             "by": scalars,
         }
         for key, names in known.items():
@@ -270,7 +271,7 @@ def _with_fingerprint(plan: Plan) -> Plan:
         "times": [asdict(plan.duration), asdict(plan.lead_in), plan.step, plan.keep_every],
         "signals": [[s.name, s.signal, s.arguments] for s in plan.signals.values()],
         "setups": [asdict(s) for s in plan.setups],
-        "axes": [asdict(a) for a in plan.axes],
+        "axes": [[a.name, a.targets, a.bases, a.unit] for a in plan.axes],
         "metrics": [asdict(m) for m in plan.metrics],
         "keep": plan.keep,
     }

@@ -20,7 +20,8 @@ from it2hys.keys import Keys, known_names, read_toml
 from it2hys.stepping import Connection
 from it2hys.sweeps.metrics import KINDS
 
-METHODS = ("grid", "list", "random", "latin hypercube")
+DRAWN = ("random", "latin hypercube")
+METHODS = ("grid", "list", *DRAWN)
 SCALES = ("linear", "log")
 FIGURES = ("heat map", "lines", "loops", "time course", "distribution")
 #: Columns of a table that are no parameter and no metric.
@@ -347,7 +348,7 @@ def _vary(number: int, table: object, folder: Path) -> list[Vary]:
         raise InputError(f"{place}of is empty; name what is varied")
     intervals = entry.take("intervals", str | dict, None)
     if intervals is not None:
-        method = entry.choose("method", METHODS[2:], METHODS[3])
+        method = entry.choose("method", DRAWN, DRAWN[1])
         only = tuple(_texts(f"{place}only", entry.take("only", list, [])))
         width = entry.take("width", float, 1.0)
         entry.done()
@@ -423,7 +424,7 @@ def _identified(place: str, path: Path) -> dict:
 
 
 def _check_vary(vary: Vary) -> None:
-    place, drawn = vary.place, vary.method in METHODS[2:]
+    place, drawn = vary.place, vary.method in DRAWN
     given = [bool(vary.values), vary.range is not None, vary.normal is not None]
     if sum(given) != 1:
         raise InputError(f"{place}give one of values, range and normal")
