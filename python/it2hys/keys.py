@@ -13,7 +13,7 @@ from it2hys.errors import InputError
 def read_toml(path: Path) -> dict:
     """Read a TOML file; raises InputError naming the file, and the line where it is not TOML."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))  # some editors begin with a BOM
     except OSError:
         raise InputError(f"{path}: no such file, or it cannot be read") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

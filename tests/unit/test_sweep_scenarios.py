@@ -187,6 +187,12 @@ def test_the_base_of_these_cases_is_a_good_one():
     assert make_plan(parse_sweep(BASE)).cases == 2
 
 
+def test_a_file_may_begin_with_a_byte_order_mark(tmp_path):
+    path = write_scenario(tmp_path, BASE)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert read_sweep(path) == read_sweep(write_scenario(tmp_path, BASE))
+
+
 def test_a_bad_file_ends_the_command_with_code_2_before_anything_runs(tmp_path, capsys):
     path = tmp_path / "bad.toml"
     path.write_text('duration = 1.0\nstp = 1e-4\n[fmu.plant]\nsource = "IT2Plant"\n')
