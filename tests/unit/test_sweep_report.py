@@ -141,6 +141,13 @@ def test_a_figure_of_one_axis_follows_its_scale(tmp_path):
     np.testing.assert_allclose(line.get_xdata(), np.geomspace(1, 400, 9))
 
 
+def test_a_scale_that_the_values_cannot_have_is_linear(tmp_path):
+    vary = [{"name": "f", "of": "plant.force", "values": [0.0, 1.0, 10.0], "scale": "log"}]
+    _, columns = make_table(tmp_path / "r.parquet", vary, lambda f: 1e-7 * f)
+    figure, _ = default_figure(columns)
+    assert figure.axes[0].get_xscale() == "linear"
+
+
 LINES = {"kind": "lines", "title": "", "x": "f", "value": "top", "by": "", "select": {},
          "x_scale": "log", "y_scale": "linear"}  # fmt: skip
 

@@ -19,7 +19,7 @@ import numpy as np
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
 from it2hys.packaging import make_directory
-from it2hys.sweeps.plan import Plan
+from it2hys.sweeps.plan import Axis, Plan
 
 RESULTS = "results.parquet"
 PARTS = "parts"
@@ -157,9 +157,7 @@ def metadata(plan: Plan) -> dict:
         "step": plan.step,
         "keep_every": plan.keep_every,
         "variants": [setup.name for setup in plan.setups],
-        "axes": [
-            {"name": a.name, "unit": a.unit, "method": a.method, "scale": a.scale} for a in plan.axes
-        ],
+        "axes": [_axis(axis, values) for axis, values in zip(plan.axes, plan.matrix.T, strict=True)],
         "metrics": [
             {"name": m.name, "kind": m.kind, "unit": unit, "of": m.of, "against": m.against}
             for m, unit in zip(plan.metrics, plan.metric_units, strict=True)
@@ -169,6 +167,12 @@ def metadata(plan: Plan) -> dict:
         ],
         "figures": [asdict(figure) for figure in plan.figures],
     }
+
+
+def _axis(axis: Axis, values: np.ndarray) -> dict:
+    """Return what a report needs to know of an axis; no logarithm of what is not positive."""
+    scale = axis.scale if values.min() > 0.0 else "linear"
+    return {"name": axis.name, "unit": axis.unit, "method": axis.method, "scale": scale}
 
 
 def read_metadata(path: Path) -> dict:
