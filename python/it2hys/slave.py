@@ -12,6 +12,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 
 from it2hys.core import library_function
 from it2hys.errors import InputError
+from it2hys.keys import known_names
 
 # messages kept of one run: a foreign FMU may log every step
 LARGEST_LOG = 20
@@ -153,8 +154,14 @@ class Slave:
     def variable(self, name: str) -> ScalarVariable:
         """Return FMPy's description of a variable; raises InputError if there is none."""
         if name not in self.variables:
-            raise InputError(f"{self.path}: the FMU has no variable {name!r}")
+            known = known_names(name, list(self.variables))
+            raise InputError(f"{self.path}: the FMU has no variable {name!r}; {known}")
         return self.variables[name]
+
+    @property
+    def model(self) -> str:
+        """Name of the model."""
+        return self.description.modelName
 
     @property
     def sample_time(self) -> float | None:

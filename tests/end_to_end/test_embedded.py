@@ -9,7 +9,7 @@ import pytest
 from compilers import compiler
 from conftest import make_set
 
-from it2hys import core, excitations
+from it2hys import core, excitations, simulate, track
 from it2hys.cli import main
 from it2hys.parameters import ParameterSet, table_1, write_ssv
 from it2hys.single_precision import single_precision
@@ -247,6 +247,49 @@ def with_effects(*names: str) -> ParameterSet:
     for name in names:
         values |= EFFECTS[name]
     return ParameterSet(values, "+".join(names) or "core").validate()
+
+
+def example(header: Path) -> str:
+    """Return the program in a header's first comment."""
+    comment = header.read_text(encoding="utf-8").partition("*/")[0]
+    found = re.search(r"^ \*     #include <stdio.h>\n(?: \*.*\n)*? \*     \}\n", comment, re.MULTILINE)
+    return re.sub(r"^ \*(?:     )?", "", found[0], flags=re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("header", "volts", "share"), [("it2hys_model.h", 1e-7, 1e-12), ("it2hys_single.h", 2e-3, 3e-6)]
+)
+@pytest.mark.parametrize("effects", [(), ("play", "creep", "lag", "hum")], ids=["core", "effects"])
+def test_the_example_in_the_comment_runs_as_it_stands(
+    effects, header, volts, share, core_objects, tmp_path
+):
+    """It prints what the FMUs of the same set give for its reference, tick for tick."""
+    parameters = with_effects(*effects)
+    folder = embedded(parameters, tmp_path)
+    (folder / "main.c").write_text(example(folder / header))
+    command = [
+        *compiler(),
+        *STRICT,
+        str(folder / "main.c"),
+        *core_objects,
+        "-o",
+        str(folder / "main"),
+        "-lm",
+    ]
+    subprocess.run(command, check=True)
+    done = subprocess.run([folder / "main"], capture_output=True, text=True, check=True)
+    printed = np.array([line.split() for line in done.stdout.splitlines()], dtype=float).T
+    reference, voltage, displacement, measured, limits = printed
+    assert len(reference) == 100 and not limits.any()
+    assert np.ptp(reference) > 3e-6
+    paths = [tmp_path / "IT2Inverse.fmu", tmp_path / "IT2Plant.fmu"]
+    expected = track(*paths, reference, {"initialDisplacement": parameters["initialDisplacement"]})
+    read = simulate(paths[1], {"voltage": expected["voltage"]})["measured"]
+    error = share * np.ptp(reference)
+    np.testing.assert_allclose(voltage, expected["voltage"], atol=volts, rtol=0)
+    np.testing.assert_allclose(displacement, reference, atol=error, rtol=0)
+    np.testing.assert_allclose(measured, read, atol=error, rtol=0)
+    assert (np.abs(measured - displacement).max() > 1e-9) == ("hum" in effects)
 
 
 def run_single(effects: tuple, folder: Path, objects: list[str], ticks: int) -> np.ndarray:

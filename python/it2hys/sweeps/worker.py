@@ -14,13 +14,16 @@ import numpy as np
 
 from it2hys.errors import InputError
 from it2hys.slave import Slave
-from it2hys.stepping import System
+from it2hys.stepping import System, named
 from it2hys.sweeps.metrics import KINDS
 from it2hys.sweeps.plan import Plan, Setup, signal_values
 
 OK, FAILED = "ok", "failed"
-#: Signals kept for cases that share them; a grid over the signals themselves would fill the memory.
-KEPT_SIGNALS = 8
+#: Between the messages of a case.
+MESSAGES_APART = " | "
+#: Signals kept for cases that share them, and their samples; a grid over the signals themselves would
+#: fill the memory, and so would a few that last for hours.
+KEPT_SIGNALS, KEPT_SAMPLES = 8, 20_000_000
 #: Against 3.0000000000000004 ticks where 3 are meant.
 _ROUNDING = 1e-9
 
@@ -138,7 +141,8 @@ class Runner:
         except Exception as error:  # whatever a case does, the others go on
             text = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
             for name in self.plan.files:
-                text = text.replace(str(self._path(name)), name)
+                model = self._slaves[name].model if name in self._slaves else ""
+                text = text.replace(str(self._path(name)), named(name, model))
             return failure(self.plan, case, text)
 
     def _path(self, fmu: str) -> Path:
@@ -167,7 +171,7 @@ class Runner:
             {name: signal[0] for name, signal in signals.items()},
         )
         records = system.run(signals, count, step)
-        row = {"status": OK, "message": " | ".join(system.messages) or None}
+        row = {"status": OK, "message": MESSAGES_APART.join(system.messages) or None}
         for metric in plan.metrics:
             of, against = (
                 self._output(name, records, values, step, count, metric.of)
@@ -215,7 +219,10 @@ class Runner:
         late = tick is not None and abs(tick / step - 1.0) > _ROUNDING
         key = (name, own, step, count, tick if late else None)
         if key not in self._signals:
-            while len(self._signals) >= KEPT_SIGNALS:
+            while self._signals and (
+                len(self._signals) >= KEPT_SIGNALS
+                or sum(map(len, self._signals.values())) + count > KEPT_SAMPLES
+            ):
                 del self._signals[next(iter(self._signals))]
             begins = np.arange(count) * step
             times = begins
