@@ -67,13 +67,15 @@ static bool count_possible(const struct fmu *fmu, const struct fmu_variable *var
     struct fmu_values own = { .parameter = fmu->start };
     const int most = *(const int *)at(&own, variable);
 
-    if (count > most)
+    if (count >= variable->minimum && count <= most)
+        return true;
+    if (count > most && most < variable->maximum)
         snprintf(message, size, "%s is %d, but this FMU was packaged with %d; for more, package a parameter "
                  "set that has more (it2hys package)", variable->name, count, most);
-    else if (count < variable->minimum)
-        snprintf(message, size, "%s is %d; it must be at least %g", variable->name, count,
-                 variable->minimum);
-    return count <= most && count >= variable->minimum;
+    else
+        snprintf(message, size, "%s is %d; it must be %g to %d", variable->name, count, variable->minimum,
+                 most);
+    return false;
 }
 
 bool fmu_values_possible(const struct fmu *fmu, const struct fmu_values *values, char *message, size_t size)

@@ -212,10 +212,10 @@ static void counts(const struct fmi2_api *m)
         int bad;
         const char *reason;
     } CASES[] = {
-        { "ruleCount", 0, "at least 1" },       { "ruleCount", -2147483647 - 1, "at least 1" },
+        { "ruleCount", 0, "must be 1 to 3" },   { "ruleCount", -2147483647 - 1, "must be 1 to 3" },
         { "ruleCount", 4, "packaged with 3" },  { "ruleCount", 2147483647, "packaged with 3" },
-        { "playCount", 2, "packaged with 0" },  { "playCount", -1, "at least 0" },
-        { "creepCount", 1, "packaged with 0" }, { "creepCount", -1, "at least 0" },
+        { "playCount", 2, "packaged with 0" },  { "playCount", -1, "must be 0" },
+        { "creepCount", 1, "packaged with 0" }, { "creepCount", -1, "must be 0" },
     };
     fmi2Component c = make(m);
 
