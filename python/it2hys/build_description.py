@@ -32,9 +32,9 @@ def format_build_description(
         root,
         "BuildConfiguration",
         modelIdentifier=identifier,
-        description="Any platform but Windows, with a compiler that takes the options of gcc",
+        description="Any platform but Windows, with gcc or a compiler that takes its options",
     )
-    _add_sources(anywhere, source_files, compilerOptions=OPTIONS)
+    _add_sources(anywhere, source_files, compiler="gcc", compilerOptions=OPTIONS)
     for name in libraries:
         etree.SubElement(anywhere, "Library", name=name, external="true")
     for platform in WINDOWS:
