@@ -1,56 +1,23 @@
-/* Time. Ticks are at k * sampleTime and counted as integers. fmi2DoStep(t, h) runs the ticks in
- * [t, t + h), each with the input at its own time; outputs hold their value from tick to tick. */
+/* fmi2DoStep and its derivatives. Which ticks a step has is the clock's (fmu_clock.h); each runs with the
+ * input at its own time, and outputs hold their value from tick to tick. */
 #include <math.h>
 #include <string.h>
 
 #include "fmu.h"
 
-/* Masters add up floating-point time. A tick that lies this close behind a communication point (in
- * sample times, plus what rounding does to large times) is taken to lie at it. */
-#define TIME_TOLERANCE 1e-3 /* a million additions of 1e-4 s end 2e-5 sample times late */
-
-/* Beyond this, ticks are no longer exact in a double. */
-#define LARGEST_TICK 9007199254740992.0
-
-/* A derivative repeats the ticks of the last step, and a state that was not made here may claim any
- * number of them. */
+/* A derivative repeats the ticks of the last step. */
 #define LONGEST_DERIVATIVE 1000000
 
-/* How much a time, in units of one sample time, may be off. */
-static double tolerance(double ticks)
+static struct fmu_inputs inputs_at(const struct fmu_span *span, int64_t tick, double sample_time)
 {
-    return TIME_TOLERANCE + 1e-14 * fabs(ticks);
-}
+    struct fmu_inputs input = span->input;
+    const double elapsed = ((double)(tick - span->tick) - span->rest) * sample_time;
 
-/* The first tick at or after a time in units of one sample time, not beyond LARGEST_TICK. ceil and its kin
- * are calls where the compiler may not assume a recent processor: written out. */
-static int64_t first_tick(double ticks)
-{
-    const double due = ticks - tolerance(ticks);
-    const int64_t whole = (int64_t)due;
-
-    return whole + (due > (double)whole);
-}
-
-int64_t fmu_first_tick(double time, double sample_time)
-{
-    const double ticks = time / sample_time;
-
-    if (!(ticks > -LARGEST_TICK && ticks < LARGEST_TICK))
-        return ticks > 0.0 ? (int64_t)LARGEST_TICK : -(int64_t)LARGEST_TICK;
-    return first_tick(ticks);
-}
-
-static struct fmu_inputs inputs_at(const struct fmu_span *step, double time)
-{
-    struct fmu_inputs input = step->input;
-    const double elapsed = time - step->start;
-
-    input.voltage += step->slope.voltage * elapsed;
-    input.reference += step->slope.reference * elapsed;
-    input.force += step->slope.force * elapsed;
-    input.temperature += step->slope.temperature * elapsed;
-    input.time = time;
+    input.voltage += span->slope.voltage * elapsed;
+    input.reference += span->slope.reference * elapsed;
+    input.force += span->slope.force * elapsed;
+    input.temperature += span->slope.temperature * elapsed;
+    input.time = (double)tick * sample_time;
     return input;
 }
 
@@ -66,24 +33,27 @@ static bool is_zero(const struct fmu_inputs *slope)
 
 /* Runs the ticks up to `end_tick` in place; returns findings. What a step of one tick costs is the way
  * from the state of the last tick to the next, and each copy between would lengthen it. */
-static unsigned run(struct fmu *fmu, double start, int64_t end_tick)
+static unsigned run(struct fmu *fmu, int64_t end_tick)
 {
     struct fmu_snapshot *now = &fmu->now;
     struct fmu_inputs *input = &now->values.input;
+    const int64_t first_tick = now->clock.next_tick;
     const double sample_time = now->values.parameter.sampleTime;
     unsigned findings = 0;
 
     if (is_zero(&now->slope)) {
-        for (int64_t tick = now->next_tick; tick < end_tick; tick++) {
+        for (int64_t tick = first_tick; tick < end_tick; tick++) {
             input->time = (double)tick * sample_time;
             findings |= fmu->model->tick(&fmu->chain, &now->chain, &now->values.parameter, input,
                                          &now->values.output);
         }
         return findings;
     }
-    const struct fmu_span span = { .start = start, .input = *input, .slope = now->slope };
-    for (int64_t tick = now->next_tick; tick < end_tick; tick++) {
-        const struct fmu_inputs at_tick = inputs_at(&span, (double)tick * sample_time);
+    const struct fmu_span span = {
+        .tick = now->clock.tick, .rest = now->clock.rest, .input = *input, .slope = now->slope
+    };
+    for (int64_t tick = first_tick; tick < end_tick; tick++) {
+        const struct fmu_inputs at_tick = inputs_at(&span, tick, sample_time);
         findings |= fmu->model->tick(&fmu->chain, &now->chain, &now->values.parameter, &at_tick,
                                      &now->values.output);
     }
@@ -122,66 +92,24 @@ static fmi2Status warn(struct fmu *fmu, unsigned findings, double time)
     return fmi2Warning;
 }
 
-/* A step as asked for, in units of one sample time where a name says ticks. */
-struct request {
-    double time;
-    double step;
-    double end;
-    double end_ticks;
-    double slack;
-};
-
-static struct request request_of(const struct fmu *fmu, double time, double step)
-{
-    const double sample_time = fmu->now.values.parameter.sampleTime;
-    const double end = time + step;
-    const double end_ticks = end / sample_time;
-
-    return (struct request){ time, step, end, end_ticks, sample_time * tolerance(end_ticks) };
-}
-
-/* False where anything is not a number: fewer comparisons than reasons. */
-static bool step_possible(const struct fmu_snapshot *now, const struct request *r)
-{
-    return r->step >= 0.0 && fabs(r->time - now->time) <= r->slack && fabs(r->end_ticks) < LARGEST_TICK &&
-           !(now->stop_time_defined && r->end > now->stop_time + r->slack);
-}
-
-/* Says why a step is not possible. */
-static fmi2Status refuse_step(const struct fmu *fmu, const struct request *r)
-{
-    const struct fmu_snapshot *now = &fmu->now;
-
-    if (!isfinite(r->time) || !isfinite(r->step) || r->step < 0.0)
-        return fmu_say(fmu, fmi2Error, "fmi2DoStep: a step of %g s from %g s is not possible; both must be "
-                       "finite and the step not negative.", r->step, r->time);
-    if (fabs(r->time - now->time) > r->slack)
-        return fmu_say(fmu, fmi2Error, "fmi2DoStep: the step begins at %.17g s, but this instance is at "
-                       "%.17g s; to go back, set an earlier FMU state.", r->time, now->time);
-    if (now->stop_time_defined && r->end > now->stop_time + r->slack)
-        return fmu_say(fmu, fmi2Error, "fmi2DoStep: the step ends at %.17g s, after stopTime, %.17g s.",
-                       r->end, now->stop_time);
-    return fmu_say(fmu, fmi2Error, "fmi2DoStep: at %g s ticks of %g s can no longer be counted.", r->end,
-                   now->values.parameter.sampleTime);
-}
-
 fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
 {
     struct chain_state before;
+    struct fmu_clock end;
+    char message[256];
 
     if (!fmu_may(fmu, "fmi2DoStep", FMU_STEP_COMPLETE))
         return fmi2Error;
     struct fmu_snapshot *now = &fmu->now;
-    const struct request request = request_of(fmu, time, step);
-    if (!step_possible(now, &request))
-        return refuse_step(fmu, &request);
+    const double sample_time = now->values.parameter.sampleTime;
+    if (!fmu_clock_step(&now->clock, sample_time, time, step, &end))
+        return fmu_say(fmu, fmi2Error, "fmi2DoStep: %s.",
+                       fmu_clock_refusal(&now->clock, sample_time, time, step, message, sizeof message));
     const struct fmu_outputs held = now->values.output;
     const double input_time = now->values.input.time;
-    const int64_t due = first_tick(request.end_ticks);
-    const int64_t end_tick = due < now->next_tick ? now->next_tick : due;
 
     chain_copy(&fmu->chain, &before, &now->chain);
-    const unsigned findings = run(fmu, time, end_tick);
+    const unsigned findings = run(fmu, end.next_tick);
     if (!fmu_outputs_finite(&now->values.output)) {
         chain_copy(&fmu->chain, &now->chain, &before);
         now->values.output = held;
@@ -189,18 +117,17 @@ fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
         now->last_status = fmi2Discard;
         return fmu_say(fmu, fmi2Discard, "fmi2DoStep: the %s is no longer finite between %g s and %g s; "
                        "the step is not made and the state is that of %g s.",
-                       fmu->model->kind == FMU_PLANT ? "displacement" : "voltage", time, request.end,
-                       time);
+                       fmu->model->kind == FMU_PLANT ? "displacement" : "voltage", time, end.time, time);
     }
     chain_copy(&fmu->chain, &now->last_step.chain, &before);
-    now->last_step.span.start = time;
-    now->last_step.span.first_tick = now->next_tick;
-    now->last_step.span.end_tick = end_tick;
+    now->last_step.span.tick = now->clock.tick;
+    now->last_step.span.rest = now->clock.rest;
+    now->last_step.span.first_tick = now->clock.next_tick;
+    now->last_step.span.end_tick = end.next_tick;
     now->last_step.span.input = now->values.input;
     now->last_step.span.slope = now->slope;
-    now->next_tick = end_tick;
-    now->time = request.end;
-    const fmi2Status status = findings & ~now->warned ? warn(fmu, findings, now->time) : fmi2OK;
+    now->clock = end;
+    const fmi2Status status = findings & ~now->warned ? warn(fmu, findings, end.time) : fmi2OK;
     now->last_status = (int)status;
     return status;
 }
@@ -235,7 +162,7 @@ static void last_step_tangent(const struct fmu *fmu, const struct fmu_inputs *d_
     struct fmu_outputs output;
 
     for (int64_t tick = step->first_tick; tick < step->end_tick; tick++) {
-        const struct fmu_inputs input = inputs_at(step, (double)tick * parameters->sampleTime);
+        const struct fmu_inputs input = inputs_at(step, tick, parameters->sampleTime);
         d_state = fmu->model->tick_tangent(&fmu->chain, &state, &input, d_state, d_input, d_output);
         fmu->model->tick(&fmu->chain, &state, parameters, &input, &output);
     }
@@ -292,7 +219,7 @@ fmi2Status fmu_get_status(struct fmu *fmu, const char *function, fmi2StatusKind 
     if (kind == fmi2DoStepStatus && strcmp(function, "fmi2GetStatus") == 0)
         *(fmi2Status *)value = (fmi2Status)fmu->now.last_status;
     else if (kind == fmi2LastSuccessfulTime && strcmp(function, "fmi2GetRealStatus") == 0)
-        *(double *)value = fmu->now.time;
+        *(double *)value = fmu->now.clock.time;
     else if (kind == fmi2Terminated && strcmp(function, "fmi2GetBooleanStatus") == 0)
         *(int *)value = fmu->now.last_status == fmi2Discard; /* nor would a second try succeed */
     else if (kind == fmi2PendingStatus && strcmp(function, "fmi2GetStringStatus") == 0)

@@ -337,7 +337,12 @@ static void setup_refused(const struct fmi2_api *m)
           log_says("tolerance"));
     CHECK(m->SetupExperiment(c, fmi2False, NAN, 1.0, fmi2False, NAN) ==
           fmi2OK); /* undefined: not read */
+    CHECK(m->SetupExperiment(c, fmi2False, 0.0, 1.0, fmi2True, -INFINITY) == fmi2Error);
     CHECK(m->SetupExperiment(c, fmi2True, 1e-6, 1.0, fmi2True, 1.0) == fmi2OK);
+    CHECK(m->SetupExperiment(c, fmi2False, 0.0, 1.0, fmi2True, INFINITY) == fmi2OK); /* as if undefined */
+    CHECK(m->EnterInitializationMode(c) == fmi2OK && m->ExitInitializationMode(c) == fmi2OK);
+    CHECK(set_real(m, c, input_of(m), signal(m, 0.0)) == fmi2OK);
+    CHECK(m->DoStep(c, 1.0, 10.0, fmi2True) == fmi2OK);
     m->FreeInstance(c);
 }
 

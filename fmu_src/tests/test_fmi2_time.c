@@ -71,33 +71,45 @@ static void ticks_see_their_own_time(double start, double step, int steps)
     COUNTING.FreeInstance(c);
 }
 
-/* A master that adds up its step: after a million steps tick k still belongs to step k. `per_tick`
- * steps make one sample time; the voltage is the number of the step. */
-static void accumulated_time(int per_tick, double start)
+/* A master that adds up its step, which is p/q sample times: after a million steps tick k still belongs to the
+ * step that it lies in. The voltage is the number of the step. Halfway another instance goes on from the
+ * serialized state, with times that are multiplied. */
+static void accumulated_time(double sample_time, int p, int q, double start)
 {
     const int steps = 1000000;
-    const double step = TS / per_tick;
-    fmi2Component c = make_running(&COUNTING, start);
+    const double step = p * sample_time / q;
+    fmi2Component c = make_initializing(&COUNTING, start), other = make(&COUNTING);
+    fmi2FMUstate state = NULL;
+    struct state_bytes bytes;
     double time = start;
-    long wrong = 0;
+    long wrong = 0, ticks = 0;
 
+    CHECK(set_real(&COUNTING, c, "sampleTime", sample_time) == fmi2OK);
+    CHECK(COUNTING.ExitInitializationMode(c) == fmi2OK);
     counting_ticks = 0;
     for (int n = 0; n < steps; n++) {
         const fmi2ValueReference voltage = 0;
         const double number = n;
-        COUNTING.SetReal(c, &voltage, 1, &number);
-        if (COUNTING.DoStep(c, time, step, fmi2True) != fmi2OK)
-            wrong++;
+        if (n == steps / 2) {
+            read_state(&COUNTING, c, &bytes);
+            CHECK(COUNTING.DeSerializeFMUstate(other, bytes.byte, bytes.size, &state) == fmi2OK);
+            CHECK(COUNTING.SetFMUstate(other, state) == fmi2OK);
+        }
+        fmi2Component instance = n < steps / 2 ? c : other;
+        COUNTING.SetReal(instance, &voltage, 1, &number);
+        wrong += COUNTING.DoStep(instance, n < steps / 2 ? time : start + n * step, step, fmi2True) != fmi2OK;
         time += step;
+        for (; (long long)ticks * q < (n + 1LL) * p; ticks++)
+            if (ticks < COUNTING_CAPACITY)
+                wrong += counting_voltage[ticks] != number;
+        wrong += counting_ticks != ticks;
     }
-    CHECK(wrong == 0);
-    CHECK(counting_ticks == (steps + per_tick - 1) / per_tick);
-    for (long k = 0; k < counting_ticks; k++)
-        wrong += counting_voltage[k] != (double)(k * per_tick);
     if (!CHECK(wrong == 0))
-        fprintf(stderr, "  %ld of %ld ticks in the wrong step of Ts/%d from %g s; time is %g Ts off\n",
-                wrong, counting_ticks, per_tick, start, (time - start - steps * step) / TS);
+        fprintf(stderr, "  %ld wrong: steps of %d/%d Ts = %g s from %g s; time is %g Ts off\n", wrong, p, q,
+                sample_time, start, (time - start - steps * step) / sample_time);
+    COUNTING.FreeFMUstate(other, &state);
     COUNTING.FreeInstance(c);
+    COUNTING.FreeInstance(other);
 }
 
 static void empty_steps(const struct fmi2_api *m)
@@ -138,6 +150,8 @@ static void impossible_steps(const struct fmi2_api *m)
     CHECK(m->DoStep(c, 6 * TS, TS, fmi2True) == fmi2Error && log_says("begins at"));
     CHECK(m->DoStep(c, 5.01 * TS, TS, fmi2True) == fmi2Error);
     CHECK(m->DoStep(c, 5 * TS, 1e200, fmi2True) == fmi2Error && log_says("counted"));
+    CHECK(m->DoStep(c, 5 * TS, 1e9, fmi2True) == fmi2Error && log_says("1e+13 ticks") &&
+          log_says("at most 1e+09")); /* it would run for days, and nobody could interrupt it */
     read_state(m, c, &after);
     CHECK(same_state(&before, &after));
     CHECK(m->DoStep(c, 5 * TS, TS, fmi2True) == fmi2OK);
@@ -229,9 +243,14 @@ int main(void)
         ticks_see_their_own_time(starts[i], 7.3 * TS, 50);
         ticks_see_their_own_time(starts[i], 100.0 * TS, 4);
     }
-    accumulated_time(1, 0.0);
-    accumulated_time(3, 0.0);
-    accumulated_time(1, 1.0);
+    accumulated_time(TS, 1, 1, 0.0);
+    accumulated_time(TS, 1, 3, 0.0);
+    accumulated_time(TS, 1, 1, 1.0);
+    accumulated_time(TS, 1, 1, 1e6); /* here and below, time ends more than a hundredth of Ts off */
+    accumulated_time(1e-5, 1, 1, 1e6);
+    accumulated_time(1e-5, 1, 10, 1e6);
+    accumulated_time(1e-5, 10, 1, 1e6);
+    accumulated_time(1e-5, 5, 2, 1e6);
     discarded_step();
     warnings();
     return check_report("fmi2 time");

@@ -148,6 +148,8 @@ def add_variables(
             typed["displayUnit"] = variable.type.displayUnit
         if variable.causality != "output":
             typed["start"] = _text(parameters.get(variable.name, variable.start))
+        if variable.type.base == "Integer":  # a count: the FMU has no more than its set
+            typed["max"] = typed["start"]
         etree.SubElement(scalar, variable.type.base, **typed)
 
 

@@ -12,6 +12,7 @@ from importlib.metadata import version as installed_version
 from io import BytesIO
 from pathlib import Path
 
+from it2hys.build_description import format_build_description
 from it2hys.codegen import start_header
 from it2hys.core import native_directory
 from it2hys.documentation import documentation_files
@@ -25,6 +26,9 @@ from it2hys.terminals import picture_files
 # zip entries carry a time; a fixed one makes the same input give the same file
 EPOCH = (1980, 1, 1, 0, 0, 0)
 PARAMETER_FILE = "parameters.ssv"
+BUILD_DESCRIPTION = "sources/buildDescription.xml"
+# beside the C library: libm for hum, lag, creep and resonance, libdl to find the FMU's resources
+LIBRARIES = ("m", "dl")
 
 
 def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
@@ -91,6 +95,7 @@ def _fmu(model: str, identifier: str, parameters: ParameterSet, native: Path) ->
         "modelDescription.xml": description,
         f"resources/{PARAMETER_FILE}": format_ssv(parameters).encode(),
         **{f"sources/{name}": content for name, content in sources.items()},
+        BUILD_DESCRIPTION: format_build_description(identifier, c_files, LIBRARIES),
         **platform_binaries(identifier, native),
         **documentation_files(model, parameters, (native / "LICENSE").read_bytes()),
         **picture_files(model, parameters),

@@ -12,6 +12,7 @@ from conftest import (
     TS,
     UM,
     Instance,
+    Master,
     Unpacked,
     package_models,
     tick_values,
@@ -20,7 +21,7 @@ from conftest import (
 from fmpy import fmi2
 
 from it2hys.excitations import identification, tracking_reference
-from it2hys.parameters import ParameterSet
+from it2hys.parameters import ParameterSet, table_1
 
 OK, WARNING, DISCARD, ERROR = fmi2.fmi2OK, fmi2.fmi2Warning, fmi2.fmi2Discard, fmi2.fmi2Error
 
@@ -82,11 +83,6 @@ def test_simulate_fmu_takes_start_values_and_their_display_units(fmus):
         ({"voltageMin": 150.0}, "voltageMin"),
         ({"displacementMin": 17e-6}, "displacementMin"),
         ({"rule[3].centre": 18.7}, "rule[3].centre"),
-        ({"ruleCount": 0}, "ruleCount"),
-        ({"ruleCount": 17}, "ruleCount"),
-        ({"ruleCount": -1}, "ruleCount"),
-        ({"ruleCount": 4}, "rule[4].sigmaLower"),
-        ({"ruleCount": 2**31 - 1}, "ruleCount"),
     ],
 )
 @pytest.mark.parametrize("which", MODELS)
@@ -102,6 +98,56 @@ def test_unusable_start_values_are_refused_and_the_culprit_is_named(fmus, which,
     errors = [message.decode() for status, message in said if status == ERROR]
     assert len(errors) == 1
     assert culprit in errors[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("ruleCount", 0, "must be 1 to 3"),
+        ("ruleCount", -1, "must be 1 to 3"),
+        ("ruleCount", 4, "packaged with 3; for more, package a parameter set that has more"),
+        ("ruleCount", 17, "packaged with 3"),
+        ("ruleCount", 2**31 - 1, "packaged with 3"),
+        ("playCount", 2, "packaged with 0"),
+        ("creepCount", 1, "packaged with 0"),
+    ],
+)
+@pytest.mark.parametrize("which", MODELS)
+def test_counts_other_than_the_sets_are_refused_where_they_are_set(fmus, which, name, value, reason):
+    """Not at the end of initialization, and not by naming elements that the FMU does not have."""
+    said = []
+    with pytest.raises(fmpy.fmi1.FMICallException, match="fmi2SetInteger"):
+        fmpy.simulate_fmu(
+            str(fmus[which]),
+            stop_time=TS,
+            start_values={name: value},
+            logger=lambda env, instance, status, category, text: said.append(text.decode()),
+        )
+    (message,) = said
+    assert f"{name} is {value}" in message and reason in message
+
+
+def test_the_xml_says_how_many_elements_an_fmu_can_have(packaged):
+    for parameters, unpacked in packaged.values():
+        for fmu in unpacked.values():
+            for group, count in parameters.counts.items():
+                variable = fmu.variables[f"{group}Count"]
+                assert int(variable.max) == int(variable.start) == count
+
+
+def test_a_lowered_count_leaves_the_last_elements_out(tmp_path):
+    first = {"play[1].threshold": 2.0, "play[1].weight": 0.1}
+    second = {"play[2].threshold": 9.0, "play[2].weight": 0.2}
+    with_two = table_1().replace(playCount=2, **first, **second)
+    with_one = table_1().replace(playCount=1, **first)
+    signal = 50.0 + 40.0 * np.sin(np.arange(300) / 15)
+    lowered = package_models(with_two, tmp_path / "two")["plant"]
+    with Master(lowered, {"playCount": 1}) as master:
+        read = master.run(signal)
+    with Master(package_models(with_one, tmp_path / "one")["plant"]) as master:
+        assert (master.run(signal) == read).all()
+    with Master(lowered) as master:
+        assert (master.run(signal) != read).any()
 
 
 def diverging(directory: Path) -> Unpacked:

@@ -44,12 +44,15 @@
 #include "fmu_step.c"
 #include "fmu_variables.c"
 
-/* The constructor sets every parameter: there is no set to load. */
+/* The constructor sets every parameter: there is no set to load, but room for as much as there can be. */
 bool fmu_load_parameters(const struct fmu_model *model, const char *guid, const char *resources,
                          struct chain_parameters *parameters, char *message, size_t size)
 {
     (void)model, (void)guid, (void)resources, (void)message, (void)size;
     memset(parameters, 0, sizeof *parameters);
+    parameters->ruleCount = IT2_MAX_RULES;
+    parameters->playCount = PLAY_MAX;
+    parameters->creepCount = CREEP_MAX;
     return true;
 }
 
