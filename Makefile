@@ -83,14 +83,14 @@ lint: $(TOOLS)
 	$(BIN)/ruff format --check .
 
 ctest: $(TOOLS)
-	$(WITH_CC) $(BIN)/cmake -S fmu_src -B $(CBUILD) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja \
-	  -DPython_EXECUTABLE=$(CURDIR)/$(BIN)/python
+	$(WITH_CC) $(BIN)/cmake -S fmu_src -B $(CBUILD) -G Ninja -DCMAKE_MAKE_PROGRAM="$(CURDIR)/$(BIN)/ninja" \
+	  -DPython_EXECUTABLE="$(CURDIR)/$(BIN)/python"
 	$(BIN)/cmake --build $(CBUILD)
 	$(BIN)/ctest --test-dir $(CBUILD) --output-on-failure -j 2
 
 hardened: ctest
-	$(WITH_CC) PATH="$(CURDIR)/$(BIN):$$PATH" fmu_src/tests/hardened.sh $(CURDIR)/$(CBUILD) \
-	  $(CURDIR)/$(BIN)/python
+	$(WITH_CC) PATH="$(CURDIR)/$(BIN):$$PATH" fmu_src/tests/hardened.sh "$(CURDIR)/$(CBUILD)" \
+	  "$(CURDIR)/$(BIN)/python"
 
 pytest: $(TOOLS) $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched $(MAESTRO)/.fetched)
 	# two workers are all the cores there may be: no threads besides
