@@ -15,6 +15,7 @@ from lxml import etree
 from it2hys import core
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
+from it2hys.numerals import parse_number
 from it2hys.ssv import SSV_NAMESPACE, format_set
 from it2hys.variables import INDEXED, TABLE_1, Variable, load_table
 
@@ -165,7 +166,7 @@ def _checked(variable: Variable, value: object) -> float | int | bool:
             raise InputError(f"{variable.name} is {value!r}; it must be true or false")
         return bool(value)
     try:
-        number = float(value)
+        number = parse_number(value) if isinstance(value, str) else float(value)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"{variable.name} is {value!r}; it must be a number") from None
     if not np.isfinite(number):
