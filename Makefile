@@ -98,7 +98,7 @@ pytest: $(TOOLS) $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched 
 
 # once, and by itself: it builds and installs the package in all the ways that pip has
 installation: $(TOOLS) $(INSTALLED)
-	$(BIN)/python -m pytest -m installation
+	$(BIN)/python -m pytest -m installation tests/installation
 
 bench: $(INSTALLED) ctest
 	$(BIN)/cmake --build $(CBUILD) --target bench
