@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from it2hys.errors import InputError
+from it2hys.numerals import parse_number
 
 # modules that take long to import are imported by the commands that need them
 
@@ -313,7 +314,7 @@ def _simulate(options: argparse.Namespace) -> int:
 def _assignment(text: str) -> tuple[str, float]:
     name, _, value = text.partition("=")
     try:
-        return name, float(value)
+        return name, parse_number(value)
     except ValueError:
         raise InputError(f"--set {text}: must be NAME=VALUE with a number in SI units") from None
 

@@ -27,7 +27,7 @@ _DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 def native_directory() -> Path:
     """Return where the built binaries and the FMUs' C sources are.
 
-    They are installed with the package; the build, which packages FMUs before that, names its own.
+    They are installed with the package; `IT2HYS_NATIVE` names those of another build.
     """
     return Path(os.environ.get("IT2HYS_NATIVE") or str(files("it2hys") / "native"))
 

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import fmpy
 from fmpy import fmi2
-from fmpy.model_description import ModelDescription, ScalarVariable
+from fmpy.model_description import ModelDescription, ScalarVariable, SimpleType
 
+from it2hys.archive import check_archive, is_plain_name, unpack
 from it2hys.core import library_function
 from it2hys.errors import InputError
 from it2hys.keys import known_names
+from it2hys.numerals import parse_number
 
 # messages kept of one run: a foreign FMU may log every step
 LARGEST_LOG = 20
@@ -59,7 +61,7 @@ class Slave:
         # removed at the end of the process, too
         directory = tempfile.TemporaryDirectory(prefix="it2hys-", ignore_cleanup_errors=True)
         self._directory = self._stack.enter_context(directory)
-        fmpy.extract(str(self.path), self._directory)
+        unpack(self.path, self._directory)
         # kept, because the library holds a pointer to them
         self._callbacks = fmi2.fmi2CallbackFunctions()
         self._callbacks.logger = ctypes.cast(
@@ -216,20 +218,40 @@ def read_description(path: Path) -> ModelDescription:
     Raises
     ------
     InputError
-        If the file is missing, is no FMU, or one of another kind: not FMI 2.0, not for
-        co-simulation, or without a binary for this platform.
+        If the file is missing, is no FMU, is one that could write or load what is outside of it,
+        or one of another kind: not FMI 2.0, not for co-simulation, or without a binary for this
+        platform.
     """
+    check_archive(path)
     try:
         description = fmpy.read_model_description(str(path), validate=False)
         platforms = fmpy.supported_platforms(str(path))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
     except Exception as error:
         raise InputError(f"{path}: not an FMU: {error}") from None
     if description.fmiVersion != "2.0":
         raise InputError(f"{path}: an FMU of FMI {description.fmiVersion}; it must be FMI 2.0")
     if description.coSimulation is None:
         raise InputError(f"{path}: not an FMU for co-simulation")
+    identifier = description.coSimulation.modelIdentifier
+    if not is_plain_name(identifier):
+        raise InputError(f"{path}: modelIdentifier is {identifier!r}; it must be the name of a binary")
     if fmpy.platform not in platforms:
         raise InputError(f"{path}: has no binary for this platform, {fmpy.platform}")
+    for variable in description.modelVariables:
+        _check_numbers(path, f"variable {variable.name!r}", variable)
+    for declared in description.typeDefinitions:
+        _check_numbers(path, f"type {declared.name!r}", declared)
     return description
+
+
+def _check_numbers(path: Path, owner: str, holder: ScalarVariable | SimpleType) -> None:
+    """Refuse attributes that must be numbers and are not."""
+    if holder.type in ("Boolean", "String"):
+        return
+    for name in ("start", "min", "max", "nominal"):
+        text = getattr(holder, name, None)
+        try:
+            if text is not None:
+                parse_number(text)
+        except ValueError:
+            raise InputError(f"{path}: {owner}: {name} is {text!r}; it must be a number") from None

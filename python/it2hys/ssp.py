@@ -23,7 +23,8 @@ from it2hys.controller import controller_fmu, load_controller, suitable_gains
 from it2hys.files import write_atomically
 from it2hys.model_description import DEFAULT_TICKS, IDENTIFIERS
 from it2hys.packaging import fmu_archive, make_directory, package_bytes
-from it2hys.parameters import SSV_NAMESPACE, ParameterSet, format_entries, format_ssv
+from it2hys.parameters import ParameterSet, format_ssv
+from it2hys.ssv import SSV_NAMESPACE, format_entries
 from it2hys.variables import Variable, load_table
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"

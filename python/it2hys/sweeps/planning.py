@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from fmpy.model_description import ModelDescription
 
+from it2hys.archive import unpack
 from it2hys.controller import IDENTIFIER as CONTROLLER
 from it2hys.controller import controller_fmu
 from it2hys.errors import InputError
@@ -112,6 +113,7 @@ def _describe(scenario: SweepScenario, files: Mapping[str, bytes]) -> dict[str, 
             path.write_bytes(files[fmu.name])
             try:
                 descriptions[fmu.name] = read_description(path)
+                unpack(path, Path(directory, fmu.name))  # here, not in the first of many cases
             except InputError as error:
                 text = str(error).removeprefix(f"{path}: ")
                 raise InputError(f"fmu.{fmu.name}: {fmu.source}: {text}") from None
