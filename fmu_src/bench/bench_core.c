@@ -111,7 +111,8 @@ static void choose_rules(int rule_count)
         if (count != 3)
             rules[l].centre = 16e-6 * (l + 0.5) / count;
     }
-    it2_prepare(&stage, rules, count);
+    it2_prepare(&stage, rules, count,
+                (struct it2_range){ FMU_START.displacementMin, FMU_START.displacementMax });
     for (int i = 0; i < 2 * count; i++)
         offset[i] = -0.25 * i - log(2.0 * count); /* arguments between about -12 and 0, y below 1 */
 }

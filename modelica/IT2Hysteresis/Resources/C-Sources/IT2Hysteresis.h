@@ -21,6 +21,7 @@
 #include "it2_gradient.c"
 #include "it2_inverse.c"
 #include "it2_model.c"
+#include "it2_range.c"
 
 #include "creep.c"
 #include "delay.c"

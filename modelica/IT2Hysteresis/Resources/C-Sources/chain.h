@@ -77,7 +77,6 @@ struct chain {
     unsigned effects; /* that are on, between voltage and displacement (enum chain_effect, or-ed) */
     unsigned reading; /* that are on, between displacement and measured */
     struct it2 core;
-    struct it2_range displacement; /* where the core is invertible */
     struct delay delay;
     struct slew slew;
     struct saturation_parameters saturation;

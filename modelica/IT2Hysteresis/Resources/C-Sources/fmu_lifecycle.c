@@ -112,7 +112,7 @@ fmi2Status fmu_compute_start_outputs(struct fmu *fmu, const char *function)
     chain_prepare(&fmu->chain, parameters);
     chain_reset(&fmu->chain, &state, parameters);
     fmu->model->start(&fmu->chain, &state, parameters, &output);
-    if (!fmu_outputs_finite(&output)) /* it may lie outside the range that was checked */
+    if (!fmu_outputs_finite(&output)) /* a core that a voltage hardly moves may need an infinite one */
         return fmu_say(fmu, fmi2Error, "%s: at initialDisplacement, %g m, the output is no finite "
                        "number.", function, parameters->initialDisplacement);
     fmu->now.chain = state;
