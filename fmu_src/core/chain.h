@@ -124,6 +124,16 @@ struct chain_point {
     double output;
 };
 
+/* Is a value outside a range by more than rounding? An inverse that aims at an end takes the plant there but
+ * for that. */
+static inline bool chain_outside(double value, double minimum, double maximum)
+{
+    if (value >= minimum && value <= maximum)
+        return false;
+    const double slack = 1e-9 * (maximum - minimum);
+    return !(value >= minimum - slack && value <= maximum + slack);
+}
+
 HIDDEN_BEGIN
 
 static inline struct play_history chain_history(const struct chain_parameters *parameters)

@@ -4,8 +4,9 @@
 
 #include "fmu.h"
 
-/* Errors are logged even where debug logging is off: a host that never asked still wants the reason. */
-enum { QUIET_CATEGORIES = FMU_LOG_DISCARD | FMU_LOG_ERROR };
+/* loggingOn is for debugging. What comes with a status is logged also without it: the standard says of
+ * fmi2Warning that the logger was called, and a host that never asked still wants the reason of an error. */
+enum { QUIET_CATEGORIES = FMU_LOG_WARNING | FMU_LOG_DISCARD | FMU_LOG_ERROR };
 
 static void begin(struct fmu *fmu)
 {

@@ -34,10 +34,11 @@ EXPORT size_t it2core_chain_parameter(int index, const char **name, int *integer
 EXPORT bool it2core_chain_check(const void *parameters, char *message, size_t size);
 EXPORT size_t it2core_chain_run(const void *parameters, const double *voltage, const double *force,
                                 const double *temperature, int64_t first_tick, size_t n,
-                                double *displacement, double *measured);
+                                double *displacement, double *measured, int *outside);
 EXPORT size_t it2core_chain_inverse(const void *parameters, const double *reference,
                                     const double *force, const double *temperature,
                                     int64_t first_tick, size_t n, double *voltage, int *limits);
+EXPORT double it2core_chain_equilibrium(const void *parameters);
 EXPORT size_t it2core_chain_predict(const void *parameters, const struct chain_record *record,
                                     double *measured, double *core_input, double *core_output);
 EXPORT size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,
@@ -133,11 +134,13 @@ static struct chain_surroundings surroundings(const struct chain_parameters *par
     return (struct chain_surroundings){ force[k], temperature[k], time };
 }
 
-/* Return the number of samples computed: less than n if a value is not finite. */
+/* Return the number of samples computed: less than n if a value is not finite. `outside` is outOfRange of
+ * the plant FMU. */
 size_t it2core_chain_run(const void *parameters, const double *voltage, const double *force,
                          const double *temperature, int64_t first_tick, size_t n, double *displacement,
-                         double *measured)
+                         double *measured, int *outside)
 {
+    const struct chain_parameters *p = parameters;
     struct chain chain;
     struct chain_state state;
 
@@ -148,6 +151,8 @@ size_t it2core_chain_run(const void *parameters, const double *voltage, const do
             surroundings(parameters, force, temperature, first_tick, k);
         displacement[k] = chain_step(&chain, &state, voltage[k], &around);
         measured[k] = chain_measure(&chain, displacement[k], around.time);
+        outside[k] = chain_outside(voltage[k], p->voltageMin, p->voltageMax) ||
+                     chain_outside(state.core.y, p->displacementMin, p->displacementMax);
         if (!isfinite(measured[k]))
             return k;
     }
@@ -173,6 +178,17 @@ size_t it2core_chain_inverse(const void *parameters, const double *reference, co
             return k;
     }
     return n;
+}
+
+/* The voltage that holds the plant where it begins. */
+double it2core_chain_equilibrium(const void *parameters)
+{
+    struct chain chain;
+    struct chain_state state;
+
+    chain_prepare(&chain, parameters);
+    chain_reset(&chain, &state, parameters);
+    return chain_equilibrium(&chain, &state);
 }
 
 size_t it2core_chain_predict(const void *parameters, const struct chain_record *record,

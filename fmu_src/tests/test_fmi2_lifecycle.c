@@ -248,7 +248,7 @@ static void every_call_in_every_phase(const struct fmi2_api *m)
             if (CALLS[i].allowed & PHASES[p].phase) {
                 if (!CHECK(CALLS[i].function(m, c) == fmi2OK))
                     fprintf(stderr, "  %s in %s: %s\n", CALLS[i].name, PHASES[p].name, logged.text);
-                CHECK(logged.count == 0);
+                CHECK(logged.count == 0 || logged.status == fmi2Warning);
             } else
                 refused(m, c, CALLS[i].function, CALLS[i].name, PHASES[p].name);
             m->FreeFMUstate(c, &held);

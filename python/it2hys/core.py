@@ -75,11 +75,14 @@ def _library() -> ctypes.CDLL:
     library.it2core_chain_run.restype = ctypes.c_size_t
     library.it2core_chain_run.argtypes = [
         _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES, ctypes.c_int64, ctypes.c_size_t, _DOUBLES, _DOUBLES,
+        _INTEGERS,
     ]  # fmt: skip
     library.it2core_chain_inverse.restype = ctypes.c_size_t
     library.it2core_chain_inverse.argtypes = [
         _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES, ctypes.c_int64, ctypes.c_size_t, _DOUBLES, _INTEGERS,
     ]  # fmt: skip
+    library.it2core_chain_equilibrium.restype = ctypes.c_double
+    library.it2core_chain_equilibrium.argtypes = [_DOUBLES]
     library.it2core_chain_predict.restype = ctypes.c_size_t
     library.it2core_chain_predict.argtypes = [
         _DOUBLES, ctypes.POINTER(_Record), _DOUBLES, _DOUBLES, _DOUBLES,
@@ -139,9 +142,9 @@ def free_run(
     y_initial : float
         Displacement before the first tick.
     limits : (float, float), optional
-        Range of displacement that the rules hold for (`ParameterSet.displacement_range`). Beyond its ends
-        the core goes on as its linearisation there, as in the FMUs. Without, it is (10) everywhere,
-        which diverges beyond.
+        Range of displacement that the rules hold for (`ParameterSet.displacement_range`). Beyond
+        its ends the core goes on as its linearisation there, as in the FMUs. Without, it is (10)
+        everywhere, which diverges beyond.
 
     Returns
     -------
@@ -337,14 +340,43 @@ def chain_free_run(
     displacement, measured : ndarray, shape (N,)
         NaN from the sample on at which the run is no longer finite.
     """
+    return _chain_run(parameters, voltage, force, temperature, first_tick)[:2]
+
+
+def chain_out_of_range(
+    parameters: Mapping[str, float | int | bool],
+    voltage: np.ndarray,
+    force: np.ndarray | float = 0.0,
+    temperature: np.ndarray | float = REST_TEMPERATURE,
+    first_tick: int = 0,
+) -> np.ndarray:
+    """Return where the run of `chain_free_run` is beyond what the parameters hold for.
+
+    Returns
+    -------
+    ndarray of bool, shape (N,)
+        `outOfRange` of the plant FMU: the voltage is outside voltageMin..voltageMax or the core's
+        displacement outside displacementMin..displacementMax.
+    """
+    return _chain_run(parameters, voltage, force, temperature, first_tick)[2] != 0
+
+
+def _chain_run(
+    parameters: Mapping[str, float | int | bool],
+    voltage: np.ndarray,
+    force: np.ndarray | float,
+    temperature: np.ndarray | float,
+    first_tick: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     packed = parameters if isinstance(parameters, np.ndarray) else pack_chain(parameters)
     voltage, force, temperature = _channels(voltage, force, temperature)
     displacement, measured = np.full(len(voltage), np.nan), np.full(len(voltage), np.nan)
+    outside = np.zeros(len(voltage), dtype=np.int32)
     done = _library().it2core_chain_run(
-        packed, voltage, force, temperature, first_tick, len(voltage), displacement, measured
+        packed, voltage, force, temperature, first_tick, len(voltage), displacement, measured, outside
     )
     displacement[done:] = measured[done:] = np.nan
-    return displacement, measured
+    return displacement, measured, outside
 
 
 def chain_inverse_run(
@@ -373,6 +405,14 @@ def chain_inverse_run(
     )
     voltage[done:] = np.nan
     return voltage, limits != 0
+
+
+def chain_equilibrium(parameters: Mapping[str, float | int | bool]) -> float:
+    """Return the voltage in V that holds the chain at `initialDisplacement`.
+
+    It is what the inverse FMU puts out before its first tick.
+    """
+    return _library().it2core_chain_equilibrium(pack_chain(parameters))
 
 
 # --- the whole chain, as an identification needs it ----------------------------------------------

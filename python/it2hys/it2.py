@@ -1,8 +1,8 @@
 """The IT2 core (10) and its inverse (30) as CasADi expressions: the model, written once.
 
 Where `limits` are given, the displacements that the rules hold for, the core goes on beyond them as its
-linearisation at the equilibrium of that end: F(y, x) = y_e + A (x - x_e) + s (y - y_e), with A = dF/dx and
-s = dF/dy at (y_e, x_e), F(y_e, x_e) = y_e. Without, it is (10) everywhere.
+linearisation at the equilibrium of that end: F(y, x) = y_e + A (x - x_e) + s (y - y_e), with A = dF/dx
+and s = dF/dy at (y_e, x_e), F(y_e, x_e) = y_e. Without, it is (10) everywhere.
 
 Rules are L rows of (s1, s2, c, q1, q2, q3), the columns of Table 1. Units are the caller's. CasADi
 derives every derivative; `it2hys.core` computes the same numbers in C where whole records are run.

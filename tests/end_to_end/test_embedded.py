@@ -244,7 +244,7 @@ def test_runs_as_the_core_beyond_the_range(name, tmp_path):
     parameters = SETS[name]
     limits = low, high = parameters.displacement_range
     voltage = 300.0 * np.sin(np.linspace(0.0, 30.0, 3000))
-    y, x, y_single, x_single = run(compile_strictly(embedded(parameters, tmp_path)), voltage)
+    y, _, y_single, x_single = run(compile_strictly(embedded(parameters, tmp_path)), voltage)
     expected = core.free_run(parameters.rules, voltage, parameters["initialDisplacement"], limits)
     np.testing.assert_array_equal(y, expected)
     assert y.min() < low - 0.1 * (high - low)

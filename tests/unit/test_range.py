@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
-from conftest import TS, UM, make_set
+from conftest import UM, make_set
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -149,4 +149,3 @@ def test_a_start_in_another_unit_is_refused():
         parameters = {**table_1(), "initialDisplacement": start}
         assert "initialDisplacement" in core.chain_check(parameters)
     assert core.chain_check({**table_1(), "initialDisplacement": 50e-6}) is None
-    assert TS == table_1()["sampleTime"]

@@ -35,6 +35,7 @@ struct fmu_outputs {
     double measured;
     double voltage;
     int saturated;
+    int outOfRange;
 };
 
 struct fmu_values {
