@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,46 @@ LARGEST_LIST = 20
 MESSAGE = 240
 
 
-def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
+@dataclass(frozen=True)
+class Counts:
+    """How many cases of a sweep there are, failed, were warned of, and left the range of a model.
+
+    `longest` is the largest number of samples that one case has beyond the range.
+    """
+
+    cases: int
+    failed: int
+    warned: int
+    out_of_range: int
+    longest: int
+
+    @classmethod
+    def of_table(cls, frame: pl.DataFrame) -> Counts:
+        """Count the rows of a table."""
+        beyond = frame["out_of_range"].fill_null(0)
+        return cls(
+            len(frame),
+            int((frame["status"] != "ok").sum()),
+            int((frame["warned"].fill_null(False) | (beyond > 0)).sum()),
+            int((beyond > 0).sum()),
+            int(beyond.max() or 0),
+        )
+
+    @property
+    def text(self) -> str:
+        """The counts as a sentence without its full stop."""
+        text = f"{self.cases} cases, {self.failed} failed"
+        if self.warned:
+            text += f", {self.warned} with warnings"
+        if self.out_of_range:
+            text += (
+                f": {self.out_of_range} go beyond what their model holds for (outOfRange), for up to "
+                f"{self.longest} samples"
+            )
+        return text
+
+
+def write_sweep_report(results: Path, directory: Path) -> tuple[Path, Counts]:
     """Write `report.html` and its figures.
 
     Parameters
@@ -39,8 +79,8 @@ def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
     -------
     path : Path
         Of the page.
-    failed : int
-        Number of cases that failed.
+    counts : Counts
+        Cases that failed or were warned of.
 
     Raises
     ------
@@ -51,10 +91,10 @@ def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
     frame = pl.read_parquet(results, columns=_columns_drawn(metadata))
     columns = Columns(frame, metadata)
     failed = frame.filter(pl.col("status") != "ok")
+    counts = Counts.of_table(frame)
     text = [metadata["text"]] if metadata["text"] else []
     text.append(
-        f"{len(frame)} cases, {len(failed)} of which failed. Everything here is drawn from "
-        f"{results.name}, whose rows are the cases."
+        f"{counts.text}. Everything here is drawn from {results.name}, whose rows are the cases."
     )
     sections = [Section("Results", text, [_summary(columns)], _pictures(metadata, columns))]
     if len(failed):
@@ -62,7 +102,7 @@ def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
     warned = columns.frame.drop_nulls("message")
     if len(warned):
         sections.append(_messages(warned))
-    return write_report(make_directory(directory), metadata["title"], sections), len(failed)
+    return write_report(make_directory(directory), metadata["title"], sections), counts
 
 
 def _columns_drawn(metadata: dict) -> list[str]:
@@ -70,7 +110,7 @@ def _columns_drawn(metadata: dict) -> list[str]:
     scalars = [entry["name"] for key in ("axes", "metrics") for entry in metadata[key]]
     drawn = {figure[key] for figure in metadata["figures"] for key in ("x", "y", "value")}
     traces = [entry["name"] for entry in metadata["keep"] if entry["name"] in drawn]
-    return ["case", "variant", *scalars, *traces, "status", "message"]
+    return ["case", "variant", *scalars, *traces, "status", "warned", "out_of_range", "message"]
 
 
 def _summary(columns: Columns) -> Table:
