@@ -8,10 +8,10 @@
  * effects is the IT2 core bit for bit. Constants are set once by chain_prepare; the state is a small
  * value that can be copied. Nothing is allocated and nothing is global.
  *
- * Delay, slew limit and saturation lose information, and the core is invertible within its range only.
- * Where they cut off what a reference asks for, the inverse gives the nearest voltage. What remembers
- * for long is then kept on what the plant really reaches: the amplifier's voltage, the play operators
- * and creep. The inverses of core, lag and resonance remember one or two ticks, and of those what was
+ * Delay, slew limit and saturation lose information, and the inverse aims at nothing beyond the range of
+ * the core, which is extrapolated there. Where they cut off what a reference asks for, the inverse gives
+ * the nearest voltage. What remembers for long is then kept on what the plant really reaches: the
+ * amplifier's voltage, the play operators and creep. The inverses of core, lag and resonance remember one or two ticks, and of those what was
  * aimed at: the plant comes back to it by its own contraction. (To take the plant back in one tick from
  * what it reached would make a limit cycle of lag, core and slew limit.) So nothing winds up. */
 #ifndef IT2HYS_CHAIN_H

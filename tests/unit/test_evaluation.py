@@ -8,6 +8,7 @@ from effects import with_effects
 from it2hys import core
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis.evaluation import evaluate
+from it2hys.identification_report import record_section
 from it2hys.parameters import ParameterSet, table_1
 from it2hys.records import Record
 
@@ -48,3 +49,15 @@ def test_samples_beyond_the_range_are_counted():
     assert not inside.out_of_range.any()
     assert 100 < np.count_nonzero(outside.out_of_range) < SAMPLES
     assert np.abs(outside.y_free).max() < 20e-6
+
+
+def test_the_report_says_how_many_samples_of_a_record_are_beyond_the_model():
+    parameters, record = table_1(), record_of(table_1(), 140.0)
+    (result,) = evaluate(parameters, [record])
+    count = np.count_nonzero(result.out_of_range)
+    text = " ".join(record_section(record, result, parameters).text)
+    assert f"{count} of {SAMPLES} samples are beyond what the model holds for, 0 to 110 V" in text
+    assert "to 140 V" in text
+    within = record_of(table_1(), 100.0)
+    (result,) = evaluate(parameters, [within])
+    assert "beyond" not in " ".join(record_section(within, result, parameters).text)
