@@ -23,8 +23,8 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
 {
     const unsigned effects = effects_of(p);
 
-    it2_prepare(&chain->core, p->rule, p->ruleCount);
-    chain->displacement = (struct it2_range){ p->displacementMin, p->displacementMax };
+    it2_prepare(&chain->core, p->rule, p->ruleCount,
+                (struct it2_range){ p->displacementMin, p->displacementMax });
     chain->effects = effects & ~(unsigned)CHAIN_READING;
     chain->reading = effects & CHAIN_READING;
     delay_prepare(&chain->delay, &p->delay, p->sampleTime);
@@ -142,7 +142,7 @@ static double within_limits(const struct chain *chain, struct chain_state *state
 
 static double within_reach(const struct chain *chain, double displacement)
 {
-    return fmin(fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
+    return fmin(fmax(displacement, chain->core.lower.y), chain->core.upper.y);
 }
 
 /* The plant's way with the voltage given: advances what remembers for long. `x` and `aim` are what is

@@ -8,10 +8,10 @@
  * effects is the IT2 core bit for bit. Constants are set once by chain_prepare; the state is a small
  * value that can be copied. Nothing is allocated and nothing is global.
  *
- * Delay, slew limit and saturation lose information, and the core is invertible within its range only.
- * Where they cut off what a reference asks for, the inverse gives the nearest voltage. What remembers
- * for long is then kept on what the plant really reaches: the amplifier's voltage, the play operators
- * and creep. The inverses of core, lag and resonance remember one or two ticks, and of those what was
+ * Delay, slew limit and saturation lose information, and the inverse aims at nothing beyond the range of
+ * the core, which is extrapolated there. Where they cut off what a reference asks for, the inverse gives
+ * the nearest voltage. What remembers for long is then kept on what the plant really reaches: the
+ * amplifier's voltage, the play operators and creep. The inverses of core, lag and resonance remember one or two ticks, and of those what was
  * aimed at: the plant comes back to it by its own contraction. (To take the plant back in one tick from
  * what it reached would make a limit cycle of lag, core and slew limit.) So nothing winds up. */
 #ifndef IT2HYS_CHAIN_H
@@ -77,7 +77,6 @@ struct chain {
     unsigned effects; /* that are on, between voltage and displacement (enum chain_effect, or-ed) */
     unsigned reading; /* that are on, between displacement and measured */
     struct it2 core;
-    struct it2_range displacement; /* where the core is invertible */
     struct delay delay;
     struct slew slew;
     struct saturation_parameters saturation;
@@ -124,6 +123,16 @@ struct chain_point {
     struct chain_state state;
     double output;
 };
+
+/* Is a value outside a range by more than rounding? An inverse that aims at an end takes the plant there but
+ * for that. */
+static inline bool chain_outside(double value, double minimum, double maximum)
+{
+    if (value >= minimum && value <= maximum)
+        return false;
+    const double slack = 1e-9 * (maximum - minimum);
+    return !(value >= minimum - slack && value <= maximum + slack);
+}
 
 HIDDEN_BEGIN
 

@@ -4,8 +4,9 @@
 
 #include "fmu.h"
 
-/* Errors are logged even where debug logging is off: a host that never asked still wants the reason. */
-enum { QUIET_CATEGORIES = FMU_LOG_DISCARD | FMU_LOG_ERROR };
+/* loggingOn is for debugging. What comes with a status is logged also without it: the standard says of
+ * fmi2Warning that the logger was called, and a host that never asked still wants the reason of an error. */
+enum { QUIET_CATEGORIES = FMU_LOG_WARNING | FMU_LOG_DISCARD | FMU_LOG_ERROR };
 
 static void begin(struct fmu *fmu)
 {
@@ -111,7 +112,7 @@ fmi2Status fmu_compute_start_outputs(struct fmu *fmu, const char *function)
     chain_prepare(&fmu->chain, parameters);
     chain_reset(&fmu->chain, &state, parameters);
     fmu->model->start(&fmu->chain, &state, parameters, &output);
-    if (!fmu_outputs_finite(&output)) /* it may lie outside the range that was checked */
+    if (!fmu_outputs_finite(&output)) /* a core that a voltage hardly moves may need an infinite one */
         return fmu_say(fmu, fmi2Error, "%s: at initialDisplacement, %g m, the output is no finite "
                        "number.", function, parameters->initialDisplacement);
     fmu->now.chain = state;

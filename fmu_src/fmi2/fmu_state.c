@@ -54,10 +54,14 @@ fmi2Status fmu_get_state(struct fmu *fmu, fmi2FMUstate *state)
 
 static void adopt(struct fmu *fmu, const struct fmu_snapshot *snapshot)
 {
+    /* a master that goes back to try again does so with the same parameters: they are prepared */
+    const bool prepared = !fmu->outputs_stale && memcmp(&fmu->now.values.parameter, &snapshot->values.parameter,
+                                                        sizeof snapshot->values.parameter) == 0;
+
     memcpy(&fmu->now, snapshot, sizeof fmu->now);
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
     fmu->outputs_stale = fmu->now.phase < FMU_STEP_COMPLETE;
-    if (!fmu->outputs_stale)
+    if (!fmu->outputs_stale && !prepared)
         chain_prepare(&fmu->chain, &fmu->now.values.parameter);
 }
 

@@ -29,6 +29,13 @@ struct columns {
     double resonance[2][COLUMNS];
 };
 
+/* A fit is of (10) itself: which range it holds for comes out in the end. */
+static void prepare(struct chain *chain, const struct chain_parameters *parameters)
+{
+    chain_prepare(chain, parameters);
+    it2_prepare(&chain->core, parameters->rule, parameters->ruleCount, IT2_EVERYWHERE);
+}
+
 /* Brings what stands before the core to rest at the voltage; returns the core's input. */
 static double begin_drive(struct walker *walker, const struct chain_parameters *parameters,
                           double voltage)
@@ -37,7 +44,7 @@ static double begin_drive(struct walker *walker, const struct chain_parameters *
     struct chain_state *state = &walker->state;
     double x = voltage;
 
-    chain_prepare(chain, parameters);
+    prepare(chain, parameters);
     *state = (struct chain_state){ 0 };
     delay_reset(&state->delay, x);
     slew_reset(&state->slew, x);

@@ -34,7 +34,7 @@ static unsigned inverse_tick(const struct chain *chain, struct chain_state *stat
         findings |= FMU_OUT_OF_REACH;
     if (limits & CHAIN_AMPLIFIER)
         findings |= FMU_AMPLIFIER_LIMIT;
-    if (!(outputs->voltage >= parameters->voltageMin && outputs->voltage <= parameters->voltageMax))
+    if (chain_outside(outputs->voltage, parameters->voltageMin, parameters->voltageMax))
         findings |= FMU_VOLTAGE_RANGE;
     return findings;
 }

@@ -151,7 +151,10 @@ static void tangents(void)
     for (int i = 0; i < 200; i++) {
         random_set(&seed, &p);
         chain_prepare(&chain, &p);
-        const double y = random_between(&seed, 1.0, 15.0);
+        /* within the range and beyond its ends */
+        const double y = i % 3 == 0 ? random_between(&seed, 1.0, 15.0)
+                                    : random_between(&seed, 0.5, 60.0) * (i % 3 == 1 ? -1.0 : 1.0) +
+                                          (i % 3 == 1 ? 0.0 : 16.0);
         const double aim = random_between(&seed, 1.0, 15.0);
         const double d_y = random_between(&seed, -1.0, 1.0), d_input = random_between(&seed, -1.0, 1.0);
         const struct chain_state state = { .core = { y } }, d_state = { .core = { d_y } };
@@ -175,24 +178,27 @@ static double hold_voltage(const struct chain_parameters *p)
     return chain_equilibrium(&chain, &state);
 }
 
-/* The parameters that the equilibrium depends on: initialDisplacement and those of the rules. */
+/* The parameters that the equilibrium depends on: initialDisplacement, the ends and those of the rules. */
 static double *parameter(struct chain_parameters *p, int i)
 {
-    return i == 0 ? &p->initialDisplacement : (double *)(void *)p->rule + (i - 1);
+    double *const first[] = { &p->initialDisplacement, &p->displacementMin, &p->displacementMax };
+
+    return i < 3 ? first[i] : (double *)(void *)p->rule + (i - 3);
 }
 
-static void equilibrium_tangent(void)
+static void equilibrium_tangent(double start)
 {
     struct chain_parameters p;
     struct chain chain;
     struct chain_state state;
 
     table_1(&p);
+    p.initialDisplacement = start;
     chain_prepare(&chain, &p);
     chain_reset(&chain, &state, &p);
     CHECK_CLOSE(chain_step(&chain, &state, hold_voltage(&p), &REST), p.initialDisplacement, 1e-13);
     chain_reset(&chain, &state, &p);
-    for (int i = 0; i <= 3 * IT2_RULE_PARAMETERS; i++) {
+    for (int i = 0; i < 3 + 3 * IT2_RULE_PARAMETERS; i++) {
         struct chain_parameters d = { .sampleTime = 0.0 }, up = p, down = p;
         const double h = 1e-5 * fmax(0.1, fabs(*parameter(&p, i)));
         *parameter(&d, i) = 1.0;
@@ -209,6 +215,8 @@ int main(void)
     identity();
     no_wind_up();
     tangents();
-    equilibrium_tangent();
+    equilibrium_tangent(1.0);
+    equilibrium_tangent(-30.0);
+    equilibrium_tangent(70.0);
     return check_report("chain");
 }

@@ -103,6 +103,7 @@ static void is_the_chain(struct chain_parameters p, const struct signals *s)
     struct run run;
 
     chain_prepare(&chain, &p);
+    it2_prepare(&chain.core, p.rule, p.ruleCount, IT2_EVERYWHERE);
     chain_reset(&chain, &state, &p);
     p.initialDisplacement += 0.3; /* where the search begins */
     if (!predict(&p, s, &run))

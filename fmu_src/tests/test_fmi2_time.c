@@ -223,6 +223,55 @@ static void warnings(void)
     INVERSE.FreeInstance(c);
 }
 
+/* At which tick of a step, with which value and beyond which range, in numbers; and a flag for the host that
+ * does not read logs. */
+static void out_of_range(void)
+{
+    fmi2Component c = make_running(&PLANT, 0.0);
+
+    CHECK(set_real(&PLANT, c, "voltage", 100.0) == fmi2OK);
+    CHECK(set_slope(&PLANT, c, "voltage", 1000.0) == fmi2OK);
+    CHECK(get_boolean(&PLANT, c, "outOfRange") == 0);
+    forget_log();
+    CHECK(PLANT.DoStep(c, 0.0, 10 * TS, fmi2True) == fmi2OK && logged.count == 0);
+    CHECK(get_boolean(&PLANT, c, "outOfRange") == 0);
+    CHECK(set_real(&PLANT, c, "voltage", 109.95) == fmi2OK);
+    CHECK(PLANT.DoStep(c, 10 * TS, 3 * TS, fmi2True) == fmi2Warning && logged.count == 1);
+    CHECK(log_says("the voltage left voltageMin..voltageMax, 0 to 110 V") && log_says("it is 110.05 V at 0.0011 s"));
+    CHECK(log_says("logged once") && strcmp(logged.category, "logStatusWarning") == 0);
+    CHECK(get_boolean(&PLANT, c, "outOfRange") == 1);
+    CHECK(set_real(&PLANT, c, "voltage", 115.0) == fmi2OK && set_slope(&PLANT, c, "voltage", 0.0) == fmi2OK);
+    forget_log();
+    CHECK(PLANT.DoStep(c, 13 * TS, TS, fmi2True) == fmi2OK && logged.count == 0); /* said already */
+    CHECK(PLANT.DoStep(c, 14 * TS, 0.1, fmi2True) == fmi2Warning && logged.count == 1);
+    CHECK(log_says("displacementMin..displacementMax, 0 to 16 um") && log_says("it is 16.0"));
+    CHECK(set_real(&PLANT, c, "voltage", 105.0) == fmi2OK);
+    CHECK(PLANT.DoStep(c, 14 * TS + 0.1, TS, fmi2True) == fmi2OK); /* the voltage is back, the core not yet */
+    CHECK(get_boolean(&PLANT, c, "outOfRange") == 1);
+    CHECK(PLANT.DoStep(c, 15 * TS + 0.1, 0.1, fmi2True) == fmi2OK);
+    CHECK(get_boolean(&PLANT, c, "outOfRange") == 0 && logged.count == 1);
+    PLANT.FreeInstance(c);
+}
+
+/* The inverse may aim at the ends themselves: rounding is not beyond them. */
+static void the_ends_are_within(void)
+{
+    fmi2Component inverse = make_running(&INVERSE, 0.0), plant = make_running(&PLANT, 0.0);
+
+    for (int k = 0; k < 2000; k++) {
+        const double reference = 8e-6 * (1.0 - cos(0.0031415926535897932 * k));
+        CHECK(set_real(&INVERSE, inverse, "reference", fmin(reference, 16e-6)) == fmi2OK);
+        CHECK(INVERSE.DoStep(inverse, k * TS, TS, fmi2True) <= fmi2Warning);
+        CHECK(get_boolean(&INVERSE, inverse, "saturated") == 0);
+        const double voltage = get_real(&INVERSE, inverse, "voltage");
+        CHECK(set_real(&PLANT, plant, "voltage", voltage) == fmi2OK);
+        CHECK(PLANT.DoStep(plant, k * TS, TS, fmi2True) <= fmi2Warning);
+        CHECK(get_boolean(&PLANT, plant, "outOfRange") == (voltage < 0.0 || voltage > 110.0));
+    }
+    PLANT.FreeInstance(plant);
+    INVERSE.FreeInstance(inverse);
+}
+
 static void of_model(const struct fmi2_api *m)
 {
     any_step_same_ticks(m);
@@ -253,5 +302,7 @@ int main(void)
     accumulated_time(1e-5, 5, 2, 1e6);
     discarded_step();
     warnings();
+    out_of_range();
+    the_ends_are_within();
     return check_report("fmi2 time");
 }

@@ -14,7 +14,11 @@ from it2hys.numerals import parse_number
 # modules that take long to import are imported by the commands that need them
 
 # units in the CSV files that `simulate` writes; lengths are in um
-UNITS_WRITTEN = {"voltage": "V", "force": "N", "temperature": "K", "saturated": "1"}
+UNITS_WRITTEN = {
+    "voltage": "V", "force": "N", "temperature": "K", "saturated": "1", "outOfRange": "1",
+}  # fmt: skip
+# parameters that say for what a plant FMU holds
+ENDS = ("voltageMin", "voltageMax", "displacementMin", "displacementMax")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -91,6 +95,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME=VALUE",
         help="a parameter in SI units, such as initialDisplacement=1e-6; may be repeated",
     )
+    simulate.add_argument("--json", action="store_true", help="print the outcome as JSON, no progress")
     _add_columns(simulate)
 
     sweep = _command(commands, "sweep", _sweep, "run all cases of a sweep scenario, in parallel")
@@ -291,6 +296,7 @@ def _simulate(options: argparse.Namespace) -> int:
     start = dict(_assignment(text) for text in options.set)
     with Slave(options.fmu, start) as slave:
         names, sample_time = slave.names("input"), simulation.sample_time(slave)
+        ends = {name: slave.get(name) for name in ENDS if name in slave.variables}
     signals = read_signals(options.input, names, columns=_columns(options))
     if abs(signals.sample_time / sample_time - 1) > 1e-3:
         raise InputError(
@@ -298,17 +304,43 @@ def _simulate(options: argparse.Namespace) -> int:
             f"{sample_time:g} s; resample the signals or identify a model at their rate"
         )
     outputs, messages = simulation.simulate(
-        options.fmu, signals.values, start, lambda ticks: tqdm(ticks, disable=options.quiet)
+        options.fmu,
+        signals.values,
+        start,
+        lambda ticks: tqdm(ticks, disable=options.quiet or options.json),
     )
     columns = {
         name: (value, UNITS_WRITTEN.get(name, "um"))
         for name, value in {**signals.values, **outputs}.items()
     }
     write_signals(options.output, signals.time, columns)
-    for message in messages:
+    counts, sentences = _beyond(ends, signals.values, outputs)
+    for message in [*messages, *sentences]:
         print(f"it2hys: {message}", file=sys.stderr)
+    if options.json:
+        said = {"output": str(options.output), "samples": len(signals.time), **counts}
+        print(json.dumps({**said, "messages": [*messages, *sentences]}, indent=1))
+        return 0
     _say(options, options.output)
     return 0
+
+
+def _beyond(ends: dict, inputs: dict, outputs: dict) -> tuple[dict[str, int], list[str]]:
+    """Return how many samples were out of range or out of reach, and sentences where any were."""
+    from it2hys.validity import out_of_range_sentence
+
+    counts, sentences = {}, []
+    if len(ends) == len(ENDS) and {"outOfRange", "displacement"} <= outputs.keys():
+        outside, displacement = outputs["outOfRange"] != 0, outputs["displacement"]
+        voltage = inputs.get("voltage", 0.0 * displacement)
+        counts["samples_out_of_range"] = int(outside.sum())
+        sentences.append(out_of_range_sentence(ends, outside, voltage, displacement, "um"))
+    if "saturated" in outputs:
+        saturated, samples = int((outputs["saturated"] != 0).sum()), len(outputs["saturated"])
+        counts["samples_saturated"] = saturated
+        if saturated:
+            sentences.append(f"{saturated} of {samples} samples ask for more than can be reached.")
+    return counts, [text for text in sentences if text]
 
 
 def _assignment(text: str) -> tuple[str, float]:
@@ -346,7 +378,7 @@ def _sweep(options: argparse.Namespace) -> int:
             )
         )
         return 0
-    _say(options, f"{outcome.cases} cases, {outcome.failed} failed")
+    _say(options, outcome.summary)
     _say(options, f"table: {outcome.results}\nreport: {outcome.report}")
     return 0
 

@@ -142,7 +142,7 @@ def suitable_gains(parameters: ParameterSet) -> dict[str, float]:
     rules, sample_time = parameters.rules, parameters["sampleTime"]
     middle = np.array([float(np.mean(parameters.displacement_range))])
     voltage = core.solve(rules, middle, middle)
-    _, _, (by_voltage, by_displacement) = core.gradient(rules, middle[0], voltage[0])
+    _, _, (by_voltage, by_displacement, _) = core.gradient(rules, middle[0], voltage[0])
     gain = by_voltage / (1.0 - by_displacement)
     time_constant = -sample_time / np.log(by_displacement) if 0.0 < by_displacement < 1.0 else 0.0
     integral_gain = CROSSOVER / sample_time / gain

@@ -18,6 +18,7 @@ from it2hys.packaging import make_directory, package
 from it2hys.records import Record
 from it2hys.report import Picture, Section, Table, write_report
 from it2hys.simulation import track
+from it2hys.validity import out_of_range_sentence
 from it2hys.variables import load_table
 
 #: The paper's reference: so long at its sample time.
@@ -225,6 +226,10 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
         text = [f"The plant FMU gives this run with {start} (SI units)."]
         if after.skip:
             text.append(f"The first {after.skip} samples, a start-up transient, are left out.")
+        beyond = out_of_range_sentence(
+            diagnosis.parameters, after.out_of_range, record.voltage, after.y - after.offset
+        )
+        text += [beyond] if beyond else []
         pictures = [
             Picture(
                 f"{record.name}_time",
@@ -369,6 +374,7 @@ def _judgement_json(judgement: Judgement) -> dict:
         "offset_um": judgement.offset * UM,
         "start": judgement.start,
         "skipped_samples": judgement.skip,
+        "samples_out_of_range": int(np.count_nonzero(judgement.out_of_range)),
     }
 
 

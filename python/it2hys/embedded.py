@@ -65,8 +65,9 @@ _TEXT = """\
  *                          {single}
  * chain_inverse takes one multiplication, one addition and three comparisons more than chain_step.
  * Where the displacement is so far from a rule that a membership may underflow in double (more than
- * 35 of its sigmaLower), 2 L + 1 comparisons come on top, and where all memberships do (more than 35
- * of the widest sigmaUpper), 2 L exponentials more.
+ * 35 of its sigmaLower), 2 L + 3 comparisons come on top, and where all memberships do (more than 35
+ * of the widest sigmaUpper), 2 L exponentials more. Beyond displacementMin..displacementMax the core is
+ * its linearisation at that end: 2 multiplications, 4 additions and at most 4 comparisons.
  *
  * In single precision: it2hys_single.h is all of this in float. The core alone is in it2_single.h, with
  * it2hys_begin_single here.
@@ -89,7 +90,9 @@ static inline void it2hys_begin(struct chain *chain, struct chain_state *state)
 
 static inline void it2hys_begin_single(struct it2_single *stage)
 {{
-    it2_single_prepare(stage, IT2HYS_PARAMETERS.rule, IT2HYS_PARAMETERS.ruleCount);
+    const struct it2_single_range range = {{ (float)IT2HYS_PARAMETERS.displacementMin,
+                                            (float)IT2HYS_PARAMETERS.displacementMax }};
+    it2_single_prepare(stage, IT2HYS_PARAMETERS.rule, IT2HYS_PARAMETERS.ruleCount, range);
 }}
 
 #endif
@@ -177,8 +180,8 @@ def model_header(parameters: ParameterSet) -> str:
         rules=rules,
         sample_time=parameters["sampleTime"],
         step=_row(22 * rules, 24 * rules, 2, 1),
-        single_formula=_row("25 L + 1", "28 L + 1", "5 L", "1"),
-        single=_row(25 * rules + 1, 28 * rules + 1, 5 * rules, 1),
+        single_formula=_row("25 L + 1", "28 L + 1", "5 L + 2", "1"),
+        single=_row(25 * rules + 1, 28 * rules + 1, 5 * rules + 2, 1),
         values="\n".join(initialisers(parameters)),
     )
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from it2hys import figures
 from it2hys.diagnosis import RULES, Diagnosis, diagnose
+from it2hys.diagnosis.evaluation import evaluate
 from it2hys.diagnosis_report import write_diagnosis
 from it2hys.estimator_comparison import compare_estimators
 from it2hys.identification import Options, RecordResult, identify
-from it2hys.identification.evaluation import evaluate
 from it2hys.identification_report import ROLES, UM, record_section, write_identification
 from it2hys.metrics import max_relative_error, rms_error
 from it2hys.packaging import make_directory, package
@@ -143,7 +143,7 @@ def _with_table_1(scenario: Scenario, records: list[Record], directory: Path) ->
     sections = [
         Section("Table 1 as published", [scenario.text]),
         comparison(scenario.records, results),
-        *(record_section(r, result) for r, result in zip(records, results, strict=True)),
+        *(record_section(r, result, parameters) for r, result in zip(records, results, strict=True)),
     ]
     if scenario.tracking:
         sections.append(tracking(scenario, parameters, records[0]))

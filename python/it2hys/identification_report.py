@@ -12,9 +12,11 @@ from it2hys.files import write_atomically
 from it2hys.identification.result import Identification, RecordResult
 from it2hys.metrics import max_relative_error, rms_error
 from it2hys.packaging import make_directory, package
+from it2hys.parameters import ParameterSet
 from it2hys.records import Record
 from it2hys.report import Picture, Section, Table, write_report
 from it2hys.simulation import track
+from it2hys.validity import out_of_range_sentence
 from it2hys.variables import load_table
 
 UM = 1e6
@@ -72,7 +74,10 @@ def write_identification(
     before = straight_line_errors(records, results)
     sections = [
         Section("Summary", summary(identification), [error_table(identification, before)]),
-        *(record_section(*pair) for pair in zip(records, results, strict=True)),
+        *(
+            record_section(record, result, identification.parameters)
+            for record, result in zip(records, results, strict=True)
+        ),
         *extra,
         _tracking_section(directory, identification, records[0]),
         _parameter_section(identification),
@@ -162,7 +167,7 @@ def error_table(identification: Identification, before: Sequence[tuple[float, fl
     )  # fmt: skip
 
 
-def record_section(record: Record, result: RecordResult) -> Section:
+def record_section(record: Record, result: RecordResult, parameters: ParameterSet) -> Section:
     """Return how the model does on one record: over time and over voltage."""
     kept = slice(result.skip, None)
     time, voltage = record.time[kept], record.voltage[kept]
@@ -176,6 +181,10 @@ def record_section(record: Record, result: RecordResult) -> Section:
         text.append(
             f"The first {result.skip} samples, a start-up transient, are left out of the errors."
         )
+    beyond = out_of_range_sentence(
+        parameters, result.out_of_range, record.voltage, result.y_free - result.offset
+    )
+    text += [beyond] if beyond else []
     text += [f"Note: {note}" for note in record.notes]
     return Section(
         f"Record {label}",
@@ -270,7 +279,9 @@ def _parameter_section(identification: Identification) -> Section:
 def _method_section(identification: Identification) -> Section:
     text = [
         f"The fit ended: {identification.message} The largest contraction |∂y(k)/∂y(k−1)| over the "
-        f"displacement range is {identification.contraction:.4f} (below 1: a free run cannot diverge).",
+        f"displacement range is {identification.contraction:.4f} (below 1: a wrong start is forgotten; "
+        "beyond the range the model goes on as the contraction that it is at its ends, so that no "
+        "voltage makes a free run diverge).",
         "Duration: " + ", ".join(f"{k} {v:.1f} s" for k, v in identification.seconds.items()) + ".",
     ]
     tables = [
@@ -357,6 +368,7 @@ def _record_json(result: RecordResult) -> dict:
         "offset_um": result.offset * UM,
         "initial_displacement_um": result.initial_displacement * UM,
         "skipped_samples": result.skip,
+        "samples_out_of_range": int(np.count_nonzero(result.out_of_range)),
     }
 
 

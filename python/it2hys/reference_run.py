@@ -60,28 +60,56 @@ def reference_files(model: str, parameters: ParameterSet) -> dict[str, bytes]:
 
 
 def reference_run(model: str, parameters: ParameterSet) -> tuple[dict, dict]:
-    """Return the input at every tick and the outputs at every communication point.
+    """Return the inputs at every tick and the outputs at every communication point.
 
-    The displacement goes from where it starts to the far end of its range and back. A row of the
-    outputs is what is read at its time: the result of the tick before.
+    The chain runs with all its effects, under a force and a temperature that change. The inverse's
+    reference goes from where the displacement starts to near the far end of its range and back; the
+    plant gets the voltage that would take its core there alone, which its amplifier need not let
+    through. A row of the outputs is what is read at its time: the result of the tick before.
     """
-    rules, start = parameters.rules, parameters["initialDisplacement"]
-    target = _quantised(_excursion(parameters))
-    before = np.concatenate([[start], target[:-1]])
-    voltage = core.solve(rules, before, target)
-    rest = core.solve(rules, np.array([start]), np.array([start]))
+    start = parameters["initialDisplacement"]
+    begin, way = _core_start(parameters), _excursion(parameters)
+    around = {"force": _quantised(2.0 * _wave(3)), "temperature": _quantised(293.15 + 2.0 * _wave(2))}
     if model == "inverse":
-        read = np.concatenate([rest, voltage[:-1]])
-        return {"reference": target}, {"voltage": read, "saturated": np.zeros(TICKS, dtype=int)}
-    voltage = _quantised(voltage)
-    read = np.concatenate([[start], core.free_run(rules, voltage, start)[:-1]])
-    return {"voltage": voltage}, {"displacement": read, "measured": read}
+        reference = _quantised(start - begin + way)
+        voltage, saturated = core.chain_inverse_run(parameters, reference, *around.values())
+        return {"reference": reference, **around}, {
+            "voltage": _read_later(core.chain_equilibrium(parameters), voltage),
+            "saturated": _read_later(0, saturated.astype(int)),
+        }
+    before, limits = np.concatenate([[begin], way[:-1]]), parameters.displacement_range
+    voltage = _quantised(core.solve(parameters.rules, before, way, limits))
+    displacement, measured = core.chain_free_run(parameters, voltage, *around.values())
+    outside = core.chain_out_of_range(parameters, voltage, *around.values())
+    return {"voltage": voltage, **around}, {
+        "displacement": _read_later(start, displacement),
+        "measured": _read_later(start, measured),
+        "outOfRange": _read_later(0, outside.astype(int)),
+    }
+
+
+def _read_later(before: float, ticks: np.ndarray) -> np.ndarray:
+    """Return what a master reads at the ticks' times: before the first tick, then the tick before."""
+    return np.concatenate([[before], ticks[:-1]])
+
+
+def _wave(periods: int) -> np.ndarray:
+    return np.sin(2 * math.pi * periods * np.arange(TICKS) / TICKS)
+
+
+def _core_start(parameters: ParameterSet) -> float:
+    """Return where the core begins: what creep has added by then is not its."""
+    gains = sum(parameters[f"creep[{i}].gain"] for i in range(1, parameters.counts["creep"] + 1))
+    return (parameters["initialDisplacement"] - gains * parameters["initialCreep"]) / (1.0 + gains)
 
 
 def _excursion(parameters: ParameterSet) -> np.ndarray:
-    """Return displacements from the initial one to the farther end of the range and back."""
-    low, high = parameters["displacementMin"], parameters["displacementMax"]
-    start = min(max(parameters["initialDisplacement"], low), high)
+    """Return displacements of the core, from where it begins to near its farther end and back.
+
+    Where it begins outside its range, they begin at that end.
+    """
+    low, high = parameters.displacement_range
+    start = min(max(_core_start(parameters), low), high)
     share = 0.9 if start < (low + high) / 2 else 0.1
     far = low + share * (high - low)
     cycle = 2 * math.pi * np.arange(TICKS) / TICKS

@@ -28,7 +28,8 @@ class Slave:
     """One instance of an FMU for co-simulation, initialised and ready to step.
 
     Use as a context manager. Messages of the FMU since its last initialization are collected in
-    `messages`. An instance is used again by `initialize`.
+    `messages`, and `warned` tells whether there was a warning among them. An instance is used again by
+    `initialize`.
 
     Parameters
     ----------
@@ -46,6 +47,7 @@ class Slave:
     def __init__(self, path: str | Path, start_values: Mapping | None = None) -> None:
         self.path = Path(path)
         self.messages: list[str] = []
+        self.warned = False
         self._stack = ExitStack()
         self._fmu, self._used = None, False
         try:
@@ -84,7 +86,8 @@ class Slave:
         fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
         self._fmu, self._used = fmu, False
 
-    def _hear(self, _status: int, message: bytes) -> None:
+    def _hear(self, status: int, message: bytes) -> None:
+        self.warned |= status == fmi2.fmi2Warning
         if len(self.messages) < LARGEST_LOG:
             self.messages.append(message.decode(errors="replace").strip())
 
@@ -132,6 +135,7 @@ class Slave:
     def begin(self, start_values: Mapping | None = None) -> None:
         """Enter initialization mode: outputs can be read, inputs be set, until `ready`."""
         self.messages.clear()
+        self.warned = False
         with self._explained():
             if self._fmu is None:
                 self._instantiate()

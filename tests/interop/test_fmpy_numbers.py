@@ -68,7 +68,8 @@ def test_a_packaged_set_runs_as_the_c_core(tmp_path_factory, parameters):
     x = 30.0 - 30.0 * np.cos(2 * np.pi * np.arange(200) / 100)
     with Master(plant) as master:
         y = master.run(x)
-    expected = core.free_run(parameters.rules, x, parameters["initialDisplacement"])
+    start, limits = parameters["initialDisplacement"], parameters.displacement_range
+    expected = core.free_run(parameters.rules, x, start, limits)
     np.testing.assert_allclose(y, expected, rtol=1e-12, atol=1e-12 * np.ptp(expected))
 
 

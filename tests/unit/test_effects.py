@@ -51,7 +51,8 @@ def test_without_effects_the_chain_is_the_core_bit_for_bit(seed, count):
     parameters = make_set(seed, count, initialDisplacement=3 * UM)
     voltage, around = signals(SAMPLES, 0.0, 100.0), surroundings(SAMPLES)
     displacement, measured = core.chain_free_run(parameters, voltage, *around, first_tick=12345)
-    alone = core.free_run(parameters.rules, voltage, 3 * UM)
+    limits = parameters.displacement_range
+    alone = core.free_run(parameters.rules, voltage, 3 * UM, limits)
     assert displacement.tobytes() == measured.tobytes() == alone.tobytes()
     reference = signals(SAMPLES, 1 * UM, 15 * UM)
     inverse = core.chain_inverse_run(parameters, reference, *around)[0]

@@ -345,7 +345,7 @@ class _Session:
             **model.values,
             "voltageMin": float(min(v.min() for v in voltages)),
             "voltageMax": float(max(v.max() for v in voltages)),
-            **_start(model, self._all_fitted[0], 0),
+            **start_of(model, self._all_fitted[0], 0),
         }
         return ParameterSet(_with_rising_thresholds(values), name).validate()
 
@@ -354,7 +354,7 @@ class _Session:
         traces = self._traces("train", "validation", "test")
         fitted = bench.fit_own(model, traces, len(self._train))
         return tuple(
-            _judge(p, t, parameters, _start(fitted, t, i), float(fitted.offsets[i]))
+            judge(p, t, parameters, start_of(fitted, t, i), float(fitted.offsets[i]))
             for i, ((_, p), t) in enumerate(zip(self._prepared, traces, strict=True))
         )
 
@@ -406,7 +406,7 @@ def _passed_on(identification: Identification) -> list[str]:
     return [w for w in identification.warnings if "training records" in w and "lacks" not in w]
 
 
-def _start(model: Model, trace: Trace, index: int) -> dict[str, float]:
+def start_of(model: Model, trace: Trace, index: int) -> dict[str, float]:
     """Return the parameters with which the plant FMU begins a record."""
     own = {name: float(values[index]) for name, values in model.own.items()}
     gains = sum(v for n, v in model.values.items() if n.startswith("creep[") and n.endswith("gain"))
@@ -428,7 +428,7 @@ def _with_rising_thresholds(values: dict) -> dict:
     return ordered
 
 
-def _judge(
+def judge(
     prepared: Prepared, trace: Trace, parameters: ParameterSet, start: dict, offset: float
 ) -> Judgement:
     """Return the errors of the free run that the plant FMU makes of a record."""
@@ -438,7 +438,13 @@ def _judge(
     if common[1] <= (1.0 + _SAME_START) * own[1]:
         start, own = packaged, common
     e_mr, e_rms, y = own
-    return Judgement(trace.name, trace.role, e_mr, e_rms, start, offset, prepared.skip, trace.noise, y)
+    drive = trace.drive
+    outside = core.chain_out_of_range(
+        parameters.replace(**start), drive.voltage, drive.force, drive.temperature
+    )
+    return Judgement(
+        trace.name, trace.role, e_mr, e_rms, start, offset, prepared.skip, trace.noise, y, outside
+    )
 
 
 def _errors(

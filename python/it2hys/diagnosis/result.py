@@ -29,6 +29,8 @@ class Judgement:
         Of the record, m rms.
     y : ndarray, shape (N,)
         The model's reading on all samples, offset included, m.
+    out_of_range : ndarray of bool, shape (N,)
+        Where the run is beyond what the model holds for (`outOfRange` of the plant FMU).
     """
 
     name: str
@@ -40,6 +42,7 @@ class Judgement:
     skip: int
     noise: float
     y: np.ndarray = field(repr=False)
+    out_of_range: np.ndarray = field(repr=False)
 
 
 @dataclass(frozen=True)

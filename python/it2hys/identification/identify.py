@@ -262,7 +262,7 @@ class _Session:
         scaling, point = self._scaling, fit.minimum.coordinates
         uncertainty = assess(fit.criterion.with_guard(None), point, scaling)
         parameters = self._parameters(fit, usable)
-        results = self._results(fit)
+        results = self._results(fit, parameters)
         identification = Identification(
             parameters=parameters,
             records=tuple(results),
@@ -300,17 +300,16 @@ class _Session:
             **{"nonlinearity.minimum": float(usable[0]), "nonlinearity.maximum": float(usable[1])},
         )
 
-    def _results(self, fit: Fit) -> list[RecordResult]:
+    def _results(self, fit: Fit, parameters: ParameterSet) -> list[RecordResult]:
         scaling, point = self._scaling, fit.minimum.coordinates
         states, offsets = fit.criterion.states(point), fit.criterion.offsets(point)
-        physical = scaling.physical_rules(fit.rules)
         fitted = [
-            judge(p, "train", physical, scaling, s, o)
+            judge(p, "train", parameters, scaling, s, o)
             for p, s, o in zip(self._train, states, offsets, strict=True)
         ]
         allowed = self._offsets or bool(self._options.offsets)
         return fitted + [
-            judge_new(self._with_lead(p, fit), role, fit.rules, scaling, allowed)
+            judge_new(self._with_lead(p, fit), role, parameters, scaling, allowed)
             for role, p in self._others
         ]
 

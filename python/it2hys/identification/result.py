@@ -71,6 +71,11 @@ class RecordResult:
         How it was estimated.
     y_free, y_one_step : ndarray, shape (N,)
         Model outputs on all samples, `offset` included, m.
+    out_of_range : ndarray of bool, shape (N,)
+        Where the free run is beyond what the model holds for (`outOfRange` of the plant FMU).
+    start : dict of str to float
+        Parameters with which the plant FMU begins this record, SI units; of a model without effects
+        `initialDisplacement` alone.
     """
 
     name: str
@@ -86,6 +91,8 @@ class RecordResult:
     noise_method: str
     y_free: np.ndarray = field(repr=False)
     y_one_step: np.ndarray = field(repr=False)
+    out_of_range: np.ndarray = field(repr=False)
+    start: dict[str, float]
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,47 @@ LARGEST_LIST = 20
 MESSAGE = 600
 
 
-def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
+@dataclass(frozen=True)
+class Counts:
+    """How many cases of a sweep there are, failed, were warned of, and left the range of a model.
+
+    `longest` is the largest number of samples that one case has beyond the range.
+    """
+
+    cases: int
+    failed: int
+    warned: int
+    out_of_range: int
+    longest: int
+
+    @classmethod
+    def of_table(cls, rows: pl.LazyFrame) -> Counts:
+        """Count the rows of a table."""
+        beyond = pl.col("out_of_range").fill_null(0)
+        counts = rows.select(
+            cases=pl.len(),
+            failed=(pl.col("status") != "ok").sum(),
+            warned=(pl.col("warned").fill_null(False) | (beyond > 0)).sum(),
+            out_of_range=(beyond > 0).sum(),
+            longest=beyond.max().fill_null(0),
+        )
+        return cls(**counts.collect().row(0, named=True))
+
+    @property
+    def text(self) -> str:
+        """The counts as a sentence without its full stop."""
+        text = f"{self.cases} cases, {self.failed} failed"
+        if self.warned:
+            text += f", {self.warned} with warnings"
+        if self.out_of_range:
+            text += (
+                f": {self.out_of_range} go beyond what their model holds for (outOfRange), for up to "
+                f"{self.longest} samples"
+            )
+        return text
+
+
+def write_sweep_report(results: Path, directory: Path) -> tuple[Path, Counts]:
     """Write `report.html` and its figures.
 
     Parameters
@@ -33,8 +74,8 @@ def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
     -------
     path : Path
         Of the page.
-    failed : int
-        Number of cases that failed.
+    counts : Counts
+        Cases that failed or were warned of.
 
     Raises
     ------
@@ -45,20 +86,18 @@ def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
     rows = pl.scan_parquet(results)  # read column by column: a table may be larger than memory
     columns = Columns(rows, metadata)
     failed = rows.filter(pl.col("status") != "ok")
-    cases, failures = pl.collect_all([frame.select(pl.len()) for frame in (rows, failed)])
-    cases, failures = cases.item(), failures.item()
+    counts = Counts.of_table(rows)
     text = [metadata["text"]] if metadata["text"] else []
     text.append(
-        f"{cases} cases, {failures} of which failed. Everything here is drawn from "
-        f"{results.name}, whose rows are the cases."
+        f"{counts.text}. Everything here is drawn from {results.name}, whose rows are the cases."
     )
     sections = [Section("Results", text, [_summary(columns)], _pictures(metadata, columns))]
-    if failures:
+    if counts.failed:
         sections.append(_failures(failed, metadata))
     said = _messages(columns.rows)
     if said is not None:
         sections.append(said)
-    return write_report(make_directory(directory), metadata["title"], sections), failures
+    return write_report(make_directory(directory), metadata["title"], sections), counts
 
 
 def _summary(columns: Columns) -> Table:

@@ -21,6 +21,8 @@ from it2hys.sweeps.plan import Plan, Setup, signal_values
 OK, FAILED = "ok", "failed"
 #: Between the messages of a case.
 MESSAGES_APART = " | "
+#: Output of a plant that is true beyond what its parameters hold for.
+OUT_OF_RANGE = "outOfRange"
 #: Signals kept for cases that share them, and their samples; a grid over the signals themselves would
 #: fill the memory, and so would a few that last for hours.
 KEPT_SIGNALS, KEPT_SAMPLES = 8, 20_000_000
@@ -86,7 +88,7 @@ def format_rows(plan: Plan, rows: list[dict]) -> bytes:
         **{axis.name: pl.Float64 for axis in plan.axes},
         **{metric.name: pl.Float64 for metric in plan.metrics},
         **{name: pl.List(pl.Float64) for name in plan.keep},
-        "status": pl.String, "message": pl.String,
+        "status": pl.String, "warned": pl.Boolean, "out_of_range": pl.Int64, "message": pl.String,
     }  # fmt: skip
     columns = {name: [row.get(name) for row in rows] for name in schema}
     for name in plan.keep:  # as series: polars would make arrays of traces of one length
@@ -104,6 +106,11 @@ def _columns(plan: Plan, case: int) -> dict:
         "variant": variant or None,
         **dict(zip(names, plan.matrix[case].tolist(), strict=True)),
     }
+
+
+def _range_flags(slaves: Mapping[str, Slave]) -> list[str]:
+    """Return the outputs that tell whether an FMU is beyond what its parameters hold for."""
+    return [f"{name}.{OUT_OF_RANGE}" for name, s in slaves.items() if OUT_OF_RANGE in s.names("output")]
 
 
 class Runner:
@@ -157,7 +164,8 @@ class Runner:
     def _system(self, setup: Setup) -> System:
         if setup.name not in self._systems:
             slaves = {name: self._slave(name) for name in setup.fmus}
-            self._systems[setup.name] = System(slaves, setup.connections, self._recorded)
+            recorded = dict.fromkeys([*self._recorded, *_range_flags(slaves)])
+            self._systems[setup.name] = System(slaves, setup.connections, list(recorded))
         return self._systems[setup.name]
 
     def _run(self, case: int) -> dict:
@@ -171,7 +179,13 @@ class Runner:
             {name: signal[0] for name, signal in signals.items()},
         )
         records = system.run(signals, count, step)
-        row = {"status": OK, "message": MESSAGES_APART.join(system.messages) or None}
+        flags = [records[name] != 0 for name in _range_flags(system.slaves)]
+        row = {
+            "status": OK,
+            "warned": any(slave.warned for slave in system.slaves.values()),
+            "out_of_range": int(np.count_nonzero(np.any(flags, axis=0))) if flags else None,
+            "message": MESSAGES_APART.join(system.messages) or None,
+        }
         for metric in plan.metrics:
             of, against = (
                 self._output(name, records, values, step, count, metric.of)

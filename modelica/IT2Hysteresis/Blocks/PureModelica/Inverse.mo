@@ -51,7 +51,7 @@ equation
       playThreshold,
       playWeight,
       pre(p),
-      IT2Hysteresis.Functions.inverse(
+      IT2Hysteresis.Functions.coreInverse(
         parameters.ruleSigmaLower,
         parameters.ruleSigmaUpper,
         parameters.ruleCentre,
@@ -59,7 +59,9 @@ equation
         parameters.ruleQ2,
         parameters.ruleQ3,
         pre(aim),
-        aim));
+        aim,
+        lowerEnd,
+        upperEnd));
     wanted = IT2Hysteresis.Functions.Effects.lagInverse(lagRate, pre(lagged), lagged);
     voltage = IT2Hysteresis.Functions.Effects.slew(
       slewStep,
@@ -76,7 +78,7 @@ equation
       playThreshold,
       pre(p),
       if slews or saturates then reachedLag else lagged);
-    reached = if slews or saturates then IT2Hysteresis.Functions.step(
+    reached = if slews or saturates then IT2Hysteresis.Functions.core(
       parameters.ruleSigmaLower,
       parameters.ruleSigmaUpper,
       parameters.ruleCentre,
@@ -84,13 +86,15 @@ equation
       parameters.ruleQ2,
       parameters.ruleQ3,
       pre(reached),
-      IT2Hysteresis.Functions.Effects.play(playWeight, p, reachedLag)) else aim;
+      IT2Hysteresis.Functions.Effects.play(playWeight, p, reachedLag),
+      lowerEnd,
+      upperEnd) else aim;
     s = IT2Hysteresis.Functions.Effects.creepStates(
       creepRate,
       pre(s),
       IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, reached, forceInternal));
     short = pre(short) or saturated;
-    left = pre(left) or voltage < parameters.voltageMin or voltage > parameters.voltageMax;
+    left = pre(left) or abs(voltage - voltageMiddle) > voltageReach;
     assert(pre(short) or not short,
       "The reference left displacementMin .. displacementMax or what the amplifier lets through; "
       + "the nearest displacement is aimed at. This is said once.",
@@ -104,7 +108,7 @@ equation
 <p>
 At every tick t<sub>k</sub> = k <code>parameters.sampleTime</code> the reference walks the
 <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">chain</a> backwards: through the inverses of the effects behind the fuzzy
-system, through (30) by <a href=\"modelica://IT2Hysteresis.Functions.inverse\">inverse</a>, and through the inverses of the effects in
+system, through (30) by <a href=\"modelica://IT2Hysteresis.Functions.coreInverse\">coreInverse</a>, and through the inverses of the effects in
 front of it.
 </p>
 <p>

@@ -37,6 +37,7 @@ struct fmu_outputs {
     double measured;
     double voltage;
     int saturated;
+    int outOfRange;
 };
 
 struct fmu_values {

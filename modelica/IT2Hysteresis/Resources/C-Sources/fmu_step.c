@@ -31,65 +31,80 @@ static bool is_zero(const struct fmu_inputs *slope)
     return (bits[0] | bits[1] | bits[2] | bits[3]) << 1 == 0;
 }
 
-/* Runs the ticks up to `end_tick` in place; returns findings. What a step of one tick costs is the way
- * from the state of the last tick to the next, and each copy between would lengthen it. */
-static unsigned run(struct fmu *fmu, int64_t end_tick)
+/* Logs what a tick is the first to find: each finding once in an instance's life, so that a log is not
+ * flooded. */
+static fmi2Status warn(struct fmu *fmu, unsigned findings, const struct fmu_inputs *input)
+{
+    static const char once[] = "This is logged once.";
+    const bool plant = fmu->model->kind == FMU_PLANT;
+    const struct chain_parameters *p = &fmu->now.values.parameter;
+    const double time = input->time;
+    const double reference = 1e6 * input->reference;
+    const double voltage = plant ? input->voltage : fmu->now.values.output.voltage;
+    const double low = 1e6 * p->displacementMin;
+    const double high = 1e6 * p->displacementMax;
+
+    if (findings & FMU_VOLTAGE_RANGE)
+        fmu_say(fmu, fmi2Warning, "fmi2DoStep: the voltage left voltageMin..voltageMax, %g to %g V, the range "
+                "that the parameters are valid for: it is %g V at %g s%s. %s", p->voltageMin,
+                p->voltageMax, voltage, time, plant ? "; outOfRange is true as long as it is outside" : "", once);
+    if (findings & FMU_DISPLACEMENT_RANGE)
+        fmu_say(fmu, fmi2Warning, "fmi2DoStep: the core's displacement left displacementMin..displacementMax, "
+                "%g to %g um, the range that its rules hold for: it is %g um at %g s. Outside the model is "
+                "extrapolated; outOfRange is true there. %s", low, high, 1e6 * fmu->now.chain.core.y, time,
+                once);
+    if (findings & FMU_OUT_OF_REACH)
+        fmu_say(fmu, fmi2Warning, "fmi2DoStep: the reference, %g um at %g s, asks the core to leave "
+                "displacementMin..displacementMax, %g to %g um; the nearest displacement within is aimed at "
+                "(saturated is true). %s", reference, time, low, high, once);
+    if (findings & FMU_AMPLIFIER_LIMIT)
+        fmu_say(fmu, fmi2Warning, "fmi2DoStep: the reference, %g um at %g s, asks for more than slew.rate or "
+                "saturation.minimum..saturation.maximum let through; the nearest voltage is given, %g V "
+                "(saturated is true). %s", reference, time, voltage, once);
+    fmu->now.warned |= findings;
+    return fmi2Warning;
+}
+
+static inline void run_tick(struct fmu *fmu, const struct fmu_inputs *input, fmi2Status *status)
+{
+    struct fmu_snapshot *now = &fmu->now;
+    const unsigned findings = fmu->model->tick(&fmu->chain, &now->chain, &now->values.parameter, input,
+                                               &now->values.output);
+
+    if (findings & ~now->warned)
+        *status = warn(fmu, findings & ~now->warned, input);
+}
+
+/* Runs the ticks up to `end_tick` in place. What a step of one tick costs is the way from the state of the
+ * last tick to the next, and each copy between would lengthen it. */
+static fmi2Status run(struct fmu *fmu, int64_t end_tick)
 {
     struct fmu_snapshot *now = &fmu->now;
     struct fmu_inputs *input = &now->values.input;
     const int64_t first_tick = now->clock.next_tick;
     const double sample_time = now->values.parameter.sampleTime;
-    unsigned findings = 0;
+    fmi2Status status = fmi2OK;
 
     if (is_zero(&now->slope)) {
         for (int64_t tick = first_tick; tick < end_tick; tick++) {
             input->time = (double)tick * sample_time;
-            findings |= fmu->model->tick(&fmu->chain, &now->chain, &now->values.parameter, input,
-                                         &now->values.output);
+            run_tick(fmu, input, &status);
         }
-        return findings;
+        return status;
     }
     const struct fmu_span span = {
         .tick = now->clock.tick, .rest = now->clock.rest, .input = *input, .slope = now->slope
     };
     for (int64_t tick = first_tick; tick < end_tick; tick++) {
         const struct fmu_inputs at_tick = inputs_at(&span, tick, sample_time);
-        findings |= fmu->model->tick(&fmu->chain, &now->chain, &now->values.parameter, &at_tick,
-                                     &now->values.output);
+        run_tick(fmu, &at_tick, &status);
     }
-    return findings;
+    return status;
 }
 
 bool fmu_outputs_finite(const struct fmu_outputs *output)
 {
     return isfinite(output->displacement) && isfinite(output->measured) && isfinite(output->voltage);
-}
-
-/* Logs findings that are new: each once in an instance's life, so that a log is not flooded. */
-static fmi2Status warn(struct fmu *fmu, unsigned findings, double time)
-{
-    static const struct {
-        unsigned finding;
-        const char *text;
-    } WARNINGS[] = {
-        { FMU_VOLTAGE_RANGE, "the voltage left voltageMin..voltageMax, the range that the parameters "
-                             "are valid for" },
-        { FMU_DISPLACEMENT_RANGE, "the displacement left displacementMin..displacementMax, the range "
-                                  "in which the model is contracting" },
-        { FMU_OUT_OF_REACH, "the reference left displacementMin..displacementMax; the nearest "
-                            "displacement within is aimed at (saturated is true)" },
-        { FMU_AMPLIFIER_LIMIT, "the reference asks for more than slew.rate or saturation.minimum.."
-                               "saturation.maximum let through; the nearest voltage is given "
-                               "(saturated is true)" },
-    };
-    const unsigned fresh = findings & ~fmu->now.warned;
-
-    fmu->now.warned |= findings;
-    for (size_t i = 0; i < sizeof WARNINGS / sizeof WARNINGS[0]; i++)
-        if (fresh & WARNINGS[i].finding)
-            fmu_say(fmu, fmi2Warning, "fmi2DoStep to %g s: %s. This is said once.", time,
-                    WARNINGS[i].text);
-    return fmi2Warning;
 }
 
 fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
@@ -107,13 +122,15 @@ fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
                        fmu_clock_refusal(&now->clock, sample_time, time, step, message, sizeof message));
     const struct fmu_outputs held = now->values.output;
     const double input_time = now->values.input.time;
+    const unsigned warned = now->warned;
 
     chain_copy(&fmu->chain, &before, &now->chain);
-    const unsigned findings = run(fmu, end.next_tick);
+    const fmi2Status status = run(fmu, end.next_tick);
     if (!fmu_outputs_finite(&now->values.output)) {
         chain_copy(&fmu->chain, &now->chain, &before);
         now->values.output = held;
         now->values.input.time = input_time;
+        now->warned = warned;
         now->last_status = fmi2Discard;
         return fmu_say(fmu, fmi2Discard, "fmi2DoStep: the %s is no longer finite between %g s and %g s; "
                        "the step is not made and the state is that of %g s.",
@@ -127,7 +144,6 @@ fmi2Status fmu_do_step(struct fmu *fmu, double time, double step)
     now->last_step.span.input = now->values.input;
     now->last_step.span.slope = now->slope;
     now->clock = end;
-    const fmi2Status status = findings & ~now->warned ? warn(fmu, findings, end.time) : fmi2OK;
     now->last_status = (int)status;
     return status;
 }
