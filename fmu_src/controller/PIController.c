@@ -106,7 +106,7 @@ static fmi2Status check(const struct controller *c, const double *p, const char 
     return fmi2OK;
 }
 
-/* fmin and fmax would be all that the FMU needs of libm. */
+/* Without fmin and fmax, which would be all that this FMU needs of libm. */
 static double within(double voltage, const double *p)
 {
     return voltage < p[VOLTAGE_MIN] ? p[VOLTAGE_MIN] : voltage > p[VOLTAGE_MAX] ? p[VOLTAGE_MAX] : voltage;
@@ -363,7 +363,7 @@ enum { BLOB = sizeof(struct header) + sizeof(struct state) };
 
 static struct header header_of(const struct state *state)
 {
-    struct header header = { "PICtrl1", 0x0102030405060708u, sizeof *state, 14695981039346656037u };
+    struct header header = { "PICtrl2", 0x0102030405060708u, sizeof *state, 14695981039346656037u };
     const unsigned char *byte = (const unsigned char *)state;
 
     for (size_t i = 0; i < sizeof *state; i++) /* FNV-1a */

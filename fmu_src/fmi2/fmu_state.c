@@ -14,7 +14,7 @@ struct header {
     uint64_t checksum;
 };
 
-static const char MAGIC[8] = "it2hys1";
+static const char MAGIC[8] = "it2hys2";
 static const uint64_t ORDER = 0x0102030405060708u;
 
 uint64_t fmu_hash(const void *bytes, size_t size)
@@ -129,6 +129,7 @@ static bool ticks_plausible(const struct fmu_snapshot *s)
 
     return fmu_clock_plausible(&s->clock, s->values.parameter.sampleTime) && ticks >= 0.0 &&
            ticks <= 2.0 * CLOCK_LONGEST_STEP && fabs((double)last->tick) <= CLOCK_LARGEST_TICK &&
+           last->rest >= 0.0 && last->rest < 1.0 &&
            (ticks == 0.0 || last->end_tick == s->clock.next_tick);
 }
 
