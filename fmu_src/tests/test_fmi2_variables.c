@@ -248,7 +248,9 @@ static void fewer_rules_than_packaged(void)
 
     CHECK(set_integer(&PLANT, c, "ruleCount", 2) == fmi2OK);
     CHECK(PLANT.ExitInitializationMode(c) == fmi2OK);
-    it2_prepare(&core, start_parameters()->rule, 2);
+    it2_prepare(&core, start_parameters()->rule, 2,
+                (struct it2_range){ start_parameters()->displacementMin,
+                                    start_parameters()->displacementMax });
     it2_reset(&state, start_parameters()->initialDisplacement);
     for (int k = 0; k < 1000; k++) {
         const double voltage = 30.0 + 20.0 * sin(0.01 * k);
