@@ -3,6 +3,7 @@
 import argparse
 import json
 import os
+import shutil
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -10,6 +11,7 @@ from pathlib import Path
 
 from it2hys.errors import InputError
 from it2hys.numerals import parse_number
+from it2hys.processes import without_threads
 
 # modules that take long to import are imported by the commands that need them
 
@@ -24,6 +26,7 @@ ENDS = ("voltageMin", "voltageMax", "displacementMin", "displacementMax")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return 0, 1 for a finding, or 2 for bad usage or input."""
     options = _parser().parse_args(arguments)
+    without_threads()
     try:
         return options.command(options)
     except InputError as error:
@@ -114,6 +117,7 @@ def _parser() -> argparse.ArgumentParser:
     run = _command(commands, "run", _run, "run a scenario by name")
     run.add_argument("name", metavar="NAME", help="a scenario of scenarios/, or a TOML file")
     run.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
+    _add_workers(run)
     return parser
 
 
@@ -226,8 +230,9 @@ def _package(options: argparse.Namespace) -> int:
 
 def _identify(options: argparse.Namespace) -> int:
     from it2hys.identification import Options, identify
-    from it2hys.identification_report import error_table, straight_line_errors, write_identification
+    from it2hys.identification_report import error_table, summary, write_identification
     from it2hys.progress import progress_bar
+    from it2hys.verdict import straight_line_errors
 
     train, validate, test = _read_records(options)
     with progress_bar(quiet=options.quiet or options.json) as progress:
@@ -239,10 +244,10 @@ def _identify(options: argparse.Namespace) -> int:
     if options.json:
         print((options.output / "report.json").read_text(), end="")
         return 0
-    before = straight_line_errors(records, identification.records)
-    _say(options, error_table(identification, before).text())
-    for warning in identification.warnings:
-        _say(options, f"note: {warning}")
+    lines = straight_line_errors(records, identification.records)
+    _say(options, error_table(identification, lines).text(), "\n")
+    for text in summary(identification, lines):
+        _say(options, text)
     _say(options, f"\nreport: {report}")
     return 0
 
@@ -250,14 +255,16 @@ def _identify(options: argparse.Namespace) -> int:
 def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.diagnosis import RULES, diagnose
     from it2hys.diagnosis_report import (
+        conclusion,
+        details,
         error_table,
         evidence_overview,
-        summary,
         write_diagnosis,
     )
     from it2hys.identification import Options
     from it2hys.parameters import read_ssv
     from it2hys.progress import progress_bar
+    from it2hys.verdict import straight_line_errors
 
     model = None if options.model is None else read_ssv(options.model)
     declared = [name.strip() for name in options.declared.split(",") if name.strip()]
@@ -274,13 +281,15 @@ def _diagnose(options: argparse.Namespace) -> int:
             progress,
             options.workers,
         )
-    report = write_diagnosis(diagnosis, [*train, *validate, *test], options.output)
+    records = [*train, *validate, *test]
+    report = write_diagnosis(diagnosis, records, options.output)
     if options.json:
         print((options.output / "report.json").read_text(), end="")
         return 0
-    _say(options, error_table(diagnosis).text(), "\n")
+    lines = straight_line_errors(records, diagnosis.after)
+    _say(options, error_table(diagnosis, lines).text(), "\n")
     _say(options, evidence_overview(diagnosis).text(), "\n")
-    for text in summary(diagnosis):
+    for text in [*conclusion(diagnosis, lines), *details(diagnosis)]:
         _say(options, text)
     _say(options, f"\nreport: {report}")
     return 0
@@ -386,8 +395,18 @@ def _sweep(options: argparse.Namespace) -> int:
 def _run(options: argparse.Namespace) -> int:
     from it2hys.experiment import run_scenario
 
-    outcome = run_scenario(options.name, options.output, quiet=options.quiet)
+    outcome = run_scenario(options.name, options.output, options.quiet, options.workers)
     for table in outcome.tables:
         _say(options, f"\n{table.caption}\n{table.text()}")
+    for text in outcome.conclusion:
+        _say(options, f"\n{text}")
     _say(options, f"\nreport: {outcome.report}")
+    _say(options, f"your own records, as CSV like those in {outcome.records}:")
+    _say(options, f"  {_program()} {outcome.command}")
     return 0
+
+
+def _program() -> str:
+    """Return what to type for this command line: its path where it is not found by name."""
+    path = Path(sys.argv[0])
+    return str(path) if path.name == "it2hys" and not shutil.which(path.name) else "it2hys"

@@ -367,8 +367,11 @@ def test_simulating_at_another_rate_is_refused(tmp_path, capsys):
     assert not (tmp_path / "y.csv").exists()
 
 
-def test_table_1_as_published_is_a_scenario(tmp_path, capsys):
-    assert run("run", "table_1", "-o", tmp_path / "t", "--quiet") == 0
-    page = Page((tmp_path / "t" / "report.html").read_text())
+def test_table_1_as_published_is_a_scenario_that_calls_it_of_no_use_here(tmp_path, capsys):
+    assert run("run", "table_1", "-o", tmp_path / "t") == 0
+    text = (tmp_path / "t" / "report.html").read_text(encoding="utf-8")
+    page = Page(text)
     assert page.open == [] and len(page.images) >= 11
     assert {p.name for p in (tmp_path / "t").glob("*.fmu")} == {"IT2Plant.fmu", "IT2Inverse.fmu"}
+    for said in (text[text.index("<p>") : text.index("</p>")], capsys.readouterr().out):
+        assert "no better than a straight line" in said and "another specimen" in said

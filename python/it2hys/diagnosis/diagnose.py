@@ -19,7 +19,7 @@ from it2hys.diagnosis.intervals import intervals_of
 from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.result import Diagnosis, Judgement, Stage
-from it2hys.diagnosis.selection import Node, Search, Trial
+from it2hys.diagnosis.selection import Node, Search
 from it2hys.effects._statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
@@ -35,10 +35,9 @@ from it2hys.identification.usability import widest_range
 from it2hys.metrics import max_relative_error, rms_error
 from it2hys.parameters import ParameterSet
 from it2hys.processes import parallel_map
+from it2hys.progress import Progress
 from it2hys.records import Record
 from it2hys.variables import load_table
-
-Progress = Callable[[float, str], None]
 
 #: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
 #: more does better than the effect is tried in the search.
@@ -142,8 +141,8 @@ class _Session:
         base = self._timed("paper's model", self._base, given, rules, each)
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
-        search = Search(bench, self._report_trial, self._inseparable, each)
-        self._tried = 0
+        search = Search(bench, self._report_fit, self._inseparable, each)
+        self._fits = 0
         chosen = self._timed("search", search.run, first)
         node = search.settled(chosen)
         fit = self._timed("final fit", self._finish, bench, node)
@@ -162,12 +161,11 @@ class _Session:
         """Return the model before: the given one, or the paper's identified on the training records."""
         if given is not None:
             return self._given(given)
-        self._progress(0.0, "identification of the paper's model")
         identification = identify(
             self._train,
             rules=rules,
             options=self._options,
-            progress=self._part(0.0, 0.25),
+            progress=lambda share, text: self._progress(0.25 * share, f"the paper's model, {text}"),
             each=each,
         )
         self._warnings += _passed_on(identification)
@@ -260,14 +258,10 @@ class _Session:
 
     # --- search and final fit --------------------------------------------------------------------
 
-    def _part(self, low: float, high: float) -> Progress:
-        return lambda share, text: self._progress(low + (high - low) * share, text)
-
-    def _report_trial(self, trial: Trial) -> None:
+    def _report_fit(self, model: str) -> None:
         # how many there will be depends on what is found: the bar slows down as it goes
-        self._tried += 1
-        share = 0.25 + 0.6 * (1.0 - np.exp(-self._tried / 30.0))
-        self._progress(share, " + ".join(["model", *sorted(trial.base), trial.addition]))
+        self._fits += 1
+        self._progress(0.25 + 0.6 * (1.0 - np.exp(-self._fits / 60.0)), f"what is missing? {model}")
 
     def _finish(self, bench: Bench, node: Node) -> ChainFit:
         """Fit everything that may be fitted to the end, with a core that is usable."""
@@ -443,8 +437,8 @@ def judge(
         parameters.replace(**start), drive.voltage, drive.force, drive.temperature
     )
     return Judgement(
-        trace.name, trace.role, e_mr, e_rms, start, offset, prepared.skip, trace.noise, y, outside
-    )
+        trace.name, trace.role, e_mr, e_rms, start, offset, prepared.skip, trace.judged, trace.noise, y, outside
+    )  # fmt: skip
 
 
 def _errors(

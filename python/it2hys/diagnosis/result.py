@@ -25,6 +25,8 @@ class Judgement:
         Constant between record and model, fitted and removed, m; 0 where none is allowed.
     skip : int
         Leading samples that the errors leave out.
+    used : ndarray of bool, shape (N,)
+        Samples on which the errors are taken.
     noise : float
         Of the record, m rms.
     y : ndarray, shape (N,)
@@ -40,6 +42,7 @@ class Judgement:
     start: dict[str, float]
     offset: float
     skip: int
+    used: np.ndarray = field(repr=False)
     noise: float
     y: np.ndarray = field(repr=False)
     out_of_range: np.ndarray = field(repr=False)

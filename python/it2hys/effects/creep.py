@@ -14,6 +14,8 @@ MAX_COUNT = 16
 #: Terms that a fit begins with.
 COUNT = 3
 
+#: What the effect is, in plain words.
+MEANING = "the stage goes on moving when the voltage has stopped"
 #: What would show the effect apart from others.
 EXPERIMENT = "steps held over several decades of time (creep goes on with the logarithm of time)"
 

@@ -15,6 +15,8 @@ COEFFICIENTS = ("quadratic", "cubic", "quartic")
 #: Share of the range of the model's readings by which the curve goes beyond it.
 _MARGIN = 0.1
 
+#: What the effect is, in plain words.
+MEANING = "a bent static curve of the stage or its sensor"
 #: What would show the effect apart from others.
 EXPERIMENT = (
     "slow full-range loops beside small ones at several bias voltages (a static curve is the "
@@ -115,8 +117,8 @@ def signature(clues: Clues) -> Signature | None:
     if (means := branches(seen)) is not None:
         rising, falling = means
         text += (
-            f"; on average the residual is up to {np.max(np.abs(rising)) * UM:.2g} um on rising and "
-            f"{np.max(np.abs(falling)) * UM:.2g} um on falling branches, with a correlation of "
+            f"; on average the residual is up to {np.max(np.abs(rising)) * UM:.2g} µm on rising and "
+            f"{np.max(np.abs(falling)) * UM:.2g} µm on falling branches, with a correlation of "
             f"{np.corrcoef(rising, falling)[0, 1]:.2f} between them"
         )
     return Signature(trial.share, trial.p_value, text + ".")

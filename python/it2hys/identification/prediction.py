@@ -126,6 +126,7 @@ def judge(
         offset=shift,
         initial_displacement=initial,
         skip=prepared.skip,
+        used=used,
         noise_rms=prepared.noise.rms,
         noise_method=prepared.noise.method,
         y_free=free,

@@ -65,6 +65,8 @@ class RecordResult:
         FMU with this `initialDisplacement` gives `y_free` less `offset`.
     skip : int
         Leading samples that errors leave out.
+    used : ndarray of bool, shape (N,)
+        Samples on which the errors of the free run are taken.
     noise_rms : float
         Noise of the record, m.
     noise_method : str
@@ -87,6 +89,7 @@ class RecordResult:
     offset: float
     initial_displacement: float
     skip: int
+    used: np.ndarray = field(repr=False)
     noise_rms: float
     noise_method: str
     y_free: np.ndarray = field(repr=False)
