@@ -280,7 +280,7 @@ def _method_section(identification: Identification) -> Section:
     text = [
         f"The fit ended: {identification.message.rstrip('.')}. The largest contraction "
         "|∂y(k)/∂y(k−1)| over the displacement range is "
-        f" {identification.contraction:.4f} (below 1: a wrong start is forgotten; "
+        f"{identification.contraction:.4f} (below 1: a wrong start is forgotten; "
         "beyond the range the model goes on as the contraction that it is at its ends, so that no "
         "voltage makes a free run diverge).",
         "Duration: " + ", ".join(f"{k} {v:.1f} s" for k, v in identification.seconds.items()) + ".",

@@ -437,7 +437,8 @@ def judge(
         parameters.replace(**start), drive.voltage, drive.force, drive.temperature
     )
     return Judgement(
-        trace.name, trace.role, e_mr, e_rms, start, offset, prepared.skip, trace.judged, trace.noise, y, outside
+        trace.name, trace.role, e_mr, e_rms, start, offset, prepared.skip, trace.judged, trace.noise, y,
+        outside,
     )  # fmt: skip
 
 
