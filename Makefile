@@ -1,5 +1,5 @@
 # make demo   identify a simulated stage, package it as FMUs, run them, write out/demo/report.html
-# make test   lint, C tests, the same under sanitizers, valgrind and a static analyzer, Python tests
+# make test   lint, C tests, the same under sanitizers, valgrind and a static analyzer, Python tests, installation
 # make bench  ratios against peers (REFERENCE_FMUS=folder:folder) and limits, the whole diagnosis suite; long fuzzing and soak
 # make clean  remove everything that was built
 #
@@ -8,15 +8,25 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+# a step that takes a while shows that it is at work
+WATCH := $(BIN)/python tools/watch.py
+# stages of the virtual environment: what it2hys needs to run, it2hys itself, what tests and development need
+RUNTIME := $(VENV)/.runtime
 INSTALLED := $(VENV)/.installed
 TOOLS := $(VENV)/.tools
 CBUILD := build/c
-SOURCES := $(shell find python fmu_src -type f -not -path '*/__pycache__/*' -not -path '*/native/*' -not -path '*/fmus/*')
+# what is compiled or copied on installation; the Python files are used where they are
+COMPILED := $(shell find fmu_src scenarios -type f -not -path 'fmu_src/tests/*' -not -path 'fmu_src/fuzz/*' \
+        -not -path 'fmu_src/bench/*' -not -path '*/__pycache__/*') \
+        $(addprefix python/it2hys/,variables.toml variables.py ssv.py codegen.py)
+
+.DEFAULT_GOAL := help
 
 # where there is no C compiler: zig's from PyPI (the wheel's build backend sees to itself); for any processor,
 # because valgrind knows not all that this one may have
 ifeq ($(shell command -v cc || command -v gcc || command -v clang),)
-WITH_CC := CC="$(CURDIR)/$(BIN)/python -m ziglang cc -mcpu=baseline"
+WITH_CC := CC='"$(CURDIR)/$(BIN)/python" -m ziglang cc -mcpu=baseline'
 endif
 
 # a checker and a master from Maven Central, where there is Maven; their tests skip with a reason elsewhere
@@ -36,42 +46,59 @@ $(VDMCHECK)/.fetched $(MAESTRO)/.fetched:
 	done
 	touch $@
 
-.PHONY: demo test lint ctest hardened pytest bench clean install
+.PHONY: help demo test lint ctest hardened pytest installation bench clean install
+help:
+	@sed -n 's/^# make/make/p' $(firstword $(MAKEFILE_LIST))
+
 install: $(INSTALLED)
 
-$(TOOLS): requirements.lock
-	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
-	  echo "python3 -m venv does not work here; installing Debian's python3-venv"; \
-	  apt-get install -y python3-venv && $(PYTHON) -m venv $(VENV); }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
-	touch $@
+$(VENV)/pyvenv.cfg:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "it2hys needs Python 3.11 or newer, which $(PYTHON) is not. Name another: make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+	  echo "$(PYTHON) cannot make a virtual environment. Debian and Ubuntu have that in the package python3-venv." >&2; \
+	  exit 1; }
 
-$(INSTALLED): $(TOOLS) pyproject.toml LICENSE README.md $(SOURCES)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall .
-	touch $@
+$(RUNTIME): requirements.lock $(VENV)/pyvenv.cfg
+	@$(WATCH) "installing what it2hys needs to run" $(PIP) install -r requirements.lock
+	@touch $@
+
+# Compilers and CMake come into an environment that pip removes afterwards, or are those of $(TOOLS).
+$(INSTALLED): $(RUNTIME) pyproject.toml LICENSE $(COMPILED)
+	@$(WATCH) "building it2hys for all platforms" \
+	  $(PIP) install -v --no-deps $$(test ! -e $(TOOLS) || echo --no-build-isolation) --editable .
+	@touch $@
+
+$(TOOLS): requirements-dev.lock $(RUNTIME)
+	@$(WATCH) "installing what the tests need" $(PIP) install -r requirements.lock -r requirements-dev.lock
+	@touch $@
 
 demo: $(INSTALLED)
 	$(BIN)/it2hys run demo
 
-test: lint ctest hardened pytest
+test: lint ctest hardened pytest installation
 
 lint: $(TOOLS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
 ctest: $(TOOLS)
-	$(WITH_CC) $(BIN)/cmake -S fmu_src -B $(CBUILD) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja \
-	  -DPython_EXECUTABLE=$(CURDIR)/$(BIN)/python
+	$(WITH_CC) $(BIN)/cmake -S fmu_src -B $(CBUILD) -G Ninja -DCMAKE_MAKE_PROGRAM="$(CURDIR)/$(BIN)/ninja" \
+	  -DPython_EXECUTABLE="$(CURDIR)/$(BIN)/python"
 	$(BIN)/cmake --build $(CBUILD)
 	$(BIN)/ctest --test-dir $(CBUILD) --output-on-failure -j 2
 
 hardened: ctest
-	$(WITH_CC) PATH="$(CURDIR)/$(BIN):$$PATH" fmu_src/tests/hardened.sh $(CURDIR)/$(CBUILD) \
-	  $(CURDIR)/$(BIN)/python
+	$(WITH_CC) PATH="$(CURDIR)/$(BIN):$$PATH" fmu_src/tests/hardened.sh "$(CURDIR)/$(CBUILD)" \
+	  "$(CURDIR)/$(BIN)/python"
 
-pytest: $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched $(MAESTRO)/.fetched)
+pytest: $(TOOLS) $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched $(MAESTRO)/.fetched)
 	# two workers are all the cores there may be: no threads besides
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
+
+# once, and by itself: it builds and installs the package in all the ways that pip has
+installation: $(TOOLS) $(INSTALLED)
+	$(BIN)/python -m pytest -m installation tests/installation
 
 bench: $(INSTALLED) ctest
 	$(BIN)/cmake --build $(CBUILD) --target bench
@@ -80,4 +107,4 @@ bench: $(INSTALLED) ctest
 	$(BIN)/python benchmarks/sweep.py $(CBUILD)/bench/bare_loop
 
 clean:
-	rm -rf $(VENV) build out
+	rm -rf $(VENV) build dist out

@@ -317,7 +317,7 @@ def tick_values(model: str, signal, count: int) -> np.ndarray:
     """Return what the C core makes of a signal at every tick."""
     inputs = np.array([signal(k * TS) for k in range(count)])
     if model == "plant":
-        return core.free_run(table_1().rules, inputs, 0.0)
+        return core.free_run(table_1().rules, inputs, 0.0, table_1().displacement_range)
     return core.chain_inverse_run(table_1(), inputs)[0]
 
 

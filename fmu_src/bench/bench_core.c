@@ -102,16 +102,19 @@ static void fmu_long_steps(long ticks)
 /* --- set up ------------------------------------------------------------------------------------ */
 
 /* Three rules are Table 1; other counts spread the antecedent of its rule 2 over the range and share
- * its consequent, so that the set is contracting. */
+ * its consequent, so that the set is contracting, without its constant, so that it stays in the range. */
 static void choose_rules(int rule_count)
 {
     count = rule_count;
     for (int l = 0; l < count; l++) {
         rules[l] = FMU_START.rule[count == 3 ? l : 1];
-        if (count != 3)
+        if (count != 3) {
             rules[l].centre = 16e-6 * (l + 0.5) / count;
+            rules[l].q3 = 0.0;
+        }
     }
-    it2_prepare(&stage, rules, count);
+    it2_prepare(&stage, rules, count,
+                (struct it2_range){ FMU_START.displacementMin, FMU_START.displacementMax });
     for (int i = 0; i < 2 * count; i++)
         offset[i] = -0.25 * i - log(2.0 * count); /* arguments between about -12 and 0, y below 1 */
 }

@@ -93,7 +93,8 @@ static void run_core(long ticks)
     static struct it2 core;
     struct it2_state state;
 
-    it2_prepare(&core, FMU_START.rule, FMU_START.ruleCount);
+    it2_prepare(&core, FMU_START.rule, FMU_START.ruleCount,
+                (struct it2_range){ FMU_START.displacementMin, FMU_START.displacementMax });
     it2_reset(&state, FMU_START.initialDisplacement);
     for (long k = 0; k < ticks; k++)
         it2_step(&core, &state, 50.0 + (double)(k & 31));

@@ -6,9 +6,9 @@
  *     integral += integralGain * sampleTime * e
  *     voltage = feedforward + proportionalGain * e + integral, within voltageMin..voltageMax
  *
- * While the limit holds, the integral does not grow further into it. Ticks, and the time between them,
- * are those of IT2Plant: a step runs the ticks in [t, t + h). The variables are those of
- * python/it2hys/controller.toml, by their place in it. */
+ * While the limit holds, the integral does not grow further into it. Ticks are counted by the code that
+ * counts those of IT2Plant (fmu_clock.h). The variables are those of python/it2hys/controller.toml, by
+ * their place in it. */
 #include <math.h>
 #include <stdarg.h>
 #include <stdbool.h>
@@ -18,11 +18,9 @@
 #include <string.h>
 
 #include "fmi2Functions.h"
+#include "fmu_clock.h"
 
 #define GUID "{b1f0c6de-2d0e-4f53-9c39-7c5f4b4f2d01}"
-/* How much a time, in units of one sample time, may be off. */
-#define TIME_TOLERANCE 1e-6
-#define LARGEST_TICK 9007199254740992.0
 
 enum real {
     REFERENCE, DISPLACEMENT, FEEDFORWARD, VOLTAGE,
@@ -39,7 +37,8 @@ enum phase {
 /* All that an FMU state holds: a plain value without pointers or padding. */
 struct state {
     double real[REALS];
-    double integral, time;
+    double integral;
+    struct fmu_clock clock;
     int32_t phase;
     int32_t limited;
 };
@@ -58,7 +57,7 @@ static void begin(struct controller *c)
         [SAMPLE_TIME] = 1e-4, [VOLTAGE_MAX] = 150.0,
     };
 
-    c->now = (struct state){ .phase = INSTANTIATED };
+    c->now = (struct state){ .phase = INSTANTIATED, .clock.stop_time = INFINITY };
     memcpy(c->now.real, START, sizeof START);
 }
 
@@ -107,6 +106,12 @@ static fmi2Status check(const struct controller *c, const double *p, const char 
     return fmi2OK;
 }
 
+/* Without fmin and fmax, which would be all that this FMU needs of libm. */
+static double within(double voltage, const double *p)
+{
+    return voltage < p[VOLTAGE_MIN] ? p[VOLTAGE_MIN] : voltage > p[VOLTAGE_MAX] ? p[VOLTAGE_MAX] : voltage;
+}
+
 /* Outputs before the first tick, and whether the parameters can be used. */
 static fmi2Status start(struct controller *c, const char *function)
 {
@@ -115,7 +120,7 @@ static fmi2Status start(struct controller *c, const char *function)
     if (check(c, p, function) != fmi2OK)
         return fmi2Error;
     c->now.integral = p[INITIAL_VOLTAGE];
-    p[VOLTAGE] = fmin(fmax(p[INITIAL_VOLTAGE], p[VOLTAGE_MIN]), p[VOLTAGE_MAX]);
+    p[VOLTAGE] = within(p[INITIAL_VOLTAGE], p);
     return fmi2OK;
 }
 
@@ -125,7 +130,7 @@ static void tick(struct state *c)
     const double error = p[REFERENCE] - p[DISPLACEMENT];
     const double integral = c->integral + p[INTEGRAL_GAIN] * p[SAMPLE_TIME] * error;
     const double wanted = p[FEEDFORWARD] + p[PROPORTIONAL_GAIN] * error + integral;
-    const double given = fmin(fmax(wanted, p[VOLTAGE_MIN]), p[VOLTAGE_MAX]);
+    const double given = within(wanted, p);
     const bool deeper = (wanted > given && integral > c->integral) ||
                         (wanted < given && integral < c->integral);
 
@@ -133,14 +138,6 @@ static void tick(struct state *c)
     if (!deeper)
         c->integral = integral;
     p[VOLTAGE] = given;
-}
-
-/* The number of the first tick at or after a time. */
-static double first_tick(double time, double sample_time)
-{
-    const double ticks = time / sample_time;
-
-    return ceil(ticks - (TIME_TOLERANCE + 1e-14 * fabs(ticks)));
 }
 
 /* --- FMI 2.0 ----------------------------------------------------------------------------------- */
@@ -216,12 +213,17 @@ void fmi2FreeInstance(fmi2Component c)
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance,
                                fmi2Real start_time, fmi2Boolean stop_time_defined, fmi2Real stop_time)
 {
-    (void)tolerance_defined, (void)tolerance, (void)stop_time_defined, (void)stop_time;
-    if (!may(c, "fmi2SetupExperiment", INSTANTIATED))
+    static const char function[] = "fmi2SetupExperiment";
+    struct controller *controller = c;
+    struct fmu_clock clock = { 0 };
+    char text[128];
+
+    (void)tolerance_defined, (void)tolerance;
+    if (!may(c, function, INSTANTIATED))
         return fmi2Error;
-    if (!isfinite(start_time))
-        return say(c, fmi2Error, "fmi2SetupExperiment: startTime is not a finite number.");
-    ((struct controller *)c)->now.time = start_time;
+    if (!fmu_clock_setup(&clock, start_time, stop_time_defined, stop_time, text, sizeof text))
+        return say(c, fmi2Error, "%s: %s.", function, text);
+    controller->now.clock = clock;
     return fmi2OK;
 }
 
@@ -236,10 +238,12 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     static const char function[] = "fmi2ExitInitializationMode";
+    struct controller *controller = c;
 
     if (!may(c, function, INITIALIZATION) || start(c, function) != fmi2OK)
         return fmi2Error;
-    ((struct controller *)c)->now.phase = STEPPING;
+    fmu_clock_start(&controller->now.clock, controller->now.real[SAMPLE_TIME]);
+    controller->now.phase = STEPPING;
     return fmi2OK;
 }
 
@@ -320,27 +324,28 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_rollback)
 {
     struct controller *controller = c;
+    struct fmu_clock end;
+    char text[256];
 
     (void)no_rollback;
     if (!may(c, "fmi2DoStep", STEPPING))
         return fmi2Error;
-    const double sample_time = controller->now.real[SAMPLE_TIME];
-    const double end = time + step, end_ticks = end / sample_time;
-    const double slack = sample_time * (TIME_TOLERANCE + 1e-14 * fabs(end_ticks));
-    if (!(isfinite(time) && isfinite(step) && step >= 0.0) ||
-        fabs(time - controller->now.time) > slack || fabs(end_ticks) >= LARGEST_TICK)
-        return say(c, fmi2Error, "fmi2DoStep: a step of %g s from %.17g s is not possible; this "
-                   "instance is at %.17g s.", step, time, controller->now.time);
+    struct state *now = &controller->now;
+    const double sample_time = now->real[SAMPLE_TIME];
+    if (!fmu_clock_step(&now->clock, sample_time, time, step, &end))
+        return say(c, fmi2Error, "fmi2DoStep: %s.",
+                   fmu_clock_refusal(&now->clock, sample_time, time, step, text, sizeof text));
+    const double integral = now->integral, voltage = now->real[VOLTAGE];
+    const int32_t limited = now->limited;
     /* the inputs are held through the step, so every tick of it sees the same error */
-    const double ticks = first_tick(end, sample_time) - first_tick(controller->now.time, sample_time);
-    struct state next = controller->now;
-    for (double k = 0.0; k < ticks; k++)
-        tick(&next);
-    if (!isfinite(next.integral))
+    for (int64_t k = now->clock.next_tick; k < end.next_tick; k++)
+        tick(now);
+    if (!isfinite(now->integral)) {
+        now->integral = integral, now->real[VOLTAGE] = voltage, now->limited = limited;
         return say(c, fmi2Discard, "fmi2DoStep: the integral is no longer finite between %g s and "
-                   "%g s; the step is not made.", time, end);
-    next.time = end;
-    controller->now = next;
+                   "%g s; the step is not made.", time, end.time);
+    }
+    now->clock = end;
     return fmi2OK;
 }
 
@@ -358,7 +363,7 @@ enum { BLOB = sizeof(struct header) + sizeof(struct state) };
 
 static struct header header_of(const struct state *state)
 {
-    struct header header = { "PICtrl1", 0x0102030405060708u, sizeof *state, 14695981039346656037u };
+    struct header header = { "PICtrl2", 0x0102030405060708u, sizeof *state, 14695981039346656037u };
     const unsigned char *byte = (const unsigned char *)state;
 
     for (size_t i = 0; i < sizeof *state; i++) /* FNV-1a */
@@ -369,14 +374,14 @@ static struct header header_of(const struct state *state)
 /* A checksum stops damage, not invention: what a step relies on is checked too. */
 static bool plausible(const struct controller *c, const struct state *s, const char *function)
 {
-    bool finite = isfinite(s->integral) && isfinite(s->time);
+    bool finite = isfinite(s->integral) && isfinite(s->clock.time) && s->clock.stop_time > -INFINITY;
 
     for (int i = 0; i < REALS; i++)
         finite = finite && isfinite(s->real[i]);
     if (!finite || (s->limited != 0 && s->limited != 1))
         return false;
     if (s->phase == STEPPING || s->phase == TERMINATED)
-        return check(c, s->real, function) == fmi2OK;
+        return check(c, s->real, function) == fmi2OK && fmu_clock_plausible(&s->clock, s->real[SAMPLE_TIME]);
     return s->phase == INSTANTIATED || s->phase == INITIALIZATION;
 }
 
@@ -538,7 +543,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
 {
     if (!c || kind != fmi2LastSuccessfulTime || !value)
         return lacking(c, "fmi2GetRealStatus");
-    *value = ((struct controller *)c)->now.time;
+    *value = ((struct controller *)c)->now.clock.time;
     return fmi2OK;
 }
 

@@ -12,7 +12,7 @@
  * nonlinearity) acts on what of it lies above displacementZero.
  *
  * Delay, slew limit and saturation lose information, and the inverse keeps to the displacements and the
- * voltages that the parameters hold for. Where that cuts off what a reference asks for, the inverse
+ * voltages that the parameters hold for: beyond them the core is extrapolated. Where that cuts off what a reference asks for, the inverse
  * gives the nearest. Without effects it goes on from what the plant reaches. With effects, what remembers
  * for long is kept on what the plant reaches: the amplifier's voltage, the play operators and creep. The
  * inverses of core, lag and resonance remember one or two ticks, and of those what was aimed at: the plant
@@ -139,6 +139,16 @@ struct chain_point {
     struct chain_state state;
     double output;
 };
+
+/* Is a value outside a range by more than rounding? An inverse that aims at an end takes the plant there but
+ * for that. */
+static inline bool chain_outside(double value, double minimum, double maximum)
+{
+    if (value >= minimum && value <= maximum)
+        return false;
+    const double slack = 1e-9 * (maximum - minimum);
+    return !(value >= minimum - slack && value <= maximum + slack);
+}
 
 HIDDEN_BEGIN
 

@@ -1,6 +1,10 @@
 /* What makes a parameter set usable. */
 #include "chain.h"
 
+/* How far beyond the range a run may begin, in lengths of the range: a stage is not farther away, and a
+ * displacement in another unit is. */
+#define FARTHEST_START 4.0
+
 static bool check_amplifier(const struct chain_parameters *p, char *message, size_t size)
 {
     return delay_check(&p->delay, p->sampleTime, message, size) &&
@@ -21,6 +25,24 @@ static bool check_reading(const struct chain_parameters *p, char *message, size_
            hum_check(&p->hum, message, size);
 }
 
+/* For parameters that have passed all other checks. */
+static bool check_start(const struct chain_parameters *p, char *message, size_t size)
+{
+    const double reach = FARTHEST_START * (p->displacementMax - p->displacementMin);
+    struct chain chain;
+    struct chain_state state;
+
+    chain_prepare(&chain, p);
+    chain_reset(&chain, &state, p);
+    if (state.core.y >= p->displacementMin - reach && state.core.y <= p->displacementMax + reach)
+        return true;
+    return refuse(message, size,
+                  "initialDisplacement is %g m: the run would begin more than %g times the length of "
+                  "displacementMin..displacementMax, %g to %g m, outside it; set it to where the stage is "
+                  "(is it in another unit?)",
+                  p->initialDisplacement, FARTHEST_START, p->displacementMin, p->displacementMax);
+}
+
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size)
 {
     const struct it2_range range = { parameters->displacementMin, parameters->displacementMax };
@@ -32,5 +54,5 @@ bool chain_check(const struct chain_parameters *parameters, char *message, size_
                       parameters->voltageMin, parameters->voltageMax);
     return it2_check(parameters->rule, parameters->ruleCount, range, message, size) &&
            check_amplifier(parameters, message, size) && check_actuator(parameters, message, size) &&
-           check_reading(parameters, message, size);
+           check_reading(parameters, message, size) && check_start(parameters, message, size);
 }

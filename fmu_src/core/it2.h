@@ -5,6 +5,7 @@
  *   it2_model.c        (7), (10)              one step forward
  *   it2_inverse.c      (30)                   one step backward
  *   it2_gradient.c     (13) to (18)           partial derivatives
+ *   it2_range.c        what (10) becomes beyond the ends of its range
  *   it2_free_run.c     (10) over a record, with forward sensitivities
  *   it2_check.c        what makes a parameter set usable
  *
@@ -12,6 +13,7 @@
 #ifndef IT2HYS_IT2_H
 #define IT2HYS_IT2_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -38,10 +40,22 @@ struct it2_range {
     double maximum;
 };
 
+/* For a core that is (10) everywhere: while it is fitted, nobody knows its range yet. */
+static const struct it2_range IT2_EVERYWHERE = { -HUGE_VAL, HUGE_VAL };
+
+/* An end of the range, and the equilibrium there: F(y, x) = y. */
+struct it2_end {
+    double y;
+    double x;
+    double dx; /* dF/dx */
+    double dy; /* dF/dy */
+};
+
 /* The rules, and -1 / (2 s_l1^2), -1 / (2 s_l2^2) in the scale of exponential.h. Set by it2_prepare. */
 struct it2 {
     int rules;
-    struct it2_range no_underflow; /* of y_{k-1}, where no membership comes close to underflow */
+    struct it2_range plain; /* of y_{k-1}: within the range, and no membership comes close to underflow */
+    struct it2_end lower, upper;
     struct it2_rule rule[IT2_MAX_RULES];
     double exponent[IT2_MAX_RULES][2];
 };
@@ -50,15 +64,24 @@ struct it2_state {
     double y; /* y_{k-1} */
 };
 
-/* Partial derivatives of (10) with respect to its two arguments. */
+/* Partial derivatives of a step with respect to its two arguments and to the end of the range. */
 struct it2_partials {
-    double dx; /* dy_k / dx_k */
-    double dy; /* dy_k / dy_{k-1}: the contraction of a free run */
+    double dx;  /* dy_k / dx_k */
+    double dy;  /* dy_k / dy_{k-1}: the contraction of a free run */
+    double end; /* by the end that y_{k-1} lies beyond; 0 within the range */
 };
+
+/* The end that y_{k-1} lies beyond; NULL within the range. */
+static inline const struct it2_end *it2_beyond(const struct it2 *stage, double y_previous)
+{
+    return y_previous < stage->lower.y   ? &stage->lower
+           : y_previous > stage->upper.y ? &stage->upper
+                                         : NULL;
+}
 
 HIDDEN_BEGIN
 
-void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count);
+void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range);
 
 /* The four operations that every stage of the chain has. step and inverse advance the state. */
 void it2_reset(struct it2_state *state, double y);
@@ -66,7 +89,8 @@ double it2_step(const struct it2 *stage, struct it2_state *state, double x);
 double it2_inverse(const struct it2 *stage, struct it2_state *state, double y);
 double it2_derivative(const struct it2 *stage, const struct it2_state *state, double x);
 
-/* Eq. (10) without a state, and what is derived from it. */
+/* F without a state, and what is derived from it: (10) for y_{k-1} within the range, and what goes on from
+ * it beyond (it2_range.c). */
 double it2_evaluate(const struct it2 *stage, double y_previous, double x);
 double it2_solve(const struct it2 *stage, double y_previous, double y);
 struct it2_partials it2_partials(const struct it2 *stage, double y_previous, double x);
@@ -79,11 +103,13 @@ double it2_gradient(const struct it2 *stage, double y_previous, double x, double
 /* y[k] = F(y[k-1], x[k]), k = 0..n-1, y[-1] = y_initial. Where `sensitivity` (n rows of 6 L + 1,
  * row-major) is given: the derivatives of y[k] with respect to all parameters and y_initial.
  * Returns the number of samples computed: less than n if a value is not finite. */
-size_t it2_free_run(const struct it2_rule *rules, int count, const double *x, size_t n,
-                    double y_initial, double *y, double *sensitivity);
+size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const double *x,
+                    size_t n, double y_initial, double *y, double *sensitivity);
 
-/* Is the parameter set usable over the range of displacement? On a grid of y: the sum of q_l2 memberships is positive
- * (invertible) and |dy_k/dy_{k-1}| < 1 on the equilibrium curve (a free run cannot diverge).
+/* Is the parameter set usable over the range of displacement? On a grid of y that has both ends: the sum of
+ * q_l2 memberships is positive (invertible) and |dy_k/dy_{k-1}| < 1 on the equilibrium curve (an equilibrium
+ * is stable). With it at the ends, a free run cannot diverge: beyond them y_k moves by that share of what
+ * y_{k-1} does, and from within them one step goes no farther than the voltage takes it.
  * Otherwise false, and `message` names the culprit and the mend. */
 bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message,
                size_t size);

@@ -9,7 +9,7 @@
 #define GRID 256
 #define NEAR 5
 
-/* A grid over the range, and points at each rule's centre and one and two of its lower deviations
+/* A grid over the range with both its ends, and points at each rule's centre and one and two of its lower deviations
  * beside it: a narrow rule would hide between grid points. */
 static int point_count(const struct it2 *stage)
 {
@@ -18,7 +18,9 @@ static int point_count(const struct it2 *stage)
 
 static double point(const struct it2 *stage, struct it2_range range, int i)
 {
-    if (i <= GRID)
+    if (i == GRID)
+        return range.maximum; /* the sum need not round to it */
+    if (i < GRID)
         return range.minimum + (range.maximum - range.minimum) * i / GRID;
     const struct it2_rule *rule = &stage->rule[(i - GRID - 1) / NEAR];
     const double y = rule->centre + ((i - GRID - 1) % NEAR - NEAR / 2) * rule->sigmaLower;
@@ -96,7 +98,7 @@ bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, 
     for (int l = 0; l < count; l++)
         if (!check_rule(&rules[l], l + 1, message, size))
             return false;
-    it2_prepare(&stage, rules, count);
+    it2_prepare(&stage, rules, count, IT2_EVERYWHERE);
     for (int i = 0; i < point_count(&stage); i++)
         if (!(denominator(&stage, point(&stage, range, i)) > 0.0))
             return fail(message, size,

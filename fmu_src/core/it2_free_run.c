@@ -1,4 +1,4 @@
-/* Eq. (10) over a whole record from voltage alone, with forward sensitivities:
+/* The core over a whole record from voltage alone, with forward sensitivities:
  * S_k = dF/dp + dF/dy_{k-1} S_{k-1}, the derivatives of y_k with respect to the parameters p. */
 #include <math.h>
 #include <string.h>
@@ -17,8 +17,8 @@ static size_t simulate(const struct it2 *stage, const double *x, size_t n, doubl
     return n;
 }
 
-size_t it2_free_run(const struct it2_rule *rules, int count, const double *x, size_t n,
-                    double y_initial, double *y, double *sensitivity)
+size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const double *x,
+                    size_t n, double y_initial, double *y, double *sensitivity)
 {
     struct it2 stage;
     struct it2_partials partials;
@@ -28,7 +28,7 @@ size_t it2_free_run(const struct it2_rule *rules, int count, const double *x, si
     double gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
     double previous = y_initial;
 
-    it2_prepare(&stage, rules, count);
+    it2_prepare(&stage, rules, count, range);
     if (!sensitivity)
         return simulate(&stage, x, n, y_initial, y);
     row[parameters] = 1.0; /* d y_initial / d y_initial */

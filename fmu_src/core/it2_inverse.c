@@ -8,6 +8,11 @@ double it2_solve(const struct it2 *stage, double y_previous, double y)
     double free_response = 0.0;
     double slope = 0.0;
 
+    if (!it2_is_plain(stage, y_previous)) {
+        const struct it2_end *end = it2_beyond(stage, y_previous);
+        if (end)
+            return end->x + (y - end->y - end->dy * (y_previous - end->y)) / end->dx;
+    }
     it2_memberships(stage, y_previous, &m);
     for (int l = 0; l < stage->rules; l++) {
         const struct it2_rule *rule = &stage->rule[l];

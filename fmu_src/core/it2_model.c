@@ -15,17 +15,28 @@ static struct it2_range rule_cannot_underflow(const struct it2_rule *rule, const
     return (struct it2_range){ rule->centre - reach, rule->centre + reach };
 }
 
-void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count)
+static struct it2_range overlap(struct it2_range a, struct it2_range b)
 {
-    *stage = (struct it2){ .rules = count, .no_underflow = { -FARTHEST, FARTHEST } };
+    return (struct it2_range){ fmax(a.minimum, b.minimum), fmin(a.maximum, b.maximum) };
+}
+
+void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range)
+{
+    *stage = (struct it2){ .rules = count,
+                           .plain = { -FARTHEST, FARTHEST },
+                           .lower = { .y = -HUGE_VAL },
+                           .upper = { .y = HUGE_VAL } };
     for (int l = 0; l < count; l++) {
         stage->rule[l] = rules[l];
         stage->exponent[l][0] = -0.5 * EXP_SCALE / (rules[l].sigmaLower * rules[l].sigmaLower);
         stage->exponent[l][1] = -0.5 * EXP_SCALE / (rules[l].sigmaUpper * rules[l].sigmaUpper);
-        const struct it2_range range = rule_cannot_underflow(&rules[l], stage->exponent[l]);
-        stage->no_underflow.minimum = fmax(stage->no_underflow.minimum, range.minimum);
-        stage->no_underflow.maximum = fmin(stage->no_underflow.maximum, range.maximum);
+        stage->plain = overlap(stage->plain, rule_cannot_underflow(&rules[l], stage->exponent[l]));
     }
+    const struct it2_end lower = it2_end_at(stage, range.minimum);
+    const struct it2_end upper = it2_end_at(stage, range.maximum);
+    stage->lower = lower;
+    stage->upper = upper;
+    stage->plain = overlap(stage->plain, range);
 }
 
 /* exp of the differences of both scaled exponents to the largest, finite however narrow the rule is. */
@@ -83,11 +94,14 @@ static double consequent(const struct it2_rule *rule, double y_previous, double 
     return rule->q1 * y_previous + (rule->q2 * x + rule->q3);
 }
 
-static double evaluate_anywhere(const struct it2 *stage, double y_previous, double x)
+static double evaluate_elsewhere(const struct it2 *stage, double y_previous, double x)
 {
+    const struct it2_end *end = it2_beyond(stage, y_previous);
     struct it2_memberships m;
     double numerator = 0.0;
 
+    if (end)
+        return end->y + end->dx * (x - end->x) + end->dy * (y_previous - end->y);
     it2_memberships_anywhere(stage, y_previous, &m);
     for (int l = 0; l < stage->rules; l++)
         numerator += consequent(&stage->rule[l], y_previous, x) * m.weight[l];
@@ -100,8 +114,8 @@ double it2_evaluate(const struct it2 *stage, double y_previous, double x)
     double sum = 0.0;
     double numerator = 0.0;
 
-    if (!it2_cannot_underflow(stage, y_previous))
-        return evaluate_anywhere(stage, y_previous, x);
+    if (!it2_is_plain(stage, y_previous))
+        return evaluate_elsewhere(stage, y_previous, x);
     for (int l = 0; l < stage->rules; l++) {
         const double weight = it2_membership(stage, l, y_previous, &lower, &upper);
         numerator += consequent(&stage->rule[l], y_previous, x) * weight;

@@ -9,8 +9,22 @@
 
 #include "it2.h"
 
+struct it2_single_range {
+    float minimum;
+    float maximum;
+};
+
+/* As struct it2_end. */
+struct it2_single_end {
+    float y;
+    float x;
+    float dx;
+    float dy;
+};
+
 struct it2_single {
     int rules;
+    struct it2_single_end lower, upper;
     float centre[IT2_MAX_RULES];
     float exponent[IT2_MAX_RULES][2]; /* -1 / (2 s_l1^2), -1 / (2 s_l2^2), in powers of two */
     float q1[IT2_MAX_RULES];
@@ -18,9 +32,10 @@ struct it2_single {
     float q3[IT2_MAX_RULES];
 };
 
-void it2_single_prepare(struct it2_single *stage, const struct it2_rule *rules, int count);
+void it2_single_prepare(struct it2_single *stage, const struct it2_rule *rules, int count,
+                        struct it2_single_range range);
 
-/* (10): y_k from y_{k-1} and x_k. */
+/* (10), and beyond the range what goes on from it: y_k from y_{k-1} and x_k. */
 float it2_single_step(const struct it2_single *stage, float y_previous, float x);
 
 /* (30): x_k that takes y_{k-1} to y. */
@@ -29,11 +44,6 @@ float it2_single_inverse(const struct it2_single *stage, float y_previous, float
 /* The same as a stage of the chain: with a state that is advanced. */
 struct it2_single_state {
     float y; /* y_{k-1} */
-};
-
-struct it2_single_range {
-    float minimum;
-    float maximum;
 };
 
 static inline void it2_single_reset(struct it2_single_state *state, float y)

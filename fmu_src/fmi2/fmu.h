@@ -2,7 +2,8 @@
  *
  *   fmu_lifecycle.c    instantiate, initialisation, reset, terminate, free
  *   fmu_variables.c    get and set by value reference, input derivatives
- *   fmu_step.c         time in integer ticks, doStep, directional derivatives
+ *   fmu_clock.h        time in integer ticks, the controller's too
+ *   fmu_step.c         doStep, directional derivatives
  *   fmu_state.c        get, set, serialize and deserialize the FMU state
  *   fmu_log.c          log categories and messages
  *   fmu_parameters.c   the parameter set of a packaged FMU
@@ -19,6 +20,7 @@
 
 #include "chain.h"
 #include "fmi2FunctionTypes.h"
+#include "fmu_clock.h"
 
 /* --- variables --------------------------------------------------------------------------------- */
 
@@ -35,6 +37,7 @@ struct fmu_outputs {
     double measured;
     double voltage;
     int saturated;
+    int outOfRange;
 };
 
 struct fmu_values {
@@ -107,7 +110,8 @@ enum fmu_phase {
 
 /* The ticks of a doStep and their inputs; no padding, because it is serialized. */
 struct fmu_span {
-    double start;
+    int64_t tick; /* the step began at this one, */
+    double rest;  /* and so many sample times */
     int64_t first_tick;
     int64_t end_tick;
     struct fmu_inputs input;
@@ -123,16 +127,13 @@ struct fmu_step {
 /* All that an FMU state holds: a plain value without pointers. */
 struct fmu_snapshot {
     int phase;
-    int stop_time_defined;
+    int last_status; /* of doStep */
     struct fmu_values values;
     struct fmu_inputs slope; /* du/dt */
-    double time;
-    double stop_time;
-    int64_t next_tick; /* the next tick is at next_tick * sampleTime */
+    struct fmu_clock clock;
     struct chain_state chain;
     struct fmu_step last_step;
     unsigned warned; /* findings already logged */
-    int last_status; /* of doStep */
 };
 
 struct fmu {
@@ -156,6 +157,9 @@ void fmu_inputs_start(struct fmu_inputs *inputs);
 
 /* Are all parameters in use within the table's bounds? If not, the message names the first that is not. */
 bool fmu_within_bounds(const struct chain_parameters *parameters, char *message, size_t size);
+
+/* Can these be values of this FMU's variables, parameters being unchecked yet? If not, the message says why. */
+bool fmu_values_possible(const struct fmu *fmu, const struct fmu_values *values, char *message, size_t size);
 
 /* --- logging ----------------------------------------------------------------------------------- */
 
@@ -231,9 +235,6 @@ fmi2Status fmu_directional_derivative(struct fmu *fmu, const fmi2ValueReference 
                                       size_t known_count, const double seeds[], double values[]);
 fmi2Status fmu_get_status(struct fmu *fmu, const char *function, fmi2StatusKind kind, void *value);
 fmi2Status fmu_cancel_step(struct fmu *fmu);
-
-/* The first tick at or after a time. */
-int64_t fmu_first_tick(double time, double sample_time);
 
 fmi2Status fmu_get_state(struct fmu *fmu, fmi2FMUstate *state);
 fmi2Status fmu_set_state(struct fmu *fmu, fmi2FMUstate state);

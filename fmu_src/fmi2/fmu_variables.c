@@ -59,6 +59,43 @@ bool fmu_within_bounds(const struct chain_parameters *parameters, char *message,
     return true;
 }
 
+/* An Integer is the number of rules, play operators or creep terms: as many as the set that the FMU was
+ * packaged with has, or fewer. Of more the XML lists nothing. */
+static bool count_possible(const struct fmu *fmu, const struct fmu_variable *variable, int count,
+                           char *message, size_t size)
+{
+    struct fmu_values own = { .parameter = fmu->start };
+    const int most = *(const int *)at(&own, variable);
+
+    if (count >= variable->minimum && count <= most)
+        return true;
+    if (count > most && most < variable->maximum)
+        snprintf(message, size, "%s is %d, but this FMU was packaged with %d; for more, package a parameter "
+                 "set that has more (it2hys package)", variable->name, count, most);
+    else
+        snprintf(message, size, "%s is %d; it must be %g to %d", variable->name, count, variable->minimum,
+                 most);
+    return false;
+}
+
+bool fmu_values_possible(const struct fmu *fmu, const struct fmu_values *values, char *message, size_t size)
+{
+    struct fmu_values copy = *values;
+
+    for (int i = 0; i < VARIABLE_COUNT; i++) {
+        const struct fmu_variable *v = &FMU_TABLE[i];
+        const void *value = at(&copy, v);
+        if (v->base == FMU_INTEGER && !count_possible(fmu, v, *(const int *)value, message, size))
+            return false;
+        if ((v->base == FMU_REAL && !isfinite(*(const double *)value)) ||
+            (v->base == FMU_BOOLEAN && (unsigned)*(const int *)value > 1u)) {
+            snprintf(message, size, "%s has no finite value", v->name);
+            return false;
+        }
+    }
+    return true;
+}
+
 /* The variable behind a reference, if it is one of the right type; otherwise says why not. */
 static const struct fmu_variable *lookup(const struct fmu *fmu, const char *function,
                                          enum fmu_base base, fmi2ValueReference reference)
@@ -132,6 +169,8 @@ static bool settable(const struct fmu *fmu, const char *function, const struct f
 fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
                    const fmi2ValueReference references[], size_t count, const void *values)
 {
+    char message[256];
+
     if (!fmu_may(fmu, function, FMU_INSTANTIATED | FMU_INITIALIZATION | FMU_STEP_COMPLETE) ||
         null_arrays(fmu, function, references, values, count))
         return fmi2Error;
@@ -143,6 +182,9 @@ fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
             return fmu_say(fmu, fmi2Discard,
                            "%s: %s must be a finite number, not %g; it keeps its last value.", function,
                            v->name, ((const double *)values)[i]);
+        if (base == FMU_INTEGER &&
+            !count_possible(fmu, v, ((const int *)values)[i], message, sizeof message))
+            return fmu_say(fmu, fmi2Error, "%s: %s.", function, message);
     }
     for (size_t i = 0; i < count; i++) {
         void *target = at(&fmu->now.values, accepted(references[i]));

@@ -283,7 +283,7 @@ static void call_set(struct subject *s, struct fuzz_bytes *in)
 
 static void call_step(struct subject *s, struct fuzz_bytes *in)
 {
-    const double time = step_time(in, inside(s)->time);
+    const double time = step_time(in, inside(s)->clock.time);
     const double step = step_size(in, inside(s)->values.parameter.sampleTime);
 
     check(s, s->api->DoStep(s->c, time, step, fmi2True), STEP);

@@ -126,7 +126,7 @@ static void call_get(struct controller *c, struct fuzz_bytes *in, fmi2Status *st
 static void call_step(struct controller *c, struct fuzz_bytes *in, fmi2Status *status)
 {
     const unsigned kind = fuzz_byte(in);
-    const double time = kind < 240 ? c->now.time : real(in);
+    const double time = kind < 240 ? c->now.clock.time : real(in);
 
     *status = fmi2DoStep(c, time, step_size(c, in), fmi2False);
 }
@@ -226,7 +226,7 @@ static void all_is_finite(struct controller *c)
         FUZZ_PROMISE(isfinite(voltage));
     for (int i = 0; i < REALS; i++)
         FUZZ_PROMISE(isfinite(c->now.real[i]));
-    FUZZ_PROMISE(isfinite(c->now.integral) && isfinite(c->now.time));
+    FUZZ_PROMISE(isfinite(c->now.integral) && isfinite(c->now.clock.time));
 }
 
 /* Some begin with gains that overflow in different directions. */

@@ -13,7 +13,7 @@ static const char ORIGINAL[] =
     "<ssv:Parameter name=\"sampleTime\"><ssv:Real value=\"2.5e-4\" unit=\"s\"/></ssv:Parameter>\n"
     "<ssv:Parameter name=\"initialDisplacement\"><ssv:Real value=\"1e-06\"/></ssv:Parameter>\n"
     "<ssv:Parameter name=\"voltageMin\"><ssv:Real value=\"-10.5\"/></ssv:Parameter>\n"
-    "<ssv:Parameter name=\"voltageMax\"><ssv:Real value=\"150.0\"/></ssv:Parameter>\n"
+    "<ssv:Parameter name=\"voltageMax\"><ssv:Real value=\"110.0\"/></ssv:Parameter>\n"
     "<ssv:Parameter name=\"displacementMin\"><ssv:Real value=\"0.0\"/></ssv:Parameter>\n"
     "<ssv:Parameter name=\"displacementMax\"><ssv:Real value=\"1.5e-05\"/></ssv:Parameter>\n"
     "<ssv:Parameter name=\"ruleCount\"><ssv:Integer value=\"1\"/></ssv:Parameter>\n"

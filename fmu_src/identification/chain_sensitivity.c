@@ -25,9 +25,11 @@ struct columns {
     double resonance[2][COLUMNS];
 };
 
+/* A fit is of (10) itself: which range it holds for comes out in the end. */
 static void begin(struct walker *walker, const struct chain_parameters *parameters)
 {
     chain_prepare(&walker->chain, parameters);
+    it2_prepare(&walker->chain.core, parameters->rule, parameters->ruleCount, IT2_EVERYWHERE);
     chain_reset(&walker->chain, &walker->state, parameters);
 }
 

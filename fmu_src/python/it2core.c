@@ -1,5 +1,6 @@
 /* The core as a shared library for Python (python/it2hys/core.py): plain arrays in and out.
- * `rules` is an array of 6 numbers per rule, in the order of struct it2_rule. `parameters` is a struct
+ * `rules` is an array of 6 numbers per rule, in the order of struct it2_rule; `range` is two, infinite for (10)
+ * everywhere. `parameters` is a struct
  * chain_parameters that Python fills by the places that it2core_chain_parameter names. */
 #include <math.h>
 #include <stdint.h>
@@ -14,14 +15,15 @@
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
-EXPORT size_t it2core_free_run(const struct it2_rule *rules, int count, const double *x, size_t n,
-                               double y_initial, double *y, double *sensitivity);
-EXPORT void it2core_one_step(const struct it2_rule *rules, int count, const double *y_previous,
-                             const double *x, size_t n, double *y);
-EXPORT void it2core_solve(const struct it2_rule *rules, int count, const double *y_previous,
-                          const double *y, size_t n, double *x);
-EXPORT double it2core_gradient(const struct it2_rule *rules, int count, double y_previous, double x,
-                               double *by_rules, double *by_arguments);
+EXPORT size_t it2core_free_run(const struct it2_rule *rules, int count, const double *range,
+                               const double *x, size_t n, double y_initial, double *y,
+                               double *sensitivity);
+EXPORT void it2core_one_step(const struct it2_rule *rules, int count, const double *range,
+                             const double *y_previous, const double *x, size_t n, double *y);
+EXPORT void it2core_solve(const struct it2_rule *rules, int count, const double *range,
+                          const double *y_previous, const double *y, size_t n, double *x);
+EXPORT double it2core_gradient(const struct it2_rule *rules, int count, const double *range,
+                               double y_previous, double x, double *by_rules, double *by_arguments);
 EXPORT double it2core_contraction(const struct it2_rule *rules, int count, double minimum,
                                   double maximum);
 EXPORT bool it2core_check(const struct it2_rule *rules, int count, double minimum, double maximum,
@@ -32,7 +34,7 @@ EXPORT size_t it2core_chain_parameter(int index, const char **name, int *integer
 EXPORT bool it2core_chain_check(const void *parameters, char *message, size_t size);
 EXPORT size_t it2core_chain_run(const void *parameters, const double *voltage, const double *force,
                                 const double *temperature, int64_t first_tick, size_t n,
-                                double *displacement, double *measured);
+                                double *displacement, double *measured, int *outside);
 EXPORT size_t it2core_chain_inverse(const void *parameters, const double *reference,
                                     const double *force, const double *temperature,
                                     int64_t first_tick, size_t n, double *voltage, int *limits);
@@ -43,42 +45,48 @@ EXPORT size_t it2core_chain_sensitivity(const void *parameters, const struct cha
                                         const struct chain_knob *knobs, int count, double *measured,
                                         double *sensitivity);
 
-size_t it2core_free_run(const struct it2_rule *rules, int count, const double *x, size_t n,
-                        double y_initial, double *y, double *sensitivity)
+static struct it2_range range_of(const double *range)
 {
-    return it2_free_run(rules, count, x, n, y_initial, y, sensitivity);
+    return (struct it2_range){ range[0], range[1] };
 }
 
-void it2core_one_step(const struct it2_rule *rules, int count, const double *y_previous,
-                      const double *x, size_t n, double *y)
+size_t it2core_free_run(const struct it2_rule *rules, int count, const double *range, const double *x,
+                        size_t n, double y_initial, double *y, double *sensitivity)
+{
+    return it2_free_run(rules, count, range_of(range), x, n, y_initial, y, sensitivity);
+}
+
+void it2core_one_step(const struct it2_rule *rules, int count, const double *range,
+                      const double *y_previous, const double *x, size_t n, double *y)
 {
     struct it2 stage;
 
-    it2_prepare(&stage, rules, count);
+    it2_prepare(&stage, rules, count, range_of(range));
     for (size_t k = 0; k < n; k++)
         y[k] = it2_evaluate(&stage, y_previous[k], x[k]);
 }
 
-void it2core_solve(const struct it2_rule *rules, int count, const double *y_previous, const double *y,
-                   size_t n, double *x)
+void it2core_solve(const struct it2_rule *rules, int count, const double *range,
+                   const double *y_previous, const double *y, size_t n, double *x)
 {
     struct it2 stage;
 
-    it2_prepare(&stage, rules, count);
+    it2_prepare(&stage, rules, count, range_of(range));
     for (size_t k = 0; k < n; k++)
         x[k] = it2_solve(&stage, y_previous[k], y[k]);
 }
 
-double it2core_gradient(const struct it2_rule *rules, int count, double y_previous, double x,
-                        double *by_rules, double *by_arguments)
+double it2core_gradient(const struct it2_rule *rules, int count, const double *range, double y_previous,
+                        double x, double *by_rules, double *by_arguments)
 {
     struct it2 stage;
     struct it2_partials partials;
 
-    it2_prepare(&stage, rules, count);
+    it2_prepare(&stage, rules, count, range_of(range));
     const double y = it2_gradient(&stage, y_previous, x, by_rules, &partials);
     by_arguments[0] = partials.dx;
     by_arguments[1] = partials.dy;
+    by_arguments[2] = partials.end;
     return y;
 }
 
@@ -87,7 +95,7 @@ double it2core_contraction(const struct it2_rule *rules, int count, double minim
     struct it2 stage;
     double where;
 
-    it2_prepare(&stage, rules, count);
+    it2_prepare(&stage, rules, count, IT2_EVERYWHERE);
     return it2_contraction(&stage, (struct it2_range){ minimum, maximum }, &where);
 }
 
@@ -126,11 +134,13 @@ static struct chain_surroundings surroundings(const struct chain_parameters *par
     return (struct chain_surroundings){ force[k], temperature[k], time };
 }
 
-/* Return the number of samples computed: less than n if a value is not finite. */
+/* Return the number of samples computed: less than n if a value is not finite. `outside` is outOfRange of
+ * the plant FMU. */
 size_t it2core_chain_run(const void *parameters, const double *voltage, const double *force,
                          const double *temperature, int64_t first_tick, size_t n, double *displacement,
-                         double *measured)
+                         double *measured, int *outside)
 {
+    const struct chain_parameters *p = parameters;
     struct chain chain;
     struct chain_state state;
 
@@ -141,6 +151,8 @@ size_t it2core_chain_run(const void *parameters, const double *voltage, const do
             surroundings(parameters, force, temperature, first_tick, k);
         displacement[k] = chain_step(&chain, &state, voltage[k], &around);
         measured[k] = chain_measure(&chain, displacement[k], around.time);
+        outside[k] = chain_outside(voltage[k], p->voltageMin, p->voltageMax) ||
+                     chain_outside(state.core.y, p->displacementMin, p->displacementMax);
         if (!isfinite(measured[k]))
             return k;
     }

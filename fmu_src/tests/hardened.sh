@@ -7,7 +7,7 @@ set -eu
 build=$1
 python=$2
 source=$(dirname "$0")/..
-cc=${CC:-cc}
+cc() { eval "${CC:-command cc}" '"$@"'; } # CC may hold a quoted path and flags
 probe=$build/probe
 
 skip() {
@@ -16,8 +16,7 @@ skip() {
 
 supports() { # flags: does a program built with them run?
     echo 'int main(void) { return 0; }' > "$probe.c"
-    # shellcheck disable=SC2086
-    $cc "$@" "$probe.c" -o "$probe" 2> /dev/null && "$probe" 2> /dev/null
+    cc "$@" "$probe.c" -o "$probe" 2> /dev/null && "$probe" 2> /dev/null
 }
 
 configure() { # directory, sanitizers
@@ -31,7 +30,7 @@ if supports -fsanitize=$undefined; then
     ctest --test-dir "$build/address" --output-on-failure --quiet -j 2
     echo "hardened: C tests pass under $undefined"
 else
-    skip "$cc has no -fsanitize=$undefined here"
+    skip "the compiler has no -fsanitize=$undefined here"
 fi
 
 if supports -fsanitize=thread; then
@@ -40,7 +39,7 @@ if supports -fsanitize=thread; then
     "$build/thread/tests/test_threads"
     echo "hardened: 1000 instances in 8 threads pass under ThreadSanitizer"
 else
-    skip "$cc has no -fsanitize=thread here"
+    skip "the compiler has no -fsanitize=thread here"
 fi
 
 if command -v valgrind > /dev/null; then
@@ -56,13 +55,12 @@ else
 fi
 
 if supports -fanalyzer; then
-    headers=$("$python" -c "import fmpy, pathlib; print(pathlib.Path(fmpy.__file__).parent / 'c-code')")
     for file in "$source"/core/*.c "$source"/fmi2/*.c "$source"/plant/*.c "$source"/inverse/*.c \
         "$source"/controller/*.c "$source"/identification/*.c "$source"/python/stepper.c; do
-        $cc -std=c99 -O2 -fanalyzer -fdiagnostics-path-format=none -Werror -c "$file" -o "$probe.o" \
-            -I"$source/core" -I"$source/fmi2" -I"$build/generated" -isystem "$headers"
+        cc -std=c99 -O2 -fanalyzer -fdiagnostics-path-format=none -Werror -c "$file" -o "$probe.o" \
+            -I"$source/core" -I"$source/fmi2" -I"$build/generated" -isystem "$source/fmi2/standard"
     done
     echo "hardened: -fanalyzer finds nothing"
 else
-    skip "$cc has no -fanalyzer"
+    skip "the compiler has no -fanalyzer"
 fi

@@ -199,7 +199,10 @@ static void tangents(void)
         if (i % 2)
             p.voltageMin = 0.0, p.voltageMax = 100.0; /* most of what is asked for is beyond */
         chain_prepare(&chain, &p);
-        const double y = random_between(&seed, 1.0, 15.0);
+        /* within the range and beyond its ends */
+        const double y = i % 3 == 0 ? random_between(&seed, 1.0, 15.0)
+                                    : random_between(&seed, 0.5, 60.0) * (i % 3 == 1 ? -1.0 : 1.0) +
+                                          (i % 3 == 1 ? 0.0 : 16.0);
         const double aim = random_between(&seed, 1.0, 15.0);
         const double d_y = random_between(&seed, -1.0, 1.0), d_input = random_between(&seed, -1.0, 1.0);
         const struct chain_state state = { .core = { y } }, d_state = { .core = { d_y } };
@@ -223,22 +226,24 @@ static double hold_voltage(const struct chain_parameters *p)
     return chain_equilibrium(&chain, &state);
 }
 
-/* The parameters that the equilibrium depends on: initialDisplacement, those of the rules, and the limits of
- * the voltage where it is beyond them. */
+/* The parameters that the equilibrium depends on: initialDisplacement, the ends of the range and the limits of the
+ * voltage where it is beyond them, and those of the rules. */
 static double *parameter(struct chain_parameters *p, int i)
 {
-    double *const first[] = { &p->initialDisplacement, &p->voltageMin, &p->voltageMax };
+    double *const first[] = { &p->initialDisplacement, &p->displacementMin, &p->displacementMax, &p->voltageMin,
+                              &p->voltageMax };
 
-    return i < 3 ? first[i] : (double *)(void *)p->rule + (i - 3);
+    return i < 5 ? first[i] : (double *)(void *)p->rule + (i - 5);
 }
 
-static void equilibrium_tangent(double voltage_min, double voltage_max)
+static void equilibrium_tangent(double start, double voltage_min, double voltage_max)
 {
     struct chain_parameters p;
     struct chain chain;
     struct chain_state state;
 
     table_1(&p);
+    p.initialDisplacement = start;
     p.voltageMin = voltage_min, p.voltageMax = voltage_max;
     chain_prepare(&chain, &p);
     chain_reset(&chain, &state, &p);
@@ -246,7 +251,7 @@ static void equilibrium_tangent(double voltage_min, double voltage_max)
     CHECK(hold_voltage(&p) == fmin(fmax(hold, voltage_min), voltage_max));
     CHECK_CLOSE(chain_step(&chain, &state, hold, &REST), p.initialDisplacement, 1e-13);
     chain_reset(&chain, &state, &p);
-    for (int i = 0; i < 3 + 3 * IT2_RULE_PARAMETERS; i++) {
+    for (int i = 0; i < 5 + 3 * IT2_RULE_PARAMETERS; i++) {
         struct chain_parameters d = { .sampleTime = 0.0 }, up = p, down = p;
         const double h = 1e-5 * fmax(0.1, fabs(*parameter(&p, i)));
         *parameter(&d, i) = 1.0;
@@ -267,8 +272,12 @@ int main(void)
     for (int i = 0; i < SETS; i++)
         within_the_voltages(&seed);
     tangents();
-    equilibrium_tangent(0.0, 150.0);
-    equilibrium_tangent(10.0, 150.0);
-    equilibrium_tangent(-50.0, 1.0);
+    equilibrium_tangent(1.0, 0.0, 150.0);
+    equilibrium_tangent(1.0, 10.0, 150.0);
+    equilibrium_tangent(1.0, -50.0, 1.0);
+    equilibrium_tangent(-30.0, -1e4, 1e4);
+    equilibrium_tangent(70.0, -1e4, 1e4);
+    equilibrium_tangent(-30.0, 0.0, 110.0);
+    equilibrium_tangent(70.0, 0.0, 110.0);
     return check_report("chain");
 }

@@ -102,6 +102,7 @@ static void is_the_chain(const struct chain_parameters *p, const struct signals 
     struct run run;
 
     chain_prepare(&chain, p);
+    it2_prepare(&chain.core, p->rule, p->ruleCount, IT2_EVERYWHERE);
     chain_reset(&chain, &state, p);
     if (!predict(p, s, &run))
         return;

@@ -83,10 +83,30 @@ static void not_contracting(void)
 
     CHECK(!usable(TABLE_1, 3, 0.0, 20.0) && says("contraction") && says("q1"));
     CHECK(!usable_with(3, 1.3) && says("contraction"));
-    it2_prepare(&stage, TABLE_1, 3);
+    it2_prepare(&stage, TABLE_1, 3, IT2_EVERYWHERE);
     const double contraction = it2_contraction(&stage, TABLE_1_RANGE, &where);
     CHECK(contraction > 0.9 && contraction < 1.0);
     CHECK(where >= 0.0 && where <= 16.0);
+}
+
+/* Where Table 1 stops contracting above its centre, found by bisection: a range that ends there is refused,
+ * one that ends a rounding before is not. From 0.1 on, where a grid's last point does not round to its end. */
+static void both_ends_are_looked_at(void)
+{
+    struct it2 stage;
+    double below = 16.0;
+    double above = 20.0;
+
+    it2_prepare(&stage, TABLE_1, 3, IT2_EVERYWHERE);
+    while (nextafter(below, above) < above) {
+        const double middle = 0.5 * (below + above);
+        *(it2_partials(&stage, middle, it2_solve(&stage, middle, middle)).dy < 1.0 ? &below : &above) = middle;
+    }
+    CHECK(below > 18.0 && above < 18.5);
+    for (double minimum = 0.0; minimum < 1.0; minimum += 0.1) {
+        CHECK(usable(TABLE_1, 3, minimum, below));
+        CHECK(!usable(TABLE_1, 3, minimum, above) && says("contraction"));
+    }
 }
 
 /* A rule too narrow for a grid is looked at all the same. */
@@ -127,6 +147,15 @@ static void chain_parameters(void)
     p.voltageMin = 0.0;
     p.rule[2].sigmaLower = -1.0;
     CHECK(!chain_check(&p, message, sizeof message) && says("rule[3].sigmaLower"));
+    p.rule[2] = TABLE_1[2];
+    p.initialDisplacement = 79.9;
+    CHECK(chain_check(&p, message, sizeof message));
+    p.initialDisplacement = 80.1;
+    CHECK(!chain_check(&p, message, sizeof message) && says("initialDisplacement is 80.1") && says("0 to 16"));
+    p.initialDisplacement = -64.1;
+    CHECK(!chain_check(&p, message, sizeof message) && says("initialDisplacement"));
+    p.initialDisplacement = 0.0;
+    p.rule[2].sigmaLower = -1.0;
     p.ruleCount = 2; /* rules beyond the count are not looked at */
     CHECK(chain_check(&p, message, sizeof message));
 }
@@ -139,6 +168,7 @@ int main(void)
     counts_and_ranges();
     not_invertible();
     not_contracting();
+    both_ends_are_looked_at();
     narrow_rules();
     short_buffer();
     chain_parameters();

@@ -208,8 +208,8 @@ static void endless_step(const struct fmi2_api *m)
     CHECK(m->DoStep(c, 0.0, TS, fmi2True) <= fmi2Warning);
     read_state(m, c, &bytes);
     memcpy(&snapshot, bytes.byte + HEADER, sizeof snapshot);
-    snapshot.last_step.span.start = -1e9; /* 1e13 ticks, all in their place */
-    snapshot.last_step.span.first_tick = fmu_first_tick(-1e9, TS);
+    snapshot.last_step.span.tick -= 1000000000; /* as many as a step can have, all in their place */
+    snapshot.last_step.span.first_tick -= 1000000000;
     const uint64_t checksum = fmu_hash(&snapshot, sizeof snapshot);
     memcpy(bytes.byte + CHECKSUM, &checksum, sizeof checksum);
     memcpy(bytes.byte + HEADER, &snapshot, sizeof snapshot);

@@ -248,7 +248,7 @@ static void every_call_in_every_phase(const struct fmi2_api *m)
             if (CALLS[i].allowed & PHASES[p].phase) {
                 if (!CHECK(CALLS[i].function(m, c) == fmi2OK))
                     fprintf(stderr, "  %s in %s: %s\n", CALLS[i].name, PHASES[p].name, logged.text);
-                CHECK(logged.count == 0);
+                CHECK(logged.count == 0 || logged.status == fmi2Warning);
             } else
                 refused(m, c, CALLS[i].function, CALLS[i].name, PHASES[p].name);
             m->FreeFMUstate(c, &held);
@@ -337,7 +337,12 @@ static void setup_refused(const struct fmi2_api *m)
           log_says("tolerance"));
     CHECK(m->SetupExperiment(c, fmi2False, NAN, 1.0, fmi2False, NAN) ==
           fmi2OK); /* undefined: not read */
+    CHECK(m->SetupExperiment(c, fmi2False, 0.0, 1.0, fmi2True, -INFINITY) == fmi2Error);
     CHECK(m->SetupExperiment(c, fmi2True, 1e-6, 1.0, fmi2True, 1.0) == fmi2OK);
+    CHECK(m->SetupExperiment(c, fmi2False, 0.0, 1.0, fmi2True, INFINITY) == fmi2OK); /* as if undefined */
+    CHECK(m->EnterInitializationMode(c) == fmi2OK && m->ExitInitializationMode(c) == fmi2OK);
+    CHECK(set_real(m, c, input_of(m), signal(m, 0.0)) == fmi2OK);
+    CHECK(m->DoStep(c, 1.0, 10.0, fmi2True) == fmi2OK);
     m->FreeInstance(c);
 }
 
@@ -437,19 +442,19 @@ static void of_model(const struct fmi2_api *m)
     reset_returns_to_the_start(m);
 }
 
-/* Found by fuzz_parameters: outside the range that is checked, (30) may have no finite value. */
+/* Found by fuzz_parameters: where a voltage moves next to nothing, (30) may have no finite value. */
 static void start_output_not_finite(void)
 {
     fmi2Component c = make_initializing(&INVERSE, 0.0);
     const fmi2ValueReference out = reference_of(&INVERSE, "voltage");
     double value = 7.0;
 
-    CHECK(set_real(&INVERSE, c, "rule[3].sigmaLower", 1e-7) == fmi2OK);
-    CHECK(set_real(&INVERSE, c, "rule[3].sigmaUpper", 1e-7) == fmi2OK);
-    CHECK(set_real(&INVERSE, c, "rule[3].centre", 1e-3) == fmi2OK);
-    CHECK(set_real(&INVERSE, c, "rule[3].q2", 0.0) == fmi2OK);
-    CHECK(set_real(&INVERSE, c, "initialDisplacement", 1e-3) == fmi2OK);
-    CHECK(INVERSE.GetReal(c, &out, 1, &value) == fmi2Error && log_says("finite"));
+    CHECK(set_real(&INVERSE, c, "rule[1].q2", 2e-314) == fmi2OK);
+    CHECK(set_real(&INVERSE, c, "rule[2].q2", 2e-314) == fmi2OK);
+    CHECK(set_real(&INVERSE, c, "rule[3].q2", 2e-314) == fmi2OK);
+    CHECK(set_real(&INVERSE, c, "initialDisplacement", 79e-6) == fmi2OK);
+    CHECK(INVERSE.GetReal(c, &out, 1, &value) == fmi2Error);
+    CHECK(log_says("finite"));
     CHECK(INVERSE.ExitInitializationMode(c) == fmi2Error && value == 7.0);
     CHECK(set_real(&INVERSE, c, "initialDisplacement", 1e-6) == fmi2OK);
     CHECK(INVERSE.ExitInitializationMode(c) == fmi2OK);

@@ -39,7 +39,7 @@ static void make_set(void)
     add("sampleTime", "Real", "2.5e-4");
     add("initialDisplacement", "Real", "1e-06");
     add("voltageMin", "Real", "-10.5");
-    add("voltageMax", "Real", "150.0");
+    add("voltageMax", "Real", "110.0");
     add("displacementMin", "Real", "0.0");
     add("displacementMax", "Real", "1.5e-05");
     add("ruleCount", "Integer", "1");

@@ -160,17 +160,25 @@ static void damage(const struct fmi2_api *m)
     m->FreeInstance(c);
 }
 
-/* What cannot be, under a checksum that is right, is refused with its reason. */
+/* A snapshot as a serialized state, under a checksum that is right. */
+static void forge(const struct fmi2_api *m, fmi2Component c, const struct fmu_snapshot *snapshot,
+                  struct state_bytes *bytes)
+{
+    enum { HEADER = 40, CHECKSUM = 32 };
+    const uint64_t checksum = fmu_hash(snapshot, sizeof *snapshot);
+
+    read_state(m, c, bytes);
+    memcpy(bytes->byte + CHECKSUM, &checksum, sizeof checksum);
+    memcpy(bytes->byte + HEADER, snapshot, sizeof *snapshot);
+}
+
+/* What cannot be is refused with its reason. */
 static bool refused_when(const struct fmi2_api *m, fmi2Component c, struct fmu_snapshot snapshot,
                          const char *reason)
 {
-    enum { HEADER = 40, CHECKSUM = 32 };
     struct state_bytes bytes;
-    const uint64_t checksum = fmu_hash(&snapshot, sizeof snapshot);
 
-    read_state(m, c, &bytes);
-    memcpy(bytes.byte + CHECKSUM, &checksum, sizeof checksum);
-    memcpy(bytes.byte + HEADER, &snapshot, sizeof snapshot);
+    forge(m, c, &snapshot, &bytes);
     return refused(m, c, bytes.byte, bytes.size) && log_says(reason);
 }
 
@@ -188,13 +196,120 @@ static void inventions(const struct fmi2_api *m)
     s = good, s.chain.core.y = NAN;
     CHECK(refused_when(m, c, s, "finite"));
     s = good, s.last_step.span.end_tick = s.last_step.span.first_tick - 1;
-    CHECK(refused_when(m, c, s, "before it begins"));
+    CHECK(refused_when(m, c, s, "ticks"));
     s = good, s.values.parameter.rule[1].sigmaLower = -1.0;
     CHECK(refused_when(m, c, s, "rule[2].sigmaLower"));
-    s = good, s.next_tick = INT64_MAX;
+    s = good, s.values.parameter.ruleCount = 4;
+    CHECK(refused_when(m, c, s, "packaged with 3"));
+    s = good, s.clock.next_tick = INT64_MAX;
     CHECK(refused_when(m, c, s, "ticks"));
     s = good, s.last_step.span.first_tick = INT64_MIN / 2;
     CHECK(refused_when(m, c, s, "ticks"));
+    m->FreeInstance(c);
+}
+
+/* Places of a snapshot that hold integers: from here, so many bytes. */
+static const struct {
+    size_t begin, size;
+} INTEGERS[] = {
+#define WORD(member) { offsetof(struct fmu_snapshot, member), 8 }
+    WORD(phase), /* and last_status */
+    { offsetof(struct fmu_snapshot, values.parameter.ruleCount),
+      offsetof(struct chain_parameters, rule) - offsetof(struct chain_parameters, ruleCount) },
+    { offsetof(struct fmu_snapshot, values.output.saturated),
+      sizeof(struct fmu_outputs) - offsetof(struct fmu_outputs, saturated) },
+    WORD(clock.tick), WORD(clock.next_tick), WORD(clock.additions),
+    WORD(last_step.span.tick), WORD(last_step.span.first_tick), WORD(last_step.span.end_tick),
+    WORD(warned),
+};
+
+static bool holds_integers(size_t place)
+{
+    for (size_t i = 0; i < sizeof INTEGERS / sizeof INTEGERS[0]; i++)
+        if (place - INTEGERS[i].begin < INTEGERS[i].size)
+            return true;
+    return false;
+}
+
+/* All that an instance hands out is finite, and its steps return. */
+static void harmless(const struct fmi2_api *m, fmi2Component c)
+{
+    const struct fmu_model model = { .kind = m->kind };
+    const enum fmu_phase phase = (enum fmu_phase)((struct fmu *)c)->now.phase;
+    const double seed = 1.0;
+    const fmi2ValueReference in = reference_of(m, input_of(m)), out = reference_of(m, output_of(m));
+    double value = 0.0;
+
+    if (phase == FMU_STEP_COMPLETE) {
+        CHECK(m->GetRealStatus(c, fmi2LastSuccessfulTime, &value) == fmi2OK && isfinite(value));
+        if (m->GetDirectionalDerivative(c, &out, 1, &in, 1, &seed, &value) == fmi2OK)
+            CHECK(isfinite(value));
+        m->DoStep(c, value, 3 * TS, fmi2True);
+    }
+    for (fmi2ValueReference r = 0; r < 1000 && phase != FMU_INSTANTIATED; r++) {
+        const struct fmu_variable *v = fmu_find(&model, r);
+        if (v && v->base == FMU_REAL && m->GetReal(c, &r, 1, &value) == fmi2OK)
+            CHECK(isfinite(value));
+    }
+}
+
+/* Each eight bytes of a state in turn are what no run leaves there. No number is let through that is none;
+ * where integers are, some may be possible, and then nothing bad follows. */
+static void planted(const struct fmi2_api *m, enum fmu_phase phase)
+{
+    static const union {
+        double number;
+        int64_t integer;
+    } SEEDS[] = { { .number = NAN },          { .number = INFINITY },     { .number = -INFINITY },
+                  { .integer = INT64_MAX },   { .integer = INT64_MIN },   { .integer = -1 },
+                  { .integer = INT64_C(1) << 62 }, { .integer = 0x7fffffff } };
+    const size_t seeds = sizeof SEEDS / sizeof SEEDS[0];
+    fmi2Component c = make_in_phase(m, phase);
+    struct fmu_snapshot *now = &((struct fmu *)c)->now;
+    struct state_bytes bytes;
+    long let_through = 0;
+
+    if (phase == FMU_STEP_COMPLETE)
+        steps(m, c, 0, 10, NULL);
+    const struct fmu_snapshot good = *now;
+    for (size_t place = 0; place < sizeof good; place += 8)
+        for (size_t i = 0; i < (holds_integers(place) ? seeds : 3); i++) {
+            struct fmu_snapshot s = good;
+            fmi2FMUstate state = NULL;
+            memcpy((char *)&s + place, &SEEDS[i], 8);
+            memcpy(now, &good, sizeof good);
+            forge(m, c, &s, &bytes);
+            if (m->DeSerializeFMUstate(c, bytes.byte, bytes.size, &state) != fmi2OK)
+                continue;
+            let_through += !holds_integers(place) && s.clock.stop_time != INFINITY;
+            CHECK(m->SetFMUstate(c, state) == fmi2OK);
+            harmless(m, c);
+            m->FreeFMUstate(c, &state);
+        }
+    CHECK(let_through == 0);
+    m->FreeInstance(c);
+}
+
+/* Ticks that no step could have. */
+static void absurd_ticks(const struct fmi2_api *m)
+{
+    static const int64_t TICKS[] = { INT64_MAX, INT64_MIN, INT64_C(1) << 62, INT64_C(1) << 54, -1 };
+    static const size_t PLACES[] = {
+        offsetof(struct fmu_snapshot, clock.tick),
+        offsetof(struct fmu_snapshot, clock.next_tick),
+        offsetof(struct fmu_snapshot, last_step.span.tick),
+        offsetof(struct fmu_snapshot, last_step.span.end_tick),
+    };
+    fmi2Component c = make_running(m, 0.0);
+
+    steps(m, c, 0, 10, NULL);
+    for (size_t place = 0; place < sizeof PLACES / sizeof PLACES[0]; place++)
+        for (size_t i = 0; i < sizeof TICKS / sizeof TICKS[0]; i++) {
+            struct fmu_snapshot s = ((struct fmu *)c)->now;
+            memcpy((char *)&s + PLACES[place], &TICKS[i], 8);
+            if (TICKS[i] != -1 || place != 2) /* where the last step began may have been before 0 */
+                CHECK(refused_when(m, c, s, "ticks"));
+        }
     m->FreeInstance(c);
 }
 
@@ -239,6 +354,10 @@ static void of_model(const struct fmi2_api *m)
     parameters_return(m);
     damage(m);
     inventions(m);
+    absurd_ticks(m);
+    planted(m, FMU_INSTANTIATED);
+    planted(m, FMU_INITIALIZATION);
+    planted(m, FMU_STEP_COMPLETE);
     null_pointers(m);
 }
 

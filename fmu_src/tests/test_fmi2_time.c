@@ -71,33 +71,45 @@ static void ticks_see_their_own_time(double start, double step, int steps)
     COUNTING.FreeInstance(c);
 }
 
-/* A master that adds up its step: after a million steps tick k still belongs to step k. `per_tick`
- * steps make one sample time; the voltage is the number of the step. */
-static void accumulated_time(int per_tick, double start)
+/* A master that adds up its step, which is p/q sample times: after a million steps tick k still belongs to the
+ * step that it lies in. The voltage is the number of the step. Halfway another instance goes on from the
+ * serialized state, with times that are multiplied. */
+static void accumulated_time(double sample_time, int p, int q, double start)
 {
     const int steps = 1000000;
-    const double step = TS / per_tick;
-    fmi2Component c = make_running(&COUNTING, start);
+    const double step = p * sample_time / q;
+    fmi2Component c = make_initializing(&COUNTING, start), other = make(&COUNTING);
+    fmi2FMUstate state = NULL;
+    struct state_bytes bytes;
     double time = start;
-    long wrong = 0;
+    long wrong = 0, ticks = 0;
 
+    CHECK(set_real(&COUNTING, c, "sampleTime", sample_time) == fmi2OK);
+    CHECK(COUNTING.ExitInitializationMode(c) == fmi2OK);
     counting_ticks = 0;
     for (int n = 0; n < steps; n++) {
         const fmi2ValueReference voltage = 0;
         const double number = n;
-        COUNTING.SetReal(c, &voltage, 1, &number);
-        if (COUNTING.DoStep(c, time, step, fmi2True) != fmi2OK)
-            wrong++;
+        if (n == steps / 2) {
+            read_state(&COUNTING, c, &bytes);
+            CHECK(COUNTING.DeSerializeFMUstate(other, bytes.byte, bytes.size, &state) == fmi2OK);
+            CHECK(COUNTING.SetFMUstate(other, state) == fmi2OK);
+        }
+        fmi2Component instance = n < steps / 2 ? c : other;
+        COUNTING.SetReal(instance, &voltage, 1, &number);
+        wrong += COUNTING.DoStep(instance, n < steps / 2 ? time : start + n * step, step, fmi2True) != fmi2OK;
         time += step;
+        for (; (long long)ticks * q < (n + 1LL) * p; ticks++)
+            if (ticks < COUNTING_CAPACITY)
+                wrong += counting_voltage[ticks] != number;
+        wrong += counting_ticks != ticks;
     }
-    CHECK(wrong == 0);
-    CHECK(counting_ticks == (steps + per_tick - 1) / per_tick);
-    for (long k = 0; k < counting_ticks; k++)
-        wrong += counting_voltage[k] != (double)(k * per_tick);
     if (!CHECK(wrong == 0))
-        fprintf(stderr, "  %ld of %ld ticks in the wrong step of Ts/%d from %g s; time is %g Ts off\n",
-                wrong, counting_ticks, per_tick, start, (time - start - steps * step) / TS);
+        fprintf(stderr, "  %ld wrong: steps of %d/%d Ts = %g s from %g s; time is %g Ts off\n", wrong, p, q,
+                sample_time, start, (time - start - steps * step) / sample_time);
+    COUNTING.FreeFMUstate(other, &state);
     COUNTING.FreeInstance(c);
+    COUNTING.FreeInstance(other);
 }
 
 static void empty_steps(const struct fmi2_api *m)
@@ -138,6 +150,8 @@ static void impossible_steps(const struct fmi2_api *m)
     CHECK(m->DoStep(c, 6 * TS, TS, fmi2True) == fmi2Error && log_says("begins at"));
     CHECK(m->DoStep(c, 5.01 * TS, TS, fmi2True) == fmi2Error);
     CHECK(m->DoStep(c, 5 * TS, 1e200, fmi2True) == fmi2Error && log_says("counted"));
+    CHECK(m->DoStep(c, 5 * TS, 1e9, fmi2True) == fmi2Error && log_says("1e+13 ticks") &&
+          log_says("at most 1e+09")); /* it would run for days, and nobody could interrupt it */
     read_state(m, c, &after);
     CHECK(same_state(&before, &after));
     CHECK(m->DoStep(c, 5 * TS, TS, fmi2True) == fmi2OK);
@@ -189,18 +203,28 @@ static void discarded_step(void)
     PLANT.FreeInstance(c);
 }
 
+/* For voltages beyond those that the displacements in range ask for: at rest -3.2 to 110.4 V. */
+static fmi2Component make_for_any_voltage(const struct fmi2_api *m)
+{
+    fmi2Component c = make_initializing(m, 0.0);
+
+    CHECK(set_real(m, c, "voltageMin", -2000.0) == fmi2OK && set_real(m, c, "voltageMax", 2000.0) == fmi2OK);
+    CHECK(m->ExitInitializationMode(c) == fmi2OK);
+    return c;
+}
+
 /* A range is left: said once, as a warning that the step itself returns. */
 static void warnings(void)
 {
-    fmi2Component c = make_running(&INVERSE, 0.0);
+    fmi2Component c = make_for_any_voltage(&INVERSE);
     const fmi2String all = "logAll";
 
     CHECK(INVERSE.SetDebugLogging(c, fmi2True, 1, &all) == fmi2OK);
     CHECK(set_real(&INVERSE, c, "reference", 1e-3) == fmi2OK);
     forget_log();
     CHECK(INVERSE.DoStep(c, 0.0, TS, fmi2True) == fmi2Warning);
-    CHECK(logged.count == 2 && logged.status == fmi2Warning);
-    CHECK(log_says("reference left displacementMin..displacementMax"));
+    CHECK(logged.count == 1 && logged.status == fmi2Warning);
+    CHECK(log_says("the reference, 1000 um at 0 s, is outside displacementMin..displacementMax, 0 to 16 um"));
     CHECK(get_boolean(&INVERSE, c, "saturated") == 1);
     forget_log();
     CHECK(INVERSE.DoStep(c, TS, TS, fmi2True) == fmi2OK && logged.count == 0);
@@ -208,6 +232,69 @@ static void warnings(void)
     CHECK(INVERSE.DoStep(c, 2 * TS, 50 * TS, fmi2True) == fmi2OK);
     CHECK(get_boolean(&INVERSE, c, "saturated") == 0);
     INVERSE.FreeInstance(c);
+}
+
+/* At which tick of a step, with which value and beyond which range, in numbers; and a flag for the host that
+ * does not read logs. */
+static void out_of_range(void)
+{
+    fmi2Component c = make_running(&PLANT, 0.0);
+
+    CHECK(set_real(&PLANT, c, "voltage", 100.0) == fmi2OK);
+    CHECK(set_slope(&PLANT, c, "voltage", 1000.0) == fmi2OK);
+    CHECK(get_boolean(&PLANT, c, "outOfRange") == 0);
+    forget_log();
+    CHECK(PLANT.DoStep(c, 0.0, 10 * TS, fmi2True) == fmi2OK && logged.count == 0);
+    CHECK(get_boolean(&PLANT, c, "outOfRange") == 0);
+    CHECK(set_real(&PLANT, c, "voltage", 109.95) == fmi2OK);
+    CHECK(PLANT.DoStep(c, 10 * TS, 3 * TS, fmi2True) == fmi2Warning && logged.count == 1);
+    CHECK(log_says("the voltage left voltageMin..voltageMax, 0 to 110 V") && log_says("it is 110.05 V at 0.0011 s"));
+    CHECK(log_says("logged once") && strcmp(logged.category, "logStatusWarning") == 0);
+    CHECK(get_boolean(&PLANT, c, "outOfRange") == 1);
+    CHECK(set_real(&PLANT, c, "voltage", 115.0) == fmi2OK && set_slope(&PLANT, c, "voltage", 0.0) == fmi2OK);
+    forget_log();
+    CHECK(PLANT.DoStep(c, 13 * TS, TS, fmi2True) == fmi2OK && logged.count == 0); /* said already */
+    CHECK(PLANT.DoStep(c, 14 * TS, 0.1, fmi2True) == fmi2Warning && logged.count == 1);
+    CHECK(log_says("displacementMin..displacementMax, 0 to 16 um") && log_says("it is 16.0"));
+    CHECK(set_real(&PLANT, c, "voltage", 105.0) == fmi2OK);
+    CHECK(PLANT.DoStep(c, 14 * TS + 0.1, TS, fmi2True) == fmi2OK); /* the voltage is back, the core not yet */
+    CHECK(get_boolean(&PLANT, c, "outOfRange") == 1);
+    CHECK(PLANT.DoStep(c, 15 * TS + 0.1, 0.1, fmi2True) == fmi2OK);
+    CHECK(get_boolean(&PLANT, c, "outOfRange") == 0 && logged.count == 1);
+    PLANT.FreeInstance(c);
+}
+
+/* From end to end of the range and back, 5 Hz, inverse before plant. Returns how many ticks were saturated; at
+ * the others the plant is at the reference, and within its range. */
+static int there_and_back(fmi2Component inverse, fmi2Component plant)
+{
+    int saturated = 0;
+
+    for (int k = 0; k < 2000; k++) {
+        const double reference = fmin(8e-6 * (1.0 - cos(0.0031415926535897932 * k)), 16e-6);
+        CHECK(set_real(&INVERSE, inverse, "reference", reference) == fmi2OK);
+        CHECK(INVERSE.DoStep(inverse, k * TS, TS, fmi2True) <= fmi2Warning);
+        CHECK(set_real(&PLANT, plant, "voltage", get_real(&INVERSE, inverse, "voltage")) == fmi2OK);
+        CHECK(PLANT.DoStep(plant, k * TS, TS, fmi2True) <= fmi2Warning);
+        if (get_boolean(&INVERSE, inverse, "saturated"))
+            saturated++;
+        else
+            CHECK_NEAR(get_real(&PLANT, plant, "displacement"), reference, 16e-6, 1e-9);
+        CHECK(get_boolean(&PLANT, plant, "outOfRange") == 0);
+    }
+    PLANT.FreeInstance(plant);
+    INVERSE.FreeInstance(inverse);
+    return saturated;
+}
+
+/* The inverse may aim at the ends of the range themselves, and gives the ends of the voltage range: rounding is
+ * not beyond them. */
+static void the_ends_are_within(void)
+{
+    const int cut = there_and_back(make_running(&INVERSE, 0.0), make_running(&PLANT, 0.0));
+
+    CHECK(there_and_back(make_for_any_voltage(&INVERSE), make_for_any_voltage(&PLANT)) == 0);
+    CHECK(cut > 0 && cut < 400); /* 0 um asks for less than 0 V, 16 um for more than 110 V */
 }
 
 /* A step of the reference within its range may ask for more than the voltages that the set holds for. */
@@ -221,10 +308,10 @@ static void voltage_limit(void)
     CHECK(set_real(&INVERSE, c, "reference", 15e-6) == fmi2OK);
     forget_log();
     CHECK(INVERSE.DoStep(c, 0.0, TS, fmi2True) == fmi2Warning && logged.count == 1);
-    CHECK(log_says("a voltage outside voltageMin..voltageMax, 0 V to 150 V"));
+    CHECK(log_says("a voltage outside voltageMin..voltageMax, 0 to 110 V"));
     for (int k = 1; k < 100; k++) {
         forget_log();
-        CHECK(get_real(&INVERSE, c, "voltage") >= 0.0 && get_real(&INVERSE, c, "voltage") <= 150.0);
+        CHECK(get_real(&INVERSE, c, "voltage") >= 0.0 && get_real(&INVERSE, c, "voltage") <= 110.0);
         saturated += get_boolean(&INVERSE, c, "saturated");
         CHECK(INVERSE.DoStep(c, k * TS, TS, fmi2True) == fmi2OK && logged.count == 0);
     }
@@ -252,11 +339,18 @@ int main(void)
         ticks_see_their_own_time(starts[i], 7.3 * TS, 50);
         ticks_see_their_own_time(starts[i], 100.0 * TS, 4);
     }
-    accumulated_time(1, 0.0);
-    accumulated_time(3, 0.0);
-    accumulated_time(1, 1.0);
+    accumulated_time(TS, 1, 1, 0.0);
+    accumulated_time(TS, 1, 3, 0.0);
+    accumulated_time(TS, 1, 1, 1.0);
+    accumulated_time(TS, 1, 1, 1e6); /* here and below, time ends more than a hundredth of Ts off */
+    accumulated_time(1e-5, 1, 1, 1e6);
+    accumulated_time(1e-5, 1, 10, 1e6);
+    accumulated_time(1e-5, 10, 1, 1e6);
+    accumulated_time(1e-5, 5, 2, 1e6);
     discarded_step();
     warnings();
+    out_of_range();
+    the_ends_are_within();
     voltage_limit();
     return check_report("fmi2 time");
 }

@@ -37,8 +37,8 @@ static void sensitivities(const struct it2_rule *rules, int count, double y_init
     const int columns = IT2_RULE_PARAMETERS * count + 1;
     double derivative[SAMPLES];
 
-    CHECK(it2_free_run(rules, count, voltage, SAMPLES, y_initial, y, sensitivity) == SAMPLES);
-    CHECK(it2_free_run(rules, count, voltage, SAMPLES, y_initial, y_again, NULL) == SAMPLES);
+    CHECK(it2_free_run(rules, count, IT2_EVERYWHERE, voltage, SAMPLES, y_initial, y, sensitivity) == SAMPLES);
+    CHECK(it2_free_run(rules, count, IT2_EVERYWHERE, voltage, SAMPLES, y_initial, y_again, NULL) == SAMPLES);
     CHECK(memcmp(y, y_again, sizeof y) == 0);
     for (int column = 0; column < columns; column++) {
         double scale = 0.0;
@@ -55,9 +55,9 @@ static void steps_make_a_run(void)
     struct it2 stage;
     struct it2_state state;
 
-    it2_prepare(&stage, TABLE_1, 3);
+    it2_prepare(&stage, TABLE_1, 3, IT2_EVERYWHERE);
     it2_reset(&state, 2.5);
-    CHECK(it2_free_run(TABLE_1, 3, voltage, SAMPLES, 2.5, y, NULL) == SAMPLES);
+    CHECK(it2_free_run(TABLE_1, 3, IT2_EVERYWHERE, voltage, SAMPLES, 2.5, y, NULL) == SAMPLES);
     for (int k = 0; k < SAMPLES; k++)
         CHECK(it2_step(&stage, &state, voltage[k]) == y[k]);
 }
@@ -72,15 +72,15 @@ static void divergence(void)
 
     for (int k = 0; k < LONG; k++)
         x[k] = 500.0;
-    const size_t n = it2_free_run(TABLE_1, 3, x, LONG, 30.0, run, NULL);
+    const size_t n = it2_free_run(TABLE_1, 3, IT2_EVERYWHERE, x, LONG, 30.0, run, NULL);
     CHECK(n > 0 && n < LONG);
     CHECK(isfinite(run[n - 1]) && !isfinite(run[n]));
-    const size_t with_rows = it2_free_run(TABLE_1, 3, x, LONG, 30.0, run, rows);
+    const size_t with_rows = it2_free_run(TABLE_1, 3, IT2_EVERYWHERE, x, LONG, 30.0, run, rows);
     CHECK(with_rows > 0 && with_rows <= n);
-    CHECK(it2_free_run(TABLE_1, 3, x, 0, 30.0, run, rows) == 0);
+    CHECK(it2_free_run(TABLE_1, 3, IT2_EVERYWHERE, x, 0, 30.0, run, rows) == 0);
     x[7] = NAN;
-    CHECK(it2_free_run(TABLE_1, 3, x, 100, 1.0, run, NULL) == 7);
-    CHECK(it2_free_run(TABLE_1, 3, x, 100, 1.0, run, rows) == 7);
+    CHECK(it2_free_run(TABLE_1, 3, IT2_EVERYWHERE, x, 100, 1.0, run, NULL) == 7);
+    CHECK(it2_free_run(TABLE_1, 3, IT2_EVERYWHERE, x, 100, 1.0, run, rows) == 7);
     free(x);
     free(run);
     free(rows);

@@ -54,7 +54,7 @@ static void against_transcription_and_complex_step(const struct it2_rule *rules,
     struct it2_partials partials;
     struct it2 stage;
 
-    it2_prepare(&stage, rules, count);
+    it2_prepare(&stage, rules, count, IT2_EVERYWHERE);
     const double value = it2_gradient(&stage, y, x, gradient, &partials);
     transcription(rules, count, y, x, printed);
     complex_rules(rules, count, p);
@@ -98,7 +98,7 @@ static void finite_differences(void)
     const double at[] = { 0.0, 0.0892, 3.0, 8.6067, 15.0, 18.0, 300.0, 900.0, -900.0, 2000.0 };
     struct it2 stage;
 
-    it2_prepare(&stage, TABLE_1, 3);
+    it2_prepare(&stage, TABLE_1, 3, IT2_EVERYWHERE);
     for (size_t i = 0; i < sizeof at / sizeof at[0]; i++) {
         const double y = at[i], x = 60.0, h = 1e-5 * fmax(1.0, fabs(y));
         const struct it2_partials d = it2_partials(&stage, y, x);

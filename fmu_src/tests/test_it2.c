@@ -53,7 +53,7 @@ static void table_1_under_22(void)
     double lowest = 1e9;
     double highest = -1e9;
 
-    it2_prepare(&stage, TABLE_1, 3);
+    it2_prepare(&stage, TABLE_1, 3, IT2_EVERYWHERE);
     it2_reset(&state, 0.0);
     for (int k = 1; k < 4000; k++) {
         const double y = it2_step(&stage, &state, excitation(k));
@@ -81,7 +81,7 @@ static void random_sets_against_the_textbook(void)
     for (int trial = 0; trial < 3000; trial++) {
         const int count = trial < IT2_MAX_RULES ? trial + 1 : random_count(&seed);
         random_rules(&seed, rules, count);
-        it2_prepare(&stage, rules, count);
+        it2_prepare(&stage, rules, count, IT2_EVERYWHERE);
         const double y = random_between(&seed, -5.0, 25.0);
         const double x = random_between(&seed, -10.0, 150.0);
         const double expected = textbook(rules, count, y, x);
@@ -101,8 +101,8 @@ static void si_units(void)
         rules[l] = (struct it2_rule){ r->sigmaLower * 1e-6, r->sigmaUpper * 1e-6, r->centre * 1e-6,
                                       r->q1,                r->q2 * 1e-6,         r->q3 * 1e-6 };
     }
-    it2_prepare(&um, TABLE_1, 3);
-    it2_prepare(&m, rules, 3);
+    it2_prepare(&um, TABLE_1, 3, IT2_EVERYWHERE);
+    it2_prepare(&m, rules, 3, IT2_EVERYWHERE);
     for (int k = 0; k <= 160; k++)
         CHECK_CLOSE(it2_evaluate(&m, 1e-7 * k, 60.0), 1e-6 * it2_evaluate(&um, 0.1 * k, 60.0), 1e-12);
 }
@@ -119,7 +119,7 @@ static void far_from_all_centres(void)
                            1e100, -1e100, 1e150, -1e150, 1e200, -1e300 };
     struct it2 stage;
 
-    it2_prepare(&stage, TABLE_1, 3);
+    it2_prepare(&stage, TABLE_1, 3, IT2_EVERYWHERE);
     for (size_t i = 0; i < sizeof far / sizeof far[0]; i++) {
         CHECK(isfinite(it2_evaluate(&stage, far[i], 50.0)));
         CHECK_CLOSE(it2_evaluate(&stage, far[i], 50.0), rule_3(far[i], 50.0), 1e-12);
@@ -137,7 +137,7 @@ static void between_narrow_rules(void)
                                       { 1e-3, 1e-3, 10.0, 0.5, 0.02, 2.0 } };
     struct it2 stage;
 
-    it2_prepare(&stage, rules, 2);
+    it2_prepare(&stage, rules, 2, IT2_EVERYWHERE);
     CHECK_CLOSE(it2_evaluate(&stage, 4.9, 10.0), 0.5 * 4.9 + 0.1 + 1.0, 1e-14);
     CHECK_CLOSE(it2_evaluate(&stage, 5.1, 10.0), 0.5 * 5.1 + 0.2 + 2.0, 1e-14);
     CHECK_CLOSE(it2_evaluate(&stage, 5.0, 10.0), 2.5 + 0.15 + 1.5, 1e-12);
@@ -158,7 +158,7 @@ static void continuous_across_the_fallback(void)
     double near = 19.0; /* sum above the threshold */
     double far = 5000.0;
 
-    it2_prepare(&stage, TABLE_1, 3);
+    it2_prepare(&stage, TABLE_1, 3, IT2_EVERYWHERE);
     while (far - near > 1e-9 * near) { /* the fallback shows by a sum of order 1 */
         const double middle = 0.5 * (near + far);
         const double d = (middle - TABLE_1[2].centre) / TABLE_1[2].sigmaUpper;
@@ -183,14 +183,14 @@ static void checks_change_nothing(void)
             { narrow, narrow * random_between(&seed, 1.0, 5.0), 0.0, 0.9, 0.02, 0.1 },
             { narrow, narrow * random_between(&seed, 1.0, 5.0), 16.0, 0.8, 0.03, 0.2 },
         };
-        it2_prepare(&stage, rules, 2);
+        it2_prepare(&stage, rules, 2, IT2_EVERYWHERE);
         checked = stage;
-        checked.no_underflow = (struct it2_range){ 1.0, -1.0 };
+        checked.plain = (struct it2_range){ 1.0, -1.0 };
         for (int k = 0; k < 100; k++) {
             const double y = random_between(&seed, -150.0, 150.0), x = random_between(&seed, 0.0, 150.0);
             CHECK(it2_evaluate(&stage, y, x) == it2_evaluate(&checked, y, x));
             CHECK(it2_solve(&stage, y, x) == it2_solve(&checked, y, x));
-            CHECK(!it2_cannot_underflow(&stage, y) || sum_of_memberships(&checked, y) > IT2_SUM_UNDERFLOW);
+            CHECK(!it2_is_plain(&stage, y) || sum_of_memberships(&checked, y) > IT2_SUM_UNDERFLOW);
         }
     }
 }
@@ -202,8 +202,8 @@ static void without_numbers_is_checked(void)
     for (int i = 0; i < 3; i++) {
         const struct it2_rule rules[] = { { bad[i], 1.0, 0.0, 0.9, 0.02, 0.1 } };
         struct it2 stage;
-        it2_prepare(&stage, rules, 1);
-        CHECK(!it2_cannot_underflow(&stage, 0.0));
+        it2_prepare(&stage, rules, 1, IT2_EVERYWHERE);
+        CHECK(!it2_is_plain(&stage, 0.0));
     }
 }
 
@@ -212,7 +212,7 @@ static void one_rule_is_linear(void)
     const struct it2_rule rule = { 1.0, 2.0, 3.0, 0.9, 0.02, 0.1 };
     struct it2 stage;
 
-    it2_prepare(&stage, &rule, 1);
+    it2_prepare(&stage, &rule, 1, IT2_EVERYWHERE);
     for (int y = -400; y <= 400; y++)
         CHECK_NEAR(it2_evaluate(&stage, y, 5.0), 0.9 * y + 0.2, 1.0 + abs(y), 4e-16);
 }

@@ -236,7 +236,7 @@ def simulate(fmu: Model, inputs: Frame, start_values: Mapping | None = None) -> 
     >>> voltage = 52.5 - 52.5 * np.cos(2 * np.pi * 20 * np.arange(500) * 1e-4)
     >>> result = simulate(table_1(), pl.DataFrame({"voltage": voltage}))
     >>> result.columns
-    ['time', 'displacement', 'measured']
+    ['time', 'displacement', 'measured', 'outOfRange']
     >>> round(result["displacement"].max() * 1e6, 1)
     15.5
     """

@@ -143,7 +143,8 @@ class Chain:
                 x, states[name] = EFFECTS[name].step(values, states[name], x, around)
             return x
 
-        core = it2.step_expression(self._rules(values), state[0], walk(BEFORE_CORE, x))
+        limits = values["displacementMin"], values["displacementMax"]
+        core = it2.step_expression(self._rules(values), state[0], walk(BEFORE_CORE, x), limits)
         displacement = walk(BEHIND_CORE, core)
         measured = walk(READING, displacement)
         return self._join(core, states), displacement, measured
@@ -158,7 +159,8 @@ class Chain:
             return y
 
         core = back(BEHIND_CORE, values["initialDisplacement"])
-        back(BEFORE_CORE, it2.inverse_expression(self._rules(values), core, core))
+        limits = values["displacementMin"], values["displacementMax"]
+        back(BEFORE_CORE, it2.inverse_expression(self._rules(values), core, core, limits))
         return self._join(core, states)
 
     def _split(self, state: ca.SX) -> list[list[ca.SX]]:

@@ -3,22 +3,30 @@
 import argparse
 import json
 import os
+import shutil
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from it2hys.errors import InputError
+from it2hys.numerals import parse_number
+from it2hys.processes import without_threads
 
 # modules that take long to import are imported by the commands that need them
 
 # units in the CSV files that `simulate` writes; lengths are in um
-UNITS_WRITTEN = {"voltage": "V", "force": "N", "temperature": "K", "saturated": "1"}
+UNITS_WRITTEN = {
+    "voltage": "V", "force": "N", "temperature": "K", "saturated": "1", "outOfRange": "1",
+}  # fmt: skip
+# parameters that say for what a plant FMU holds
+ENDS = ("voltageMin", "voltageMax", "displacementMin", "displacementMax")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return 0, 1 for a finding, or 2 for bad usage or input."""
     options = _parser().parse_args(arguments)
+    without_threads()
     try:
         return options.command(options)
     except InputError as error:
@@ -90,6 +98,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME=VALUE",
         help="a parameter in SI units, such as initialDisplacement=1e-6; may be repeated",
     )
+    simulate.add_argument("--json", action="store_true", help="print the outcome as JSON, no progress")
     _add_columns(simulate)
 
     sweep = _command(commands, "sweep", _sweep, "run all cases of a sweep scenario, in parallel")
@@ -108,6 +117,7 @@ def _parser() -> argparse.ArgumentParser:
     run = _command(commands, "run", _run, "run a scenario by name")
     run.add_argument("name", metavar="NAME", help="a scenario of scenarios/, or a TOML file")
     run.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
+    _add_workers(run)
     return parser
 
 
@@ -220,8 +230,9 @@ def _package(options: argparse.Namespace) -> int:
 
 def _identify(options: argparse.Namespace) -> int:
     from it2hys.identification import Options, identify
-    from it2hys.identification_report import error_table, straight_line_errors, write_identification
+    from it2hys.identification_report import error_table, summary, write_identification
     from it2hys.progress import progress_bar
+    from it2hys.verdict import straight_line_errors
 
     train, validate, test = _read_records(options)
     with progress_bar(quiet=options.quiet or options.json) as progress:
@@ -233,10 +244,10 @@ def _identify(options: argparse.Namespace) -> int:
     if options.json:
         print((options.output / "report.json").read_text(), end="")
         return 0
-    before = straight_line_errors(records, identification.records)
-    _say(options, error_table(identification, before).text())
-    for warning in identification.warnings:
-        _say(options, f"note: {warning}")
+    lines = straight_line_errors(records, identification.records)
+    _say(options, error_table(identification, lines).text(), "\n")
+    for text in summary(identification, lines):
+        _say(options, text)
     _say(options, f"\nreport: {report}")
     return 0
 
@@ -244,14 +255,16 @@ def _identify(options: argparse.Namespace) -> int:
 def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.diagnosis import RULES, diagnose
     from it2hys.diagnosis_report import (
+        conclusion,
+        details,
         error_table,
         evidence_overview,
-        summary,
         write_diagnosis,
     )
     from it2hys.identification import Options
     from it2hys.parameters import read_ssv
     from it2hys.progress import progress_bar
+    from it2hys.verdict import straight_line_errors
 
     model = None if options.model is None else read_ssv(options.model)
     declared = [name.strip() for name in options.declared.split(",") if name.strip()]
@@ -268,13 +281,15 @@ def _diagnose(options: argparse.Namespace) -> int:
             progress,
             options.workers,
         )
-    report = write_diagnosis(diagnosis, [*train, *validate, *test], options.output)
+    records = [*train, *validate, *test]
+    report = write_diagnosis(diagnosis, records, options.output)
     if options.json:
         print((options.output / "report.json").read_text(), end="")
         return 0
-    _say(options, error_table(diagnosis).text(), "\n")
+    lines = straight_line_errors(records, diagnosis.after)
+    _say(options, error_table(diagnosis, lines).text(), "\n")
     _say(options, evidence_overview(diagnosis).text(), "\n")
-    for text in summary(diagnosis):
+    for text in [*conclusion(diagnosis, lines), *details(diagnosis)]:
         _say(options, text)
     _say(options, f"\nreport: {report}")
     return 0
@@ -290,6 +305,7 @@ def _simulate(options: argparse.Namespace) -> int:
     start = dict(_assignment(text) for text in options.set)
     with Slave(options.fmu, start) as slave:
         names, sample_time = slave.names("input"), simulation.sample_time(slave)
+        ends = {name: slave.get(name) for name in ENDS if name in slave.variables}
     signals = read_signals(options.input, names, columns=_columns(options))
     if abs(signals.sample_time / sample_time - 1) > 1e-3:
         raise InputError(
@@ -297,23 +313,49 @@ def _simulate(options: argparse.Namespace) -> int:
             f"{sample_time:g} s; resample the signals or identify a model at their rate"
         )
     outputs, messages = simulation.simulate(
-        options.fmu, signals.values, start, lambda ticks: tqdm(ticks, disable=options.quiet)
+        options.fmu,
+        signals.values,
+        start,
+        lambda ticks: tqdm(ticks, disable=options.quiet or options.json),
     )
     columns = {
         name: (value, UNITS_WRITTEN.get(name, "um"))
         for name, value in {**signals.values, **outputs}.items()
     }
     write_signals(options.output, signals.time, columns)
-    for message in messages:
+    counts, sentences = _beyond(ends, signals.values, outputs)
+    for message in [*messages, *sentences]:
         print(f"it2hys: {message}", file=sys.stderr)
+    if options.json:
+        said = {"output": str(options.output), "samples": len(signals.time), **counts}
+        print(json.dumps({**said, "messages": [*messages, *sentences]}, indent=1))
+        return 0
     _say(options, options.output)
     return 0
+
+
+def _beyond(ends: dict, inputs: dict, outputs: dict) -> tuple[dict[str, int], list[str]]:
+    """Return how many samples were out of range or out of reach, and sentences where any were."""
+    from it2hys.validity import out_of_range_sentence
+
+    counts, sentences = {}, []
+    if len(ends) == len(ENDS) and {"outOfRange", "displacement"} <= outputs.keys():
+        outside, displacement = outputs["outOfRange"] != 0, outputs["displacement"]
+        voltage = inputs.get("voltage", 0.0 * displacement)
+        counts["samples_out_of_range"] = int(outside.sum())
+        sentences.append(out_of_range_sentence(ends, outside, voltage, displacement, "um"))
+    if "saturated" in outputs:
+        saturated, samples = int((outputs["saturated"] != 0).sum()), len(outputs["saturated"])
+        counts["samples_saturated"] = saturated
+        if saturated:
+            sentences.append(f"{saturated} of {samples} samples ask for more than can be reached.")
+    return counts, [text for text in sentences if text]
 
 
 def _assignment(text: str) -> tuple[str, float]:
     name, _, value = text.partition("=")
     try:
-        return name, float(value)
+        return name, parse_number(value)
     except ValueError:
         raise InputError(f"--set {text}: must be NAME=VALUE with a number in SI units") from None
 
@@ -345,7 +387,7 @@ def _sweep(options: argparse.Namespace) -> int:
             )
         )
         return 0
-    _say(options, f"{outcome.cases} cases, {outcome.failed} failed")
+    _say(options, outcome.summary)
     _say(options, f"table: {outcome.results}\nreport: {outcome.report}")
     return 0
 
@@ -353,8 +395,18 @@ def _sweep(options: argparse.Namespace) -> int:
 def _run(options: argparse.Namespace) -> int:
     from it2hys.experiment import run_scenario
 
-    outcome = run_scenario(options.name, options.output, quiet=options.quiet)
+    outcome = run_scenario(options.name, options.output, options.quiet, options.workers)
     for table in outcome.tables:
         _say(options, f"\n{table.caption}\n{table.text()}")
+    for text in outcome.conclusion:
+        _say(options, f"\n{text}")
     _say(options, f"\nreport: {outcome.report}")
+    _say(options, f"your own records, as CSV like those in {outcome.records}:")
+    _say(options, f"  {_program()} {outcome.command}")
     return 0
+
+
+def _program() -> str:
+    """Return what to type for this command line: its path where it is not found by name."""
+    path = Path(sys.argv[0])
+    return str(path) if path.name == "it2hys" and not shutil.which(path.name) else "it2hys"

@@ -13,15 +13,17 @@ import numpy as np
 from lxml import etree
 
 from it2hys import core
+from it2hys.build_description import format_build_description
 from it2hys.documentation import render
 from it2hys.model_description import add_structure, add_types, add_units, add_variables
-from it2hys.packaging import fmu_archive, package_version, platform_binaries
+from it2hys.packaging import BUILD_DESCRIPTION, fmu_archive, package_version, platform_binaries
 from it2hys.parameters import ParameterSet
 from it2hys.variables import DeclaredType, Variable, load_table
 
 IDENTIFIER = "PIController"
 TABLE = Path(__file__).with_name("controller.toml")
-HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
+SOURCE = f"{IDENTIFIER}.c"
+CLOCK = "fmu_clock.h"
 CAPABILITIES = {
     "canHandleVariableCommunicationStepSize": "true",
     "canInterpolateInputs": "false",
@@ -70,13 +72,13 @@ def load_controller() -> ControllerTable:
 def controller_fmu() -> bytes:
     """Return PIController.fmu."""
     native = core.native_directory()
-    sources = {f"{IDENTIFIER}.c": (native / "controller" / f"{IDENTIFIER}.c").read_bytes()}
-    sources |= {name: (native / "sources" / name).read_bytes() for name in HEADERS}
     page = render("controller.html", variables=load_controller().variables)
     return fmu_archive(
         {
             "modelDescription.xml": _description(),
-            **{f"sources/{name}": content for name, content in sources.items()},
+            f"sources/{SOURCE}": (native / "controller" / SOURCE).read_bytes(),
+            f"sources/{CLOCK}": (native / "sources" / CLOCK).read_bytes(),
+            BUILD_DESCRIPTION: format_build_description(IDENTIFIER, [SOURCE]),
             **platform_binaries(IDENTIFIER, native),
             "documentation/index.html": page.encode(),
             "documentation/licenses/license.txt": (native / "LICENSE").read_bytes(),
@@ -105,7 +107,7 @@ def _description() -> bytes:
         modelIdentifier=IDENTIFIER,
         **CAPABILITIES,
     )
-    etree.SubElement(etree.SubElement(slave, "SourceFiles"), "File", name=f"{IDENTIFIER}.c")
+    etree.SubElement(etree.SubElement(slave, "SourceFiles"), "File", name=SOURCE)
     types = {v.type.name: v.type for v in table.variables}
     add_units(root, {t.unit for t in types.values()}, table.units)
     add_types(root, types)
@@ -140,7 +142,7 @@ def suitable_gains(parameters: ParameterSet) -> dict[str, float]:
     rules, sample_time = parameters.rules, parameters["sampleTime"]
     middle = np.array([float(np.mean(parameters.displacement_range))])
     voltage = core.solve(rules, middle, middle)
-    _, _, (by_voltage, by_displacement) = core.gradient(rules, middle[0], voltage[0])
+    _, _, (by_voltage, by_displacement, _) = core.gradient(rules, middle[0], voltage[0])
     gain = by_voltage / (1.0 - by_displacement)
     time_constant = -sample_time / np.log(by_displacement) if 0.0 < by_displacement < 1.0 else 0.0
     integral_gain = CROSSOVER / sample_time / gain

@@ -27,7 +27,7 @@ _DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 def native_directory() -> Path:
     """Return where the built binaries and the FMUs' C sources are.
 
-    They are installed with the package; the build, which packages FMUs before that, names its own.
+    They are installed with the package; `IT2HYS_NATIVE` names those of another build.
     """
     return Path(os.environ.get("IT2HYS_NATIVE") or str(files("it2hys") / "native"))
 
@@ -42,14 +42,17 @@ def _library() -> ctypes.CDLL:
         raise ImportError(f"the C core is not built ({error}); run `make` or `pip install .`") from None
     library.it2core_free_run.restype = ctypes.c_size_t
     library.it2core_free_run.argtypes = [
-        _DOUBLES, ctypes.c_int, _DOUBLES, ctypes.c_size_t, ctypes.c_double, _DOUBLES, ctypes.c_void_p,
+        _DOUBLES, ctypes.c_int, _DOUBLES, _DOUBLES, ctypes.c_size_t, ctypes.c_double, _DOUBLES,
+        ctypes.c_void_p,
     ]  # fmt: skip
     for function in (library.it2core_solve, library.it2core_one_step):
         function.restype = None
-        function.argtypes = [_DOUBLES, ctypes.c_int, _DOUBLES, _DOUBLES, ctypes.c_size_t, _DOUBLES]
+        function.argtypes = [
+            _DOUBLES, ctypes.c_int, _DOUBLES, _DOUBLES, _DOUBLES, ctypes.c_size_t, _DOUBLES,
+        ]  # fmt: skip
     library.it2core_gradient.restype = ctypes.c_double
     library.it2core_gradient.argtypes = [
-        _DOUBLES, ctypes.c_int, ctypes.c_double, ctypes.c_double, _DOUBLES, _DOUBLES,
+        _DOUBLES, ctypes.c_int, _DOUBLES, ctypes.c_double, ctypes.c_double, _DOUBLES, _DOUBLES,
     ]  # fmt: skip
     library.it2core_contraction.restype = ctypes.c_double
     library.it2core_contraction.argtypes = [
@@ -72,6 +75,7 @@ def _library() -> ctypes.CDLL:
     library.it2core_chain_run.restype = ctypes.c_size_t
     library.it2core_chain_run.argtypes = [
         _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES, ctypes.c_int64, ctypes.c_size_t, _DOUBLES, _DOUBLES,
+        _INTEGERS,
     ]  # fmt: skip
     library.it2core_chain_inverse.restype = ctypes.c_size_t
     library.it2core_chain_inverse.argtypes = [
@@ -120,8 +124,14 @@ def _rules(rules: np.ndarray) -> tuple[np.ndarray, int]:
     return rules, len(rules)
 
 
-def free_run(rules: np.ndarray, x: np.ndarray, y_initial: float) -> np.ndarray:
-    """Simulate (10) from voltage alone.
+def _limits(limits: tuple[float, float] | None) -> np.ndarray:
+    return np.array((-np.inf, np.inf) if limits is None else limits, dtype=np.float64)
+
+
+def free_run(
+    rules: np.ndarray, x: np.ndarray, y_initial: float, limits: tuple[float, float] | None = None
+) -> np.ndarray:
+    """Simulate the core from voltage alone.
 
     Parameters
     ----------
@@ -131,6 +141,10 @@ def free_run(rules: np.ndarray, x: np.ndarray, y_initial: float) -> np.ndarray:
         Voltage at every tick.
     y_initial : float
         Displacement before the first tick.
+    limits : (float, float), optional
+        Range of displacement that the rules hold for (`ParameterSet.displacement_range`). Beyond
+        its ends the core goes on as its linearisation there, as in the FMUs. Without, it is (10)
+        everywhere, which diverges beyond.
 
     Returns
     -------
@@ -140,15 +154,15 @@ def free_run(rules: np.ndarray, x: np.ndarray, y_initial: float) -> np.ndarray:
     rules, count = _rules(rules)
     x = np.ascontiguousarray(x, dtype=np.float64)
     y = np.empty(len(x))
-    done = _library().it2core_free_run(rules, count, x, len(x), y_initial, y, None)
+    done = _library().it2core_free_run(rules, count, _limits(limits), x, len(x), y_initial, y, None)
     y[done:] = np.nan
     return y
 
 
 def free_run_sensitivity(
-    rules: np.ndarray, x: np.ndarray, y_initial: float
+    rules: np.ndarray, x: np.ndarray, y_initial: float, limits: tuple[float, float] | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Simulate (10) with forward sensitivities.
+    """Simulate the core with forward sensitivities.
 
     Parameters as for `free_run`.
 
@@ -164,14 +178,20 @@ def free_run_sensitivity(
     x = np.ascontiguousarray(x, dtype=np.float64)
     y = np.empty(len(x))
     sensitivity = np.empty((len(x), 6 * count + 1))
-    done = _library().it2core_free_run(rules, count, x, len(x), y_initial, y, sensitivity.ctypes.data)
+    done = _library().it2core_free_run(
+        rules, count, _limits(limits), x, len(x), y_initial, y, sensitivity.ctypes.data
+    )
     y[done:] = np.nan
     sensitivity[done:] = np.nan
     return y, sensitivity
 
 
 def _pairwise(
-    function: str, rules: np.ndarray, y_previous: np.ndarray, other: np.ndarray
+    function: str,
+    rules: np.ndarray,
+    y_previous: np.ndarray,
+    other: np.ndarray,
+    limits: tuple[float, float] | None,
 ) -> np.ndarray:
     rules, count = _rules(rules)
     first, second = np.broadcast_arrays(
@@ -179,37 +199,55 @@ def _pairwise(
     )
     result = np.empty(first.size)
     getattr(_library(), function)(
-        rules, count, np.ascontiguousarray(first).ravel(), np.ascontiguousarray(second).ravel(),
-        first.size, result,
+        rules, count, _limits(limits), np.ascontiguousarray(first).ravel(),
+        np.ascontiguousarray(second).ravel(), first.size, result,
     )  # fmt: skip
     return result.reshape(first.shape)
 
 
-def one_step(rules: np.ndarray, y_previous: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Evaluate (10) at given pairs ``(y[k-1], x[k])``: the one-step-ahead prediction."""
-    return _pairwise("it2core_one_step", rules, y_previous, x)
+def one_step(
+    rules: np.ndarray,
+    y_previous: np.ndarray,
+    x: np.ndarray,
+    limits: tuple[float, float] | None = None,
+) -> np.ndarray:
+    """Evaluate the core at given pairs ``(y[k-1], x[k])``: the one-step-ahead prediction.
+
+    `limits` are as for `free_run`, here and in the functions below.
+    """
+    return _pairwise("it2core_one_step", rules, y_previous, x, limits)
 
 
-def solve(rules: np.ndarray, y_previous: np.ndarray, y: np.ndarray) -> np.ndarray:
+def solve(
+    rules: np.ndarray,
+    y_previous: np.ndarray,
+    y: np.ndarray,
+    limits: tuple[float, float] | None = None,
+) -> np.ndarray:
     """Evaluate the inverse (30) at given pairs ``(y[k-1], y[k])``: the voltage x[k]."""
-    return _pairwise("it2core_solve", rules, y_previous, y)
+    return _pairwise("it2core_solve", rules, y_previous, y, limits)
 
 
-def gradient(rules: np.ndarray, y_previous: float, x: float) -> tuple[float, np.ndarray, np.ndarray]:
-    """Evaluate (10) and its derivatives (13) to (18) at one point.
+def gradient(
+    rules: np.ndarray, y_previous: float, x: float, limits: tuple[float, float] | None = None
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Evaluate the core and its derivatives, (13) to (18) within the range, at one point.
 
     Returns
     -------
     y : float
-        Value of (10).
+        Value of (10), or of what goes on from it.
     by_rules : ndarray, shape (L, 6)
         Derivatives with respect to the rules' parameters.
-    by_arguments : ndarray, shape (2,)
-        Derivatives with respect to ``x[k]`` and ``y[k-1]``.
+    by_arguments : ndarray, shape (3,)
+        Derivatives with respect to ``x[k]``, ``y[k-1]`` and the end of the range that ``y[k-1]`` lies
+        beyond; the last is 0 within.
     """
     rules, count = _rules(rules)
-    by_rules, by_arguments = np.empty((count, 6)), np.empty(2)
-    y = _library().it2core_gradient(rules, count, y_previous, x, by_rules, by_arguments)
+    by_rules, by_arguments = np.empty((count, 6)), np.empty(3)
+    y = _library().it2core_gradient(
+        rules, count, _limits(limits), y_previous, x, by_rules, by_arguments
+    )
     return y, by_rules, by_arguments
 
 
@@ -302,14 +340,43 @@ def chain_free_run(
     displacement, measured : ndarray, shape (N,)
         NaN from the sample on at which the run is no longer finite.
     """
+    return _chain_run(parameters, voltage, force, temperature, first_tick)[:2]
+
+
+def chain_out_of_range(
+    parameters: Mapping[str, float | int | bool],
+    voltage: np.ndarray,
+    force: np.ndarray | float = 0.0,
+    temperature: np.ndarray | float = REST_TEMPERATURE,
+    first_tick: int = 0,
+) -> np.ndarray:
+    """Return where the run of `chain_free_run` is beyond what the parameters hold for.
+
+    Returns
+    -------
+    ndarray of bool, shape (N,)
+        `outOfRange` of the plant FMU: the voltage is outside voltageMin..voltageMax or the core's
+        displacement outside displacementMin..displacementMax.
+    """
+    return _chain_run(parameters, voltage, force, temperature, first_tick)[2] != 0
+
+
+def _chain_run(
+    parameters: Mapping[str, float | int | bool],
+    voltage: np.ndarray,
+    force: np.ndarray | float,
+    temperature: np.ndarray | float,
+    first_tick: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     packed = parameters if isinstance(parameters, np.ndarray) else pack_chain(parameters)
     voltage, force, temperature = _channels(voltage, force, temperature)
     displacement, measured = np.full(len(voltage), np.nan), np.full(len(voltage), np.nan)
+    outside = np.zeros(len(voltage), dtype=np.int32)
     done = _library().it2core_chain_run(
-        packed, voltage, force, temperature, first_tick, len(voltage), displacement, measured
+        packed, voltage, force, temperature, first_tick, len(voltage), displacement, measured, outside
     )
     displacement[done:] = measured[done:] = np.nan
-    return displacement, measured
+    return displacement, measured, outside
 
 
 def chain_inverse_run(
@@ -403,7 +470,10 @@ class Knob:
 
 
 def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Simulate the chain from rest at the first voltage of a record.
+    """Simulate the chain from rest at the first voltage of a record, its core being (10) everywhere.
+
+    A fit does not know yet which range its core holds for: what the FMU computes, and reports say, is
+    `chain_free_run`.
 
     Parameters
     ----------

@@ -3,27 +3,38 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from it2hys import core, figures
+from it2hys.chain import EFFECTS
 from it2hys.diagnosis.result import Diagnosis, Judgement
 from it2hys.excitations import time_grid, tracking_reference
 from it2hys.files import write_atomically
 from it2hys.identification_report import ROLES, UM, parameter_row
-from it2hys.metrics import max_relative_error, rms_error
+from it2hys.metrics import Errors, max_relative_error, rms_error
 from it2hys.packaging import make_directory, package
+from it2hys.progress import Progress
 from it2hys.records import Record
-from it2hys.report import Picture, Section, Table, write_report
+from it2hys.report import NONE, Picture, Section, Table, write_report
 from it2hys.simulation import track
+from it2hys.validity import out_of_range_sentence
 from it2hys.variables import load_table
+from it2hys.verdict import judging_role, model_verdict, percent, straight_line_errors
 
 #: The paper's reference: so long at its sample time.
 _REFERENCE_DURATION, SAMPLE_TIME = 0.15, 1e-4
 #: Records whose residuals are drawn for every step of the loop.
 _DRAWN = 2
+#: What the model before is called where no more is known of it.
+START = "starting model"
+#: What to do where the model, or its inverse, is of no use.
+ADVICE = (
+    "Do not rely on it: see below what is left, and give `it2hys diagnose` records of other kinds too: "
+    "slow and fast, with holds, with small loops."
+)
 
 
 def write_diagnosis(
@@ -31,7 +42,11 @@ def write_diagnosis(
     records: Sequence[Record],
     directory: str | Path,
     title: str = "Diagnosis",
+    first: Sequence[Section] | None = None,
+    feedforward: Section | None = None,
     extra: Sequence[Section] = (),
+    more: Mapping[str, object] | None = None,
+    progress: Progress = lambda share, text: None,
 ) -> Path:
     """Write the parameter set, both FMUs, `report.html`, its figures and `report.json`.
 
@@ -43,8 +58,16 @@ def write_diagnosis(
     directory : path
         Created if it does not exist.
     title : str
+    first : sequence of Section, optional
+        What the page begins with; by default, what was found and the figure of it.
+    feedforward : Section, optional
+        How a stage follows; by default, how the model found follows its own inverse.
     extra : sequence of Section
         Put before the parameters.
+    more : mapping, optional
+        Keys of `report.json` beside those of a diagnosis.
+    progress : callable
+        Told the share done and what is being done.
 
     Returns
     -------
@@ -54,27 +77,84 @@ def write_diagnosis(
     directory = make_directory(directory)
     package(diagnosis.parameters, directory)
     train = [r for r, j in zip(records, diagnosis.after, strict=True) if j.role == "train"]
+    lines = straight_line_errors(records, diagnosis.after)
+    if first is None:
+        first = [overview_section(diagnosis, records, conclusion(diagnosis, lines))]
     sections = [
-        Section("Summary", summary(diagnosis), [error_table(diagnosis), inverse_table(diagnosis)]),
+        *first,
+        Section("What was found", details(diagnosis), [error_table(diagnosis, lines), inverse_table(diagnosis)]),
         evidence_section(diagnosis),
         *_step_sections(diagnosis, train),
         *_record_sections(diagnosis, records),
-        _tracking_section(diagnosis, train, directory),
+        feedforward or _tracking_section(diagnosis, train, directory),
         *extra,
         _parameter_section(diagnosis),
     ]
-    document = json.dumps(summary_json(diagnosis), indent=1) + "\n"
+    document = json.dumps({**summary_json(diagnosis, lines), **(more or {})}, indent=1) + "\n"
     write_atomically(directory / "report.json", document.encode())
-    return write_report(directory, title, sections)
+    return write_report(directory, title, sections, progress)
 
 
-def summary(diagnosis: Diagnosis) -> list[str]:
-    """Return what was found, in plain words."""
+def overview_section(
+    diagnosis: Diagnosis,
+    records: Sequence[Record],
+    texts: Sequence[str],
+    tracked: figures.Compared | None = None,
+    start: str = START,
+) -> Section:
+    """Return the section that a page begins with: what to know, and one figure that shows it.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    records : sequence of Record
+        In the order of `diagnosis.after`; the first of those that count is drawn.
+    texts : sequence of str
+    tracked : figures.Compared, optional
+        A reference that was tracked, drawn beside the record.
+    start : str
+        What the model before is called.
+    """
+    role = judging_role(diagnosis.after)
+    i = next(i for i, judgement in enumerate(diagnosis.after) if judgement.role == role)
+    record, before, after = records[i], diagnosis.before[i], diagnosis.after[i]
+    compared = figures.Compared(
+        f"Model error: {change(before.e_mr, after.e_mr)}",
+        *(a[after.lead :] for a in (record.time, record.voltage, record.displacement)),
+        *(j.y[after.lead :] for j in (before, after)),
+    )
+    caption = f"Record {record.name} ({ROLES[role]}), and the models driven by its voltage alone."
+    if tracked:
+        caption += " Right: reference less stage, driven by each model's inverse."
+    picture = Picture(
+        "overview", figures.overview(compared, tracked, labels(diagnosis, start)), caption
+    )
+    return Section("", list(texts), pictures=[picture])
+
+
+def change(before: float, after: float) -> str:
+    """Return how a share changed, for a title."""
+    return f"{percent(before)} → {percent(after)}"
+
+
+def labels(diagnosis: Diagnosis, start: str = START) -> tuple[str, str]:
+    """Return what the models before and after are called in a figure or a table."""
+    added = " ".join(f"+ {effect}" for effect in diagnosis.effects)
+    return start, added or "fitted anew"
+
+
+def conclusion(diagnosis: Diagnosis, lines: Sequence[Errors]) -> list[str]:
+    """Return what was found, in plain words; first of all if the model is of no use."""
+    return [*model_verdict(diagnosis.after, lines, ADVICE), found(diagnosis)]
+
+
+def details(diagnosis: Diagnosis) -> list[str]:
+    """Return how well the models do, what cannot be told and what is left, in plain words."""
     before, after = (_rms_of(j, "train") for j in (diagnosis.before, diagnosis.after))
     texts = [
-        f"{_found(diagnosis)} A model is judged by its free run, from voltage alone. On the training "
+        f"A model is judged by its free run, from voltage alone. On the training "
         f"records its error goes from {before * UM:.4g} to {after * UM:.4g} µm rms; the noise is "
-        f"{diagnosis.noise_rms * UM:.3g} µm."
+        f"{diagnosis.noise_rms * UM:.3g} µm.",
     ]
     for b, a in zip(diagnosis.before, diagnosis.after, strict=True):
         if b.role == "test":
@@ -98,13 +178,15 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     return texts + [f"Note: {warning}" for warning in diagnosis.warnings]
 
 
-def _found(diagnosis: Diagnosis) -> str:
-    start = "the starting model"
+def found(diagnosis: Diagnosis, start: str = START) -> str:
+    """Return a sentence that names the effects that were found, and what they are."""
+    start = f"the {start}"
     if diagnosis.declared:
         start += f" with {', '.join(diagnosis.declared)} declared"
     if not diagnosis.effects:
         return f"No effect was found that {start} lacks."
-    return f"Found and added to {start}: {', '.join(diagnosis.effects)}."
+    named = " and ".join(f"{effect} ({EFFECTS[effect].MEANING})" for effect in diagnosis.effects)
+    return f"Found and added to {start}: {named}."
 
 
 def _rms_of(judgements: Sequence[Judgement], role: str) -> float:
@@ -113,30 +195,31 @@ def _rms_of(judgements: Sequence[Judgement], role: str) -> float:
     return float(np.sqrt(np.average([j.e_rms**2 for j in chosen], weights=weights)))
 
 
-def error_table(diagnosis: Diagnosis) -> Table:
-    """Return the errors of all records before and after, beside the noise."""
+def error_table(diagnosis: Diagnosis, lines: Sequence[Errors]) -> Table:
+    """Return the errors of all records before and after, beside a straight line's and the noise."""
     rows = [
         [
             b.name, ROLES[b.role],
-            f"{100 * b.e_mr:.2f}", f"{100 * a.e_mr:.2f}",
-            f"{b.e_rms * UM:.4f}", f"{a.e_rms * UM:.4f}",
+            f"{100 * line.e_mr:.2f}", f"{100 * b.e_mr:.2f}", f"{100 * a.e_mr:.2f}",
+            f"{line.e_rms * UM:.4f}", f"{b.e_rms * UM:.4f}", f"{a.e_rms * UM:.4f}",
             f"{a.cold_start * UM:.4f}",
             f"{a.noise * UM:.4f}", f"{a.offset * UM:.3f}", f"{a.lead_in:.3g}",
         ]
-        for b, a in zip(diagnosis.before, diagnosis.after, strict=True)
+        for b, a, line in zip(diagnosis.before, diagnosis.after, lines, strict=True)
     ]  # fmt: skip
     return Table(
         [
             "record", "role",
-            "e_mr % before", "e_mr % after",
-            "e_rms µm before", "e_rms µm after",
+            "line e_mr %", "e_mr % before", "e_mr % after",
+            "line e_rms µm", "e_rms µm before", "e_rms µm after",
             "cold start µm after",
             "noise µm", "offset removed µm", "lead-in s",
         ],
         rows,
         "Errors (24) and (25) of the free run before and after, behind the lead-in: the first part of a "
-        "record, on which the start of its run is fitted and nothing else. Cold start: e_rms of the plant "
-        "FMU as packaged, told nothing but the first displacement.",
+        "record, on which the start of its run is fitted and nothing else. Line: one straight line fitted "
+        "to the training records. Cold start: e_rms of the plant FMU as packaged, told nothing but the "
+        "first displacement.",
     )  # fmt: skip
 
 
@@ -213,7 +296,7 @@ def _verdict(effect: str, accepted: bool, diagnosis: Diagnosis) -> str:
 
 
 def _format(value: float, pattern: str) -> str:
-    return pattern.format(value) if np.isfinite(value) else "–"
+    return pattern.format(value) if np.isfinite(value) else NONE
 
 
 def _step_sections(diagnosis: Diagnosis, train: Sequence[Record]) -> list[Section]:
@@ -257,6 +340,10 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
             f"They were fitted on the lead-in, the first {after.lead_in:.3g} s, and the errors are those "
             "behind it."
         )
+        beyond = out_of_range_sentence(
+            diagnosis.parameters, after.out_of_range, record.voltage, after.y - after.offset
+        )
+        text += [beyond] if beyond else []
         pictures = [
             Picture(
                 f"{record.name}_time",
@@ -272,9 +359,12 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
             Picture(
                 f"{record.name}_loop",
                 figures.hysteresis_loop(
-                    record.voltage[kept], record.displacement[kept], after.y[kept], label, "after"
+                    record.voltage[kept],
+                    record.displacement[kept],
+                    {"after": after.y[kept], "before": before.y[kept]},
+                    label,
                 ),
-                "Hysteresis loop and error over voltage, after.",
+                "Hysteresis loop before and after, and error over voltage after.",
             ),
             Picture(
                 f"{record.name}_inverse",
@@ -358,7 +448,7 @@ def scaled_reference(records: Sequence[Record]) -> np.ndarray:
     return low + (0.05 + 0.9 * share) * (high - low)
 
 
-def summary_json(diagnosis: Diagnosis) -> dict:
+def summary_json(diagnosis: Diagnosis, lines: Sequence[Errors]) -> dict:
     """Return `report.json` as a dictionary, with the keys of DESIGN.md."""
     known = load_table().parameters()
     return {
@@ -372,6 +462,10 @@ def summary_json(diagnosis: Diagnosis) -> dict:
         "error": {
             "before": {j.name: _judgement_json(j) for j in diagnosis.before},
             "after": {j.name: _judgement_json(j) for j in diagnosis.after},
+        },
+        "straight_line": {
+            j.name: {"e_mr_percent": 100 * line.e_mr, "e_rms_um": line.e_rms * UM}
+            for j, line in zip(diagnosis.after, lines, strict=True)
         },
         "evidence": [
             {
@@ -415,6 +509,7 @@ def _judgement_json(judgement: Judgement) -> dict:
         "inverse_noise_rms_V": _number(judgement.inverse.noise),
         "inverse_delay_s": judgement.inverse.delay,
         "inverse_band_Hz": judgement.inverse.band,
+        "samples_out_of_range": int(np.count_nonzero(judgement.out_of_range)),
     }
 
 

@@ -4,6 +4,7 @@ from importlib.resources import files
 
 from jinja2 import Environment, PackageLoader
 
+from it2hys.model_description import IDENTIFIERS
 from it2hys.parameters import ParameterSet
 from it2hys.variables import Variable, load_table
 
@@ -14,6 +15,7 @@ def documentation_files(model: str, parameters: ParameterSet, licence: bytes) ->
     page = render(
         "documentation.html",
         model=model,
+        identifier=IDENTIFIERS[model],
         parameters=parameters,
         signals=[v for v in variables if v.causality != "parameter"],
         scalars=[_row(v, parameters) for v in variables if v.causality == "parameter"],

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from itertools import islice
 
 import numpy as np
-from tqdm import tqdm
 
 from it2hys.identification import Options
 from it2hys.identification.criteria import FreeRun, OneStep
 from it2hys.identification.estimators import METHODS, cost, minimise
 from it2hys.identification.fitting import draw_starts, rms_of
 from it2hys.identification.preparation import data_scaling, prepare, to_series
+from it2hys.progress import Progress
 from it2hys.records import Record
 from it2hys.report import Section, Table
 
@@ -28,7 +28,10 @@ def plausible_rules(count: int) -> np.ndarray:
 
 
 def compare_estimators(
-    records: Sequence[Record], rules: int, seed: int = 0, quiet: bool = False
+    records: Sequence[Record],
+    rules: int,
+    seed: int = 0,
+    progress: Progress = lambda share, text: None,
 ) -> Section:
     """Run every estimator on both criteria, from a guess and from the best one-step optimum.
 
@@ -40,8 +43,8 @@ def compare_estimators(
         Number of rules L.
     seed : int
         Of the random starts and the evolutionary method.
-    quiet : bool
-        Show no progress bar.
+    progress : callable
+        Told the share done and what is being done.
 
     Returns
     -------
@@ -60,7 +63,8 @@ def compare_estimators(
     }
     rows = []
     cases = [(c, s, m) for c in CRITERIA for s in starts for m in METHODS]
-    for name, start, method in tqdm(cases, desc="estimators", disable=quiet):
+    for i, (name, start, method) in enumerate(cases):
+        progress(i / len(cases), f"{method}, {name}, from a {start} start")
         criterion = CRITERIA[name](series, rules)
         began = time.perf_counter()
         minimum = minimise(criterion, starts[start], method, max_iterations=100, seed=seed)

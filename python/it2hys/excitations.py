@@ -53,9 +53,30 @@ def time_grid(duration: float, sample_time: float) -> np.ndarray:
     InputError
         Where an argument is not positive and finite.
     """
+    return np.arange(tick_count(duration, sample_time)) * sample_time
+
+
+def tick_count(duration: ArrayLike, sample_time: ArrayLike) -> np.ndarray | np.int64:
+    """Return the number of ticks k * sample_time in [0, duration).
+
+    Parameters
+    ----------
+    duration : array_like
+        Length of the signal, s.
+    sample_time : array_like
+        Sample time Ts, s.
+
+    Returns
+    -------
+    numpy.int64, or numpy.ndarray of the arguments' shape
+
+    Raises
+    ------
+    InputError
+        Where an argument is not positive and finite.
+    """
     _require_positive(duration=duration, sample_time=sample_time)
-    count = int(np.ceil(duration / sample_time - _ROUNDING))
-    return np.arange(count) * sample_time
+    return np.ceil(np.divide(duration, sample_time) - _ROUNDING).astype(np.int64)
 
 
 # --- the paper's signals -------------------------------------------------------------------------
@@ -374,9 +395,9 @@ def _scaled(unit_signal: np.ndarray, low: float, high: float) -> np.ndarray:
     return 0.5 * (high + low) + 0.5 * (high - low) * unit_signal
 
 
-def _require_positive(**values: float) -> None:
+def _require_positive(**values: ArrayLike) -> None:
     for name, value in values.items():
-        if not (np.isfinite(value) and value > 0.0):
+        if not np.all(np.isfinite(value) & np.greater(value, 0.0)):
             raise InputError(f"{name} must be positive and finite, got {value}")
 
 

@@ -1,32 +1,34 @@
 """Running a scenario: records from the stand, a model, tracking, and a report beside the paper."""
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from it2hys import figures
 from it2hys.diagnosis import RULES, Diagnosis, diagnose
-from it2hys.diagnosis_report import write_diagnosis
+from it2hys.diagnosis.evaluation import evaluate
+from it2hys.diagnosis_report import ADVICE as DIAGNOSIS_ADVICE
+from it2hys.diagnosis_report import change, found, labels, overview_section, write_diagnosis
 from it2hys.estimator_comparison import compare_estimators
+from it2hys.feedforward import (
+    Feedforward,
+    conclusion,
+    feedforward_json,
+    feedforward_section,
+    track_on_stand,
+)
+from it2hys.figures import Compared
 from it2hys.identification import Options, RecordResult, identify
-from it2hys.identification.evaluation import evaluate
-from it2hys.identification_report import ROLES, UM, record_section, write_identification
-from it2hys.metrics import max_relative_error, rms_error
+from it2hys.identification_report import ADVICE, ROLES, UM, record_section, write_identification
+from it2hys.metrics import Errors
 from it2hys.packaging import make_directory, package
 from it2hys.parameters import ParameterSet, table_1
-from it2hys.progress import progress_bar
-from it2hys.records import Record
-from it2hys.report import Picture, Section, Table, write_report
-from it2hys.scenario import SAMPLE_TIME, RecordEntry, Scenario, read_scenario
+from it2hys.progress import Progress, part, progress_bar
+from it2hys.records import Record, write_record
+from it2hys.report import NONE, Section, Table, write_report
+from it2hys.scenario import RecordEntry, Scenario, read_scenario
 from it2hys.scenario_files import find_scenario
-from it2hys.simulation import track
+from it2hys.verdict import Judged, model_verdict, straight_line, straight_line_errors
 
-NONE = "–"
-# travel over voltage range from the data sheet: what one has without any measurement
-DATA_SHEET_SLOPE = 16e-6 / 105.0
 REASON = (
     "The published figures were measured on the paper's rig, ours on the simulated stand. The paper "
     "does not say whether its errors are one step ahead or free run. One step ahead the model is "
@@ -34,17 +36,44 @@ REASON = (
     "own past output alone: one state without a memory of turning points, whose loop is phase lag and "
     "grows with frequency, where the stand's loop hardly does. Hence the gap between the two."
 )
+#: What to do where a model that belongs to another specimen is of no use.
+_OTHER_SPECIMEN = (
+    "These parameters belong to another specimen: `it2hys identify` with records of the stage itself "
+    "gives its own, and `it2hys diagnose` the effects that they lack."
+)
+#: What the model before a diagnosis is called.
+START = "paper's model"
+#: Where a run leaves its records, as CSV.
+RECORDS = "records"
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a scenario leaves: tables for the terminal and the path of its report."""
+    """What a scenario leaves.
+
+    Parameters
+    ----------
+    tables : list of Table
+        For the terminal.
+    conclusion : list of str
+        What they say, in sentences.
+    report : Path
+    command : str
+        Of `it2hys`, for what the run did with records in files.
+    records : Path
+        Where those of the run are.
+    """
 
     tables: list[Table]
+    conclusion: list[str]
     report: Path
+    command: str
+    records: Path
 
 
-def run_scenario(name: str, directory: Path | None = None, quiet: bool = False) -> Outcome:
+def run_scenario(
+    name: str, directory: Path | None = None, quiet: bool = False, workers: int = 1
+) -> Outcome:
     """Run a scenario and write its results.
 
     Parameters
@@ -55,6 +84,8 @@ def run_scenario(name: str, directory: Path | None = None, quiet: bool = False) 
         `out/NAME` by default.
     quiet : bool
         Show no progress bar.
+    workers : int
+        Processes that share the fits of a diagnosis. The result does not depend on it.
 
     Raises
     ------
@@ -63,93 +94,211 @@ def run_scenario(name: str, directory: Path | None = None, quiet: bool = False) 
     """
     scenario = read_scenario(find_scenario(name))
     directory = Path(directory or Path("out") / scenario.name)
-    records = [
-        scenario.stand.record(entry.signal.values(), entry.name, seed=scenario.seed + i)
-        for i, entry in enumerate(scenario.records)
+    with progress_bar(quiet) as progress:
+        return _Run(scenario, directory, progress, workers).run()
+
+
+class _Run:
+    """One run of a scenario: what its parts hand on to each other."""
+
+    def __init__(self, scenario: Scenario, directory: Path, progress: Progress, workers: int):
+        self._scenario, self._directory = scenario, directory
+        self._progress, self._workers = progress, workers
+        self._records: list[Record] = []
+        self._introduction = [scenario.text] if scenario.text else []
+
+    def run(self) -> Outcome:
+        """Measure, model, track and report."""
+        scenario = self._scenario
+        for i, entry in enumerate(scenario.records):
+            self._progress(0.0, f"measuring on the simulated stand: {entry.name}")
+            voltage = entry.signal.values()
+            self._records.append(scenario.stand.record(voltage, entry.name, seed=scenario.seed + i))
+        model = {
+            "table 1": self._with_table_1,
+            "identified": self._with_identification,
+            "diagnosed": self._with_diagnosis,
+        }[scenario.model]
+        tables, texts, report = model()
+        folder = make_directory(self._directory / RECORDS)
+        for record in self._records:
+            write_record(folder / f"{record.name}.csv", record)
+        return Outcome(tables, texts, report, _command(scenario), folder)
+
+    def _with_table_1(self) -> tuple[list[Table], list[str], Path]:
+        scenario, records, parameters = self._scenario, self._records, table_1()
+        results = evaluate(parameters, records)
+        verdict = model_verdict(results, straight_line_errors(records, results), _OTHER_SPECIMEN)
+        tracked = self._track({"Table 1": parameters}, results)
+        texts = [*verdict, *_tracking_texts(tracked, "" if verdict else _OTHER_SPECIMEN)]
+        sections = [
+            Section("Table 1 as published", [*texts, *self._introduction]),
+            comparison(scenario.records, results),
+            *(
+                record_section(r, result, parameters)
+                for r, result in zip(records, results, strict=True)
+            ),
+            *_tracking_sections(tracked),
+            own_records(scenario),
+        ]
+        package(parameters, make_directory(self._directory))
+        report = write_report(self._directory, scenario.title, sections, part(self._progress, 0.5, 1.0))
+        return [table for section in sections for table in section.tables], texts, report
+
+    def _with_identification(self) -> tuple[list[Table], list[str], Path]:
+        scenario, records = self._scenario, self._records
+        roles = self._by_role()
+        identification = identify(
+            *roles, scenario.rules, Options(seed=scenario.seed), part(self._progress, 0.0, 0.4)
+        )
+        compared = []
+        if scenario.estimators:
+            progress = part(self._progress, 0.4, 0.8)
+            compared.append(
+                compare_estimators(roles[0], scenario.rules or RULES, scenario.seed, progress)
+            )
+        models = {"identified model": identification.parameters}
+        tracked = self._track(models, identification.records)
+        lines = straight_line_errors(records, identification.records)
+        verdict = model_verdict(identification.records, lines, ADVICE)
+        texts = _tracking_texts(tracked, "" if verdict else ADVICE)
+        sections = [
+            comparison(scenario.records, identification.records),
+            *_tracking_sections(tracked),
+            *compared,
+        ]
+        report = write_identification(
+            identification,
+            records,
+            self._directory,
+            scenario.title,
+            [*sections, own_records(scenario)],
+            [*texts, *self._introduction],
+            part(self._progress, 0.85, 1.0),
+        )
+        tables = [table for section in sections for table in section.tables]
+        return tables, [*verdict, *texts], report
+
+    def _with_diagnosis(self) -> tuple[list[Table], list[str], Path]:
+        scenario, records = self._scenario, self._records
+        diagnosis = diagnose(
+            *self._by_role(),
+            rules=scenario.rules or RULES,
+            options=Options(seed=scenario.seed),
+            progress=part(self._progress, 0.0, 0.8),
+            workers=self._workers,
+        )
+        models = zip(labels(diagnosis, START), (diagnosis.base, diagnosis.parameters), strict=True)
+        tracked = self._track(dict(models), diagnosis.after)
+        lines = straight_line_errors(records, diagnosis.after)
+        verdict = model_verdict(diagnosis.after, lines, DIAGNOSIS_ADVICE)
+        tracking = _tracking_texts(tracked, "" if verdict else DIAGNOSIS_ADVICE)
+        texts = [*verdict, *tracking, found(diagnosis, START)]
+        table = before_and_after(scenario.records, diagnosis, lines, tracked)
+        report = write_diagnosis(
+            diagnosis,
+            records,
+            self._directory,
+            scenario.title,
+            first=[
+                overview_section(
+                    diagnosis, records, [*texts, *self._introduction], _drawn(tracked), START
+                ),
+                Section("", tables=[table]),
+            ],
+            feedforward=feedforward_section(tracked) if tracked else None,
+            extra=[own_records(scenario)],
+            more={"tracking": feedforward_json(tracked)} if tracked else {},
+            progress=part(self._progress, 0.85, 1.0),
+        )
+        return [table], texts, report
+
+    def _by_role(self) -> list[list[Record]]:
+        """Return the training, validation and test records."""
+        pairs = list(zip(self._records, self._scenario.records, strict=True))
+        return [[record for record, entry in pairs if entry.role == role] for role in ROLES]
+
+    def _track(self, models: dict[str, ParameterSet], results: Sequence[Judged]) -> Feedforward | None:
+        """Track the reference if there is one."""
+        if not self._scenario.tracking:
+            return None
+        line = straight_line(self._records, results)
+        return track_on_stand(self._scenario, models, line, part(self._progress, 0.8, 0.85))
+
+
+def _tracking_texts(tracked: Feedforward | None, advice: str) -> list[str]:
+    return conclusion(tracked, advice) if tracked else []
+
+
+def _tracking_sections(tracked: Feedforward | None) -> list[Section]:
+    return [feedforward_section(tracked)] if tracked else []
+
+
+def _drawn(tracked: Feedforward | None) -> Compared | None:
+    if not tracked:
+        return None
+    before, after = tracked.inverse.values()
+    title = f"Tracking error: {change(before.errors.e_mr, after.errors.e_mr)}"
+    courses = (after.voltage, tracked.reference, before.displacement, after.displacement)
+    return Compared(title, tracked.time, *courses)
+
+
+def _command(scenario: Scenario) -> str:
+    verb = "diagnose" if scenario.model == "diagnosed" else "identify"
+    return f"{verb} TRAIN.csv --test TEST.csv -o out/mystage"
+
+
+def own_records(scenario: Scenario) -> Section:
+    """Return what to do with one's own records."""
+    text = [
+        "A record is a CSV with units in its header, as those of this run are, which lie in the "
+        f"folder {RECORDS} beside this page. What was done here with the stand's records is done with "
+        "yours by:"
     ]
-    if scenario.model == "table 1":
-        return _with_table_1(scenario, records, directory)
-    if scenario.model == "diagnosed":
-        return _with_diagnosis(scenario, records, directory, quiet)
-    return _with_identification(scenario, records, directory, quiet)
+    return Section("Your own records", text, commands=[f"it2hys {_command(scenario)}"])
 
 
-def _with_identification(
-    scenario: Scenario, records: list[Record], directory: Path, quiet: bool
-) -> Outcome:
-    roles = _by_role(scenario, records)
-    options = Options(seed=scenario.seed)
-    with progress_bar(quiet) as progress:
-        identification = identify(*roles, scenario.rules, options, progress)
-    sections = [comparison(scenario.records, identification.records)]
-    if scenario.tracking:
-        sections.append(tracking(scenario, identification.parameters, records[0]))
-    if scenario.estimators:
-        sections.append(compare_estimators(roles[0], scenario.rules or 3, scenario.seed, quiet))
-    report = write_identification(identification, records, directory, scenario.title, sections)
-    return Outcome([table for section in sections for table in section.tables], report)
+def before_and_after(
+    entries: Sequence[RecordEntry],
+    diagnosis: Diagnosis,
+    lines: Sequence[Errors],
+    tracked: Feedforward | None,
+) -> Table:
+    """Return what a diagnosis brought, beside the published figures and what one has without it.
 
-
-def _by_role(scenario: Scenario, records: list[Record]) -> list[list[Record]]:
-    """Return the training, validation and test records."""
-    pairs = list(zip(records, scenario.records, strict=True))
-    return [[record for record, entry in pairs if entry.role == role] for role in ROLES]
-
-
-def _with_diagnosis(scenario: Scenario, records: list[Record], directory: Path, quiet: bool) -> Outcome:
-    roles = _by_role(scenario, records)
-    options = Options(seed=scenario.seed)
-    with progress_bar(quiet) as progress:
-        diagnosis = diagnose(*roles, rules=scenario.rules or RULES, options=options, progress=progress)
-    sections = [before_and_after(scenario.records, diagnosis)]
-    if scenario.tracking:
-        sections += [
-            # the stand begins as it did for the training record, from which its history is known
-            tracking(scenario, diagnosis.base, records[0], "before", {}),
-            tracking(scenario, diagnosis.parameters, records[0], "after", {}),
-        ]
-    in_order = [r for role in roles for r in role]
-    report = write_diagnosis(diagnosis, in_order, directory, scenario.title, sections)
-    return Outcome([table for section in sections for table in section.tables], report)
-
-
-def before_and_after(entries: Sequence[RecordEntry], diagnosis: Diagnosis) -> Section:
-    """Set the free-run errors before and after a diagnosis beside the paper's figures."""
-    by_name = {entry.name: entry for entry in entries}
-    rows = [
-        [
-            after.name, ROLES[after.role],
-            _figure(by_name[after.name].signal.paper.e_mr_percent),
-            f"{100 * before.e_mr:.2f}", f"{100 * after.e_mr:.2f}",
-            f"{UM * before.e_rms:.4f}", f"{UM * after.e_rms:.4f}",
-            f"{UM * after.noise:.4f}",
-        ]
-        for before, after in zip(diagnosis.before, diagnosis.after, strict=True)
-    ]  # fmt: skip
-    table = Table(
-        [
-            "record", "role", "paper e_mr %", "e_mr % before", "e_mr % after",
-            "e_rms µm before", "e_rms µm after", "noise µm",
-        ],
+    Parameters
+    ----------
+    entries : sequence of RecordEntry
+        In the order of `diagnosis.after`.
+    diagnosis : Diagnosis
+    lines : sequence of Errors
+        Of a straight line on the records.
+    tracked : Feedforward or None
+    """
+    rows = _tracking_rows(tracked) if tracked else []
+    for entry, before, after, line in zip(
+        entries, diagnosis.before, diagnosis.after, lines, strict=True
+    ):
+        if entry.role != "train":
+            published = entry.signal.paper.e_mr_percent
+            values = (100 * before.e_mr, 100 * after.e_mr, published, 100 * line.e_mr, None)
+            rows.append([f"free run of {entry.name}, e_mr %", *(_figure(v, 2) for v in values)])
+    return Table(
+        ["", *labels(diagnosis, START), "published", "straight line", "none"],
         rows,
-        f"Free-run errors before and after adding {', '.join(diagnosis.effects) or 'nothing'}",
-    )  # fmt: skip
-    return Section("Beside the published figures", [], [table])
+        "Straight line: as model and as proportional feedforward. None: feedforward by the data sheet.",
+    )
 
 
-def _with_table_1(scenario: Scenario, records: list[Record], directory: Path) -> Outcome:
-    parameters = table_1()
-    results = evaluate(parameters, records)
-    sections = [
-        Section("Table 1 as published", [scenario.text]),
-        comparison(scenario.records, results),
-        *(record_section(r, result) for r, result in zip(records, results, strict=True)),
+def _tracking_rows(tracked: Feedforward) -> list[list[str]]:
+    before, after = (course.errors for course in tracked.inverse.values())
+    line, none, paper = tracked.proportional.errors, tracked.none.errors, tracked.paper
+    e_mr = [100 * before.e_mr, 100 * after.e_mr, paper.e_mr_percent, 100 * line.e_mr, 100 * none.e_mr]
+    e_rms = [UM * before.e_rms, UM * after.e_rms, paper.e_rms_um, UM * line.e_rms, UM * none.e_rms]
+    return [
+        ["tracking on the stand, e_mr %", *(_figure(value, 2) for value in e_mr)],
+        ["tracking on the stand, e_rms µm", *(_figure(value, 3) for value in e_rms)],
     ]
-    if scenario.tracking:
-        sections.append(tracking(scenario, parameters, records[0]))
-    package(parameters, make_directory(directory))
-    report = write_report(directory, scenario.title, sections)
-    return Outcome([table for section in sections for table in section.tables], report)
 
 
 def comparison(entries: Sequence[RecordEntry], results: Sequence[RecordResult]) -> Section:
@@ -176,67 +325,7 @@ def comparison(entries: Sequence[RecordEntry], results: Sequence[RecordResult]) 
     return Section("Beside the published figures", [REASON], [table])
 
 
-def _figure(value: float | None) -> str:
-    return NONE if value is None else f"{value:g}"
-
-
-def tracking(
-    scenario: Scenario,
-    parameters: ParameterSet,
-    record: Record,
-    label: str = "",
-    start: dict[str, float] | None = None,
-) -> Section:
-    """Drive the stand, and the plant FMU, through the inverse FMU; compare with straight lines.
-
-    `start` are parameters with which the FMUs begin, by default at rest at the reference.
-    """
-    entry = scenario.tracking
-    reference, paper = entry.signal.values(), entry.signal.paper
-    if start is None:
-        start = {"initialDisplacement": float(reference[0])}
-    with tempfile.TemporaryDirectory() as folder:
-        package(parameters, folder)
-        inverse = Path(folder, "IT2Inverse.fmu")
-        model = track(inverse, Path(folder, "IT2Plant.fmu"), reference, start)
-        driven = track(inverse, scenario.stand.start(scenario.seed).step, reference, start)
-    slope, offset = np.polyfit(record.voltage, record.displacement, 1)
-
-    def drive(voltage: np.ndarray) -> np.ndarray:
-        return scenario.stand.run(voltage, seed=scenario.seed).measured
-
-    courses = {
-        "inverse FMU → plant FMU": (model["displacement"], None, None),
-        "inverse FMU → stand": (driven["displacement"], paper.e_mr_percent, paper.e_rms_um),
-        "proportional → stand": (
-            drive((reference - offset) / slope), paper.proportional_e_mr_percent, None,
-        ),
-        "none (data sheet) → stand": (drive(reference / DATA_SHEET_SLOPE), None, None),
-    }  # fmt: skip
-    kept = slice(round(entry.lead_in / SAMPLE_TIME), None)
-    rows = [
-        [
-            name, _figure(mr), _figure(rms),
-            f"{100 * max_relative_error(reference[kept], y[kept]):.3g}",
-            f"{UM * rms_error(reference[kept], y[kept]):.3g}",
-        ]
-        for name, (y, mr, rms) in courses.items()
-    ]  # fmt: skip
-    table = Table(
-        ["feedforward", "paper e_mr %", "paper e_rms µm", "e_mr %", "e_rms µm"],
-        rows,
-        f"Tracking of {entry.signal.signal} {label}".rstrip(),
-    )
-    drawn = {name: courses[name][0][kept] for name in ("inverse FMU → stand", "proportional → stand")}
-    figure = figures.tracking(
-        entry.signal.time[kept], reference[kept], drawn, driven["voltage"][kept], "Feedforward"
-    )
-    caption = "Reference, displacement, error and voltage (compare the paper's Figure 7)."
-    text = [
-        "The reference goes through IT2Inverse.fmu; its voltage drives the simulated stand and, to "
-        "show that the two FMUs fit together, IT2Plant.fmu. Proportional feedforward divides by the "
-        "slope of a straight line fitted to the first record; without any identification one divides "
-        f"by the data sheet's. Errors leave out the first {entry.lead_in:g} s."
-    ]
-    picture = Picture("_".join(filter(None, ("tracking_stand", label))), figure, caption)
-    return Section(f"Feedforward tracking {label}".rstrip(), text, [table], [picture])
+def _figure(value: float | None, digits: int | None = None) -> str:
+    if value is None:
+        return NONE
+    return f"{value:g}" if digits is None else f"{value:.{digits}f}"

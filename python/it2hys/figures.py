@@ -4,7 +4,9 @@ Every function returns a matplotlib figure; lengths are drawn in um, the error a
 its own. Long records are thinned to what the picture can show, extremes kept.
 """
 
+import textwrap
 from io import BytesIO
+from typing import NamedTuple
 
 import matplotlib
 
@@ -15,7 +17,8 @@ import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-MEASURED = {"color": "0.25", "linewidth": 1.4}
+# broad and pale: what lies on it does not hide it
+MEASURED = {"color": "0.72", "linewidth": 2.6, "solid_capstyle": "round"}
 MODEL = {"color": "#1f77b4", "linewidth": 1.1}
 SECOND = {"color": "#d95f02", "linewidth": 1.1, "linestyle": "--"}
 ERROR = {"color": "#b2182b", "linewidth": 0.8}
@@ -41,6 +44,8 @@ _FLOOR = {"color": "0.2", "linewidth": 1.0, "linestyle": ":", "zorder": 3}
 #: A spectrum is the mean of segments of such a share of the record, half overlapping.
 _SEGMENTS = 4
 LARGEST_COUNT = 20_000
+#: Characters on a line of a legend within small axes.
+_LEGEND_WIDTH = 18
 UM = 1e6
 
 _styled = matplotlib.rc_context(STYLE)
@@ -167,7 +172,7 @@ def inverse_course(
 
 @_styled
 def hysteresis_loop(
-    voltage: np.ndarray, measured: np.ndarray, model: np.ndarray, title: str, name: str = "model"
+    voltage: np.ndarray, measured: np.ndarray, models: dict[str, np.ndarray], title: str
 ) -> Figure:
     """Draw displacement and error over voltage, both branches (the paper's Figure 3).
 
@@ -175,24 +180,28 @@ def hysteresis_loop(
     ----------
     voltage : ndarray, shape (N,)
         In V.
-    measured, model : ndarray, shape (N,)
+    measured : ndarray, shape (N,)
         In m.
-    title, name : str
-        Title, and the model's name in the legend.
+    models : dict of str to ndarray, shape (N,)
+        Predictions in m by their name in the legend, at most two; the error drawn is the first's.
+    title : str
+        Says which record and signal this is.
     """
     figure, (top, bottom) = _figure([2, 1], height=5.0, sharex=True)
     top.plot(voltage, measured * UM, label="measured", **MEASURED)
-    top.plot(voltage, model * UM, label=name, **MODEL)
-    error = (measured - model) * UM
+    for (name, y), style in list(zip(models.items(), (MODEL, SECOND), strict=False))[::-1]:
+        top.plot(voltage, y * UM, label=name, **style)
+    first = next(iter(models))
+    error = (measured - models[first]) * UM
     rising = np.gradient(voltage) >= 0
     for branch, label, style in (
-        (rising, "rising voltage", MODEL),
-        (~rising, "falling voltage", SECOND),
+        (rising, "rising voltage", {"color": _RISING["color"], "linewidth": 0.8}),
+        (~rising, "falling voltage", {"color": _FALLING["color"], "linewidth": 0.8}),
     ):
         bottom.plot(voltage, np.where(branch, error, np.nan), label=label, **style)
     _title(figure, title)
     top.set(ylabel="displacement in µm")
-    bottom.set(xlabel="voltage in V", ylabel="error in µm")
+    bottom.set(xlabel="voltage in V", ylabel=f"error {first} in µm")
     _legend(top)
     _legend(bottom)
     return figure
@@ -232,6 +241,54 @@ def tracking(
     middle.set(ylabel="error in µm")
     bottom.set(xlabel="time in s", ylabel="voltage in V")
     _legend(top)
+    return figure
+
+
+class Compared(NamedTuple):
+    """What is measured or wanted, and what two models make of it; s, V and m, all of shape (N,).
+
+    `title` says what the errors are of.
+    """
+
+    title: str
+    time: np.ndarray
+    voltage: np.ndarray
+    target: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+
+
+@_styled
+def overview(record: Compared, tracked: Compared | None, names: tuple[str, str]) -> Figure:
+    """Draw in one figure what a diagnosis brought: the loop, the model's error, the tracking error.
+
+    Parameters
+    ----------
+    record : Compared
+        Its loop and its errors are drawn.
+    tracked : Compared or None
+        A reference and what followed it: its errors are drawn, on the scale of the record's.
+    names : (str, str)
+        Of the models before and after, in the legend.
+    """
+    figure = Figure(figsize=(9.6, 2.55))
+    shown = [record, tracked] if tracked else [record]
+    loop, *errors = figure.subplots(1, 1 + len(shown), width_ratios=[1.0, *(1.15 for _ in shown)])
+    loop.plot(*_thin(record.target * UM, record.voltage)[::-1], label="measured", **MEASURED)
+    for when, name, style in zip(("before", "after"), names, (_BEFORE, _AFTER), strict=True):
+        label = textwrap.fill(name, _LEGEND_WIDTH)
+        loop.plot(*_thin(getattr(record, when) * UM, record.voltage)[::-1], label=label, **style)
+        for axis, compared in zip(errors, shown, strict=True):
+            error = (compared.target - getattr(compared, when)) * UM
+            axis.plot(*_thin(error, compared.time)[::-1], **style)
+    loop.set(xlabel="voltage in V", ylabel="displacement in µm")
+    loop.set_title("Hysteresis loop", loc="left", fontsize=10)
+    loop.legend(loc="upper left", borderaxespad=0.1, handlelength=1.2)
+    for axis, compared in zip(errors, shown, strict=True):
+        axis.set(xlabel="time in s", ylabel="error in µm")
+        axis.set_title(compared.title, loc="left", fontsize=10)
+        axis.locator_params(axis="x", nbins=5)
+        axis.sharey(errors[0])
     return figure
 
 

@@ -10,17 +10,26 @@ from it2hys import figures
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
 from it2hys.identification.result import Identification, RecordResult
-from it2hys.metrics import max_relative_error, rms_error
+from it2hys.metrics import Errors, max_relative_error
 from it2hys.packaging import make_directory, package
+from it2hys.parameters import ParameterSet
+from it2hys.progress import Progress
 from it2hys.records import Record
 from it2hys.report import Picture, Section, Table, write_report
 from it2hys.simulation import track
+from it2hys.validity import out_of_range_sentence
 from it2hys.variables import load_table
+from it2hys.verdict import model_verdict, straight_line_errors
 
 UM = 1e6
 # a free-run error above this many times the noise says that the model lacks something
 FAR_ABOVE_NOISE = 2.0
 ROLES = {"train": "training", "validation": "validation", "test": "test"}
+#: What to do where the model, or its inverse, is of no use.
+ADVICE = (
+    "Do not rely on it: `it2hys diagnose` with the same records looks for the effects that it lacks, "
+    "and adds them."
+)
 NO_MEMORY = (
     "The one-step-ahead error is much the smaller one because the prediction leans on the measured "
     "y(k-1), which is nearly the answer. In free run the model has only the voltage and its own past: "
@@ -35,6 +44,8 @@ def write_identification(
     directory: str | Path,
     title: str = "Identification",
     extra: Sequence[Section] = (),
+    first: Sequence[str] = (),
+    progress: Progress = lambda share, text: None,
 ) -> Path:
     """Write the parameter set, both FMUs, `report.html`, its figures and `report.json`.
 
@@ -50,6 +61,10 @@ def write_identification(
         Of the report.
     extra : sequence of Section
         Put after the records.
+    first : sequence of str
+        Sentences with which the report begins, but for one that says that the model is of no use.
+    progress : callable
+        Told the share done and what is being done.
 
     Returns
     -------
@@ -69,58 +84,44 @@ def write_identification(
     directory = make_directory(directory)
     package(identification.parameters, directory)
     results = identification.records
-    before = straight_line_errors(records, results)
+    lines = straight_line_errors(records, results)
+    texts = summary(identification, lines, first)
     sections = [
-        Section("Summary", summary(identification), [error_table(identification, before)]),
-        *(record_section(*pair) for pair in zip(records, results, strict=True)),
+        Section("Summary", texts, [error_table(identification, lines)]),
+        *(
+            record_section(record, result, identification.parameters)
+            for record, result in zip(records, results, strict=True)
+        ),
         *extra,
         _tracking_section(directory, identification, records[0]),
         _parameter_section(identification),
         _method_section(identification),
         _use_section(),
     ]
-    document = json.dumps(summary_json(identification, before), indent=1) + "\n"
+    document = json.dumps(summary_json(identification, lines), indent=1) + "\n"
     write_atomically(directory / "report.json", document.encode())
-    return write_report(directory, title, sections)
+    return write_report(directory, title, sections, progress)
 
 
-def straight_line_errors(
-    records: Sequence[Record], results: Sequence[RecordResult]
-) -> list[tuple[float, float]]:
-    """Return e_mr and e_rms (m) of one straight line fitted to the training records.
-
-    It is what one has without a hysteresis model. As for the model, each record's constant offset
-    is removed.
-    """
-    train = [
-        (r.voltage[s.skip :], r.displacement[s.skip :])
-        for r, s in zip(records, results, strict=True)
-        if s.role == "train"
-    ]
-    centred = [(x - x.mean(), y - y.mean()) for x, y in train]
-    slope = sum(x @ y for x, y in centred) / sum(x @ x for x, _ in centred)
-    errors = []
-    for record, result in zip(records, results, strict=True):
-        y, line = record.displacement[result.skip :], slope * record.voltage[result.skip :]
-        line = line + (y - line).mean()
-        errors.append((max_relative_error(y, line), rms_error(y, line)))
-    return errors
-
-
-def summary(identification: Identification) -> list[str]:
-    """Return what was found, in plain words."""
+def summary(
+    identification: Identification, lines: Sequence[Errors], first: Sequence[str] = ()
+) -> list[str]:
+    """Return what was found, in plain words; first of all if it is of no use."""
     count = identification.parameters.counts["rule"]
     noise = identification.noise_rms * UM
     ratio = identification.error_over_noise
     texts = [
-        f"The interval type-2 fuzzy model with {count} rules was identified on "
-        f"{len(identification.by_role('train'))} training record(s). The noise of the measurement is "
-        f"{noise:.3g} µm rms. A model is judged by its free run, from voltage alone."
+        *model_verdict(identification.records, lines, ADVICE),
+        *first,
+        f"The interval type-2 fuzzy model with {_count(count, 'rule')} was identified on "
+        f"{_count(len(identification.by_role('train')), 'training record')}. The noise of the "
+        f"measurement is {noise:.3g} µm rms. A model is judged by its free run, from voltage alone.",
     ]
     if ratio > FAR_ABOVE_NOISE:
         texts.append(
             f"On the training records the free-run error is {ratio:.1f} times the noise: far above it. "
-            "The records contain something that this model does not describe. " + NO_MEMORY
+            "The records contain something that this model does not describe; `it2hys diagnose` with "
+            "the same records looks for it. " + NO_MEMORY
         )
     else:
         texts.append(
@@ -136,17 +137,21 @@ def summary(identification: Identification) -> list[str]:
     return texts + [f"Note: {warning}" for warning in identification.warnings]
 
 
-def error_table(identification: Identification, before: Sequence[tuple[float, float]]) -> Table:
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def error_table(identification: Identification, lines: Sequence[Errors]) -> Table:
     """Return the errors of all records: straight line, one step ahead, free run, noise."""
     rows = [
         [
             r.name, ROLES[r.role],
-            f"{100 * line[0]:.2f}", f"{line[1] * UM:.4f}",
+            f"{100 * line.e_mr:.2f}", f"{line.e_rms * UM:.4f}",
             f"{100 * r.e_mr_one_step:.2f}", f"{r.e_rms_one_step * UM:.4f}",
             f"{100 * r.e_mr:.2f}", f"{r.e_rms * UM:.4f}",
             f"{r.noise_rms * UM:.4f}", f"{r.offset * UM:.3f}",
         ]
-        for r, line in zip(identification.records, before, strict=True)
+        for r, line in zip(identification.records, lines, strict=True)
     ]  # fmt: skip
     return Table(
         [
@@ -162,7 +167,7 @@ def error_table(identification: Identification, before: Sequence[tuple[float, fl
     )  # fmt: skip
 
 
-def record_section(record: Record, result: RecordResult) -> Section:
+def record_section(record: Record, result: RecordResult, parameters: ParameterSet) -> Section:
     """Return how the model does on one record: over time and over voltage."""
     kept = slice(result.skip, None)
     time, voltage = record.time[kept], record.voltage[kept]
@@ -176,6 +181,10 @@ def record_section(record: Record, result: RecordResult) -> Section:
         text.append(
             f"The first {result.skip} samples, a start-up transient, are left out of the errors."
         )
+    beyond = out_of_range_sentence(
+        parameters, result.out_of_range, record.voltage, result.y_free - result.offset
+    )
+    text += [beyond] if beyond else []
     text += [f"Note: {note}" for note in record.notes]
     return Section(
         f"Record {label}",
@@ -194,7 +203,7 @@ def record_section(record: Record, result: RecordResult) -> Section:
             ),
             Picture(
                 f"{result.name}_loop",
-                figures.hysteresis_loop(voltage, measured, model, label, "free run"),
+                figures.hysteresis_loop(voltage, measured, {"free run": model}, label),
                 "Hysteresis loop and error over voltage (compare the paper's Figure 3).",
             ),
         ],
@@ -269,8 +278,11 @@ def _parameter_section(identification: Identification) -> Section:
 
 def _method_section(identification: Identification) -> Section:
     text = [
-        f"The fit ended: {identification.message} The largest contraction |∂y(k)/∂y(k−1)| over the "
-        f"displacement range is {identification.contraction:.4f} (below 1: a free run cannot diverge).",
+        f"The fit ended: {identification.message.rstrip('.')}. The largest contraction "
+        "|∂y(k)/∂y(k−1)| over the displacement range is "
+        f"{identification.contraction:.4f} (below 1: a wrong start is forgotten; "
+        "beyond the range the model goes on as the contraction that it is at its ends, so that no "
+        "voltage makes a free run diverge).",
         "Duration: " + ", ".join(f"{k} {v:.1f} s" for k, v in identification.seconds.items()) + ".",
     ]
     tables = [
@@ -306,7 +318,7 @@ def _use_section() -> Section:
     )
 
 
-def summary_json(identification: Identification, before: Sequence[tuple[float, float]]) -> dict:
+def summary_json(identification: Identification, lines: Sequence[Errors]) -> dict:
     """Return `report.json` as a dictionary, with the keys of DESIGN.md."""
     known = load_table().parameters()
     results = identification.records
@@ -317,12 +329,12 @@ def summary_json(identification: Identification, before: Sequence[tuple[float, f
         "error": {
             "before": {
                 r.name: {
-                    "e_mr_percent": 100 * mr,
-                    "e_rms_um": rms * UM,
+                    "e_mr_percent": 100 * line.e_mr,
+                    "e_rms_um": line.e_rms * UM,
                     "role": r.role,
                     "model": "line",
                 }
-                for r, (mr, rms) in zip(results, before, strict=True)
+                for r, line in zip(results, lines, strict=True)
             },
             "after": {r.name: _record_json(r) for r in results},
         },
@@ -357,6 +369,7 @@ def _record_json(result: RecordResult) -> dict:
         "offset_um": result.offset * UM,
         "initial_displacement_um": result.initial_displacement * UM,
         "skipped_samples": result.skip,
+        "samples_out_of_range": int(np.count_nonzero(result.out_of_range)),
     }
 
 

@@ -1,5 +1,9 @@
 """The IT2 core (10) and its inverse (30) as CasADi expressions: the model, written once.
 
+Where `limits` are given, the displacements that the rules hold for, the core goes on beyond them as its
+linearisation at the equilibrium of that end: F(y, x) = y_e + A (x - x_e) + s (y - y_e), with A = dF/dx
+and s = dF/dy at (y_e, x_e), F(y_e, x_e) = y_e. Without, it is (10) everywhere.
+
 Rules are L rows of (s1, s2, c, q1, q2, q3), the columns of Table 1. Units are the caller's. CasADi
 derives every derivative; `it2hys.core` computes the same numbers in C where whole records are run.
 """
@@ -27,7 +31,11 @@ def _memberships(rules: ca.SX, y_previous: ca.SX) -> ca.SX:
     return ca.exp(lower - largest) + ca.exp(upper - largest)
 
 
-def step_expression(rules: ca.SX, y_previous: ca.SX, x: ca.SX) -> ca.SX:
+#: Numbers or expressions: lower and upper end of a range.
+Limits = tuple[ca.SX, ca.SX] | tuple[float, float]
+
+
+def step_expression(rules: ca.SX, y_previous: ca.SX, x: ca.SX, limits: Limits | None = None) -> ca.SX:
     """Return y(k) of (10).
 
     Parameters
@@ -36,21 +44,50 @@ def step_expression(rules: ca.SX, y_previous: ca.SX, x: ca.SX) -> ca.SX:
         Columns s1, s2, c, q1, q2, q3.
     y_previous, x : casadi.SX or casadi.MX, scalar
         Displacement y(k-1) and voltage x(k).
+    limits : tuple of two scalars, optional
+        Range of y(k-1) that the rules hold for.
 
     Returns
     -------
     casadi.SX or casadi.MX, scalar
     """
+    if limits is not None:
+        within = _within(limits, y_previous)
+        return step_expression(rules, within, x) + _go_on(rules, limits, y_previous, within)
     weight = _memberships(rules, y_previous)
     consequent = rules[:, 3] * y_previous + rules[:, 4] * x + rules[:, 5]
     return ca.dot(consequent, weight) / ca.sum1(weight)
 
 
-def inverse_expression(rules: ca.SX, y_previous: ca.SX, y: ca.SX) -> ca.SX:
+def inverse_expression(
+    rules: ca.SX, y_previous: ca.SX, y: ca.SX, limits: Limits | None = None
+) -> ca.SX:
     """Return the voltage x(k) that takes y(k-1) to y(k), (30); arguments as `step_expression`."""
+    if limits is not None:
+        within = _within(limits, y_previous)
+        return inverse_expression(rules, within, y - _go_on(rules, limits, y_previous, within))
     weight = _memberships(rules, y_previous)
     free = rules[:, 3] * y_previous + rules[:, 5]
     return (y * ca.sum1(weight) - ca.dot(free, weight)) / ca.dot(rules[:, 4], weight)
+
+
+def _within(limits: Limits, y: ca.SX) -> ca.SX:
+    """Return y, or the end that it lies beyond; with the derivative 1 at the ends themselves."""
+    return ca.if_else(y < limits[0], limits[0], ca.if_else(y > limits[1], limits[1], y))
+
+
+def _go_on(rules: ca.SX, limits: Limits, y: ca.SX, within: ca.SX) -> ca.SX:
+    """Return s (y - y_e): what y(k) moves by, beyond what (10) makes of the end; 0 within the range."""
+    slopes = [_slope_at_rest(rules, end) for end in limits]
+    return ca.if_else(y < limits[0], slopes[0], slopes[1]) * (y - within)
+
+
+def _slope_at_rest(rules: ca.SX, y: ca.SX) -> ca.SX:
+    """Return dy(k)/dy(k-1) of (10) at the equilibrium at y."""
+    symbols, y_previous, x = _symbols(rules.shape[0])
+    slope = ca.gradient(step_expression(symbols, y_previous, x), y_previous)
+    partial = ca.Function("it2_slope", [symbols, y_previous, x], [slope])
+    return partial(rules, y, inverse_expression(rules, y, y))
 
 
 def _symbols(rule_count: int) -> tuple[ca.SX, ca.SX, ca.SX]:
@@ -59,39 +96,39 @@ def _symbols(rule_count: int) -> tuple[ca.SX, ca.SX, ca.SX]:
 
 
 @cache
-def step_function(rule_count: int) -> ca.Function:
+def step_function(rule_count: int, limits: Limits | None = None) -> ca.Function:
     """Return the function (rules, y_previous, x) -> y of (10) for L rules."""
     rules, y_previous, x = _symbols(rule_count)
     return ca.Function(
         "it2_step",
         [rules, y_previous, x],
-        [step_expression(rules, y_previous, x)],
+        [step_expression(rules, y_previous, x, limits)],
         ["rules", "y_previous", "x"],
         ["y"],
     )
 
 
 @cache
-def inverse_function(rule_count: int) -> ca.Function:
+def inverse_function(rule_count: int, limits: Limits | None = None) -> ca.Function:
     """Return the function (rules, y_previous, y) -> x of (30) for L rules."""
     rules, y_previous, y = _symbols(rule_count)
     return ca.Function(
         "it2_inverse",
         [rules, y_previous, y],
-        [inverse_expression(rules, y_previous, y)],
+        [inverse_expression(rules, y_previous, y, limits)],
         ["rules", "y_previous", "y"],
         ["x"],
     )
 
 
 @cache
-def gradient_function(rule_count: int) -> ca.Function:
+def gradient_function(rule_count: int, limits: Limits | None = None) -> ca.Function:
     """Return (rules, y_previous, x) -> derivatives of (10) by rules, (13) to (18), x and y(k-1).
 
     The first output has the shape of `rules`, the other two are scalars.
     """
     rules, y_previous, x = _symbols(rule_count)
-    y = step_expression(rules, y_previous, x)
+    y = step_expression(rules, y_previous, x, limits)
     return ca.Function(
         "it2_gradient",
         [rules, y_previous, x],

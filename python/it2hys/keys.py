@@ -13,11 +13,20 @@ from it2hys.errors import InputError
 def read_toml(path: Path) -> dict:
     """Read a TOML file; raises InputError naming the file, and the line where it is not TOML."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))  # some editors begin with a BOM
     except OSError:
         raise InputError(f"{path}: no such file, or it cannot be read") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not TOML: {error}") from None
+
+
+#: What values are called where TOML is written.
+_KINDS = {
+    float: "a number", int: "a whole number", str: "a text", bool: "true or false", list: "a list",
+    dict: "a table",
+}  # fmt: skip
+#: Known names that a message lists.
+_LISTED = 20
 
 
 class Keys:
@@ -49,8 +58,8 @@ class Keys:
             value = float(value)
         numeric = kind in (int, float) or kind == float | dict
         if not isinstance(value, kind) or (numeric and isinstance(value, bool)):
-            name = getattr(kind, "__name__", str(kind).replace("|", "or"))
-            raise InputError(f"{self.place}{key} is {value!r}; it must be a {name}")
+            kinds = [_KINDS[k] for k in getattr(kind, "__args__", [kind])]
+            raise InputError(f"{self.place}{key} is {value!r}; it must be {' or '.join(kinds)}")
         return value
 
     def choose(self, key: str, choices: Sequence[str], *default: str) -> str:
@@ -72,7 +81,9 @@ class Keys:
 
 
 def known_names(name: str, known: Collection[str]) -> str:
-    """Return what to say of an unknown name: the one it resembles, and the known ones."""
+    """Return what to say of an unknown name: the one it resembles, and the first of the known ones."""
     alike = difflib.get_close_matches(name, known, n=1)
     guess = f"did you mean {alike[0]!r}? " if alike else ""
-    return f"{guess}known are {', '.join(known) or 'none'}"
+    more = len(known) - _LISTED
+    listed = ", ".join(list(known)[:_LISTED]) or "none"
+    return f"{guess}known are {listed}" + (f" and {more} more" if more > 0 else "")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -57,6 +59,18 @@ def rms_error(y: ArrayLike, y_hat: ArrayLike) -> float:
     """
     y, y_hat = _comparable(y, y_hat)
     return float(np.sqrt(np.mean(np.square(y - y_hat))))
+
+
+class Errors(NamedTuple):
+    """Both figures of merit: (24) as a fraction and (25) in m."""
+
+    e_mr: float
+    e_rms: float
+
+
+def errors(y: ArrayLike, y_hat: ArrayLike) -> Errors:
+    """Return both figures of a model output `y_hat` against a measured one `y`."""
+    return Errors(max_relative_error(y, y_hat), rms_error(y, y_hat))
 
 
 def _comparable(y: ArrayLike, y_hat: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

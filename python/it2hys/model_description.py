@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from lxml import etree
 
 from it2hys.codegen import guid
-from it2hys.parameters import ParameterSet
+from it2hys.parameters import ParameterSet, format_ssv
 from it2hys.variables import DeclaredType, Variable, load_table
 
 IDENTIFIERS = {"plant": "IT2Plant", "inverse": "IT2Inverse"}
@@ -56,7 +56,7 @@ def format_model_description(
         "fmiModelDescription",
         fmiVersion="2.0",
         modelName=IDENTIFIERS[model],
-        guid=guid(model, parameters),
+        guid=guid(model, format_ssv(parameters)),
         description=f"{DESCRIPTIONS[model]} ({parameters.name})",
         version=version,
         copyright="Copyright (c) 2026, the it2hys developers",
@@ -148,6 +148,8 @@ def add_variables(
             typed["displayUnit"] = variable.type.displayUnit
         if variable.causality != "output":
             typed["start"] = _text(parameters.get(variable.name, variable.start))
+        if variable.type.base == "Integer":  # a count: the FMU has no more than its set
+            typed["max"] = typed["start"]
         etree.SubElement(scalar, variable.type.base, **typed)
 
 

@@ -4,7 +4,6 @@ The binaries are the same for every parameter set. What differs is modelDescript
 `resources/` and the one compiled into `sources/`, which the GUID ties together.
 """
 
-import sys
 import zipfile
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError
@@ -12,19 +11,23 @@ from importlib.metadata import version as installed_version
 from io import BytesIO
 from pathlib import Path
 
+from it2hys.build_description import format_build_description
 from it2hys.codegen import start_header
 from it2hys.core import native_directory
 from it2hys.documentation import documentation_files
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
 from it2hys.model_description import IDENTIFIERS, format_model_description
-from it2hys.parameters import ParameterSet, format_ssv, table_1
+from it2hys.parameters import ParameterSet, format_ssv
 from it2hys.reference_run import reference_files
 from it2hys.terminals import picture_files
 
 # zip entries carry a time; a fixed one makes the same input give the same file
 EPOCH = (1980, 1, 1, 0, 0, 0)
 PARAMETER_FILE = "parameters.ssv"
+BUILD_DESCRIPTION = "sources/buildDescription.xml"
+# beside the C library: libm for hum, lag, creep and resonance, libdl to find the FMU's resources
+LIBRARIES = ("m", "dl")
 
 
 def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
@@ -75,7 +78,7 @@ def make_directory(directory: str | Path) -> Path:
 
 
 def package_version() -> str:
-    """Return the version of the installed package; of the source tree while it is being built."""
+    """Return the version of the installed package; of the source tree where it runs from there."""
     try:
         return installed_version("it2hys")
     except PackageNotFoundError:
@@ -91,6 +94,7 @@ def _fmu(model: str, identifier: str, parameters: ParameterSet, native: Path) ->
         "modelDescription.xml": description,
         f"resources/{PARAMETER_FILE}": format_ssv(parameters).encode(),
         **{f"sources/{name}": content for name, content in sources.items()},
+        BUILD_DESCRIPTION: format_build_description(identifier, c_files, LIBRARIES),
         **platform_binaries(identifier, native),
         **documentation_files(model, parameters, (native / "LICENSE").read_bytes()),
         **picture_files(model, parameters),
@@ -116,15 +120,11 @@ def _sources(identifier: str, parameters: ParameterSet, native: Path) -> dict[st
     others = {f"{name}.c" for name in IDENTIFIERS.values() if name != identifier}
     found = sorted((native / "sources").glob("*.[ch]"))
     sources = {path.name: path.read_bytes() for path in found if path.name not in others}
-    return {**sources, "fmu_start.h": start_header(parameters).encode()}
+    start = start_header(parameters, format_ssv(parameters))
+    return {**sources, "fmu_start.h": start.encode()}
 
 
 def platform_binaries(identifier: str, native: Path) -> dict[str, bytes]:
     """Return the built binaries of an FMU by their path in it."""
     found = sorted((native / "binaries").glob(f"*/{identifier}.*"))
     return {f"binaries/{p.parent.name}/{p.name}": p.read_bytes() for p in found}
-
-
-if __name__ == "__main__":
-    # called by the CMake build, before the package is installed
-    package(table_1(), Path(sys.argv[1]))

@@ -8,7 +8,6 @@ import difflib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 from lxml import etree
@@ -16,9 +15,10 @@ from lxml import etree
 from it2hys import core
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
-from it2hys.variables import INDEXED, DeclaredType, Variable, load_table
+from it2hys.numerals import parse_number
+from it2hys.ssv import SSV_NAMESPACE, format_set
+from it2hys.variables import INDEXED, TABLE_1, Variable, load_table
 
-SSV_NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 RULE_FIELDS = ("sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3")
 #: Entry of older files: a voltage, where `initialRestOffset` is counted from where the stage rests.
 OLD_REST = "initialRestVoltage"
@@ -110,12 +110,7 @@ class ParameterSet(Mapping):
 
 def table_1() -> ParameterSet:
     """Return the paper's Table 1, read as (s1, s2, c) (see PAPER.md), which is the table's start."""
-    parameters = load_table().parameters()
-    counts = {g: parameters[c["variable"]].start for g, c in load_table().counts.items()}
-    values = {
-        name: v.start for name, v in parameters.items() if v.group is None or v.index <= counts[v.group]
-    }
-    return ParameterSet(values, "Table 1")
+    return ParameterSet(load_table().start(), TABLE_1)
 
 
 def _complete(values: Mapping) -> dict[str, float | int | bool]:
@@ -173,7 +168,7 @@ def _checked(variable: Variable, value: object) -> float | int | bool:
             raise InputError(f"{variable.name} is {value!r}; it must be true or false")
         return bool(value)
     try:
-        number = float(value)
+        number = parse_number(value) if isinstance(value, str) else float(value)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"{variable.name} is {value!r}; it must be a number") from None
     if not np.isfinite(number):
@@ -189,34 +184,8 @@ def _checked(variable: Variable, value: object) -> float | int | bool:
 
 
 def format_ssv(parameters: ParameterSet) -> str:
-    """Return the set as SSV text, in the profile that common masters read.
-
-    The literal prefix `ssv:`, version 1.0 and only Real, Integer and Boolean entries; numbers are
-    written with the fewest digits that read back to the same bits.
-    """
-    types = {name: variable.type for name, variable in load_table().parameters().items()}
-    return format_entries(parameters, types, parameters.name)
-
-
-def format_entries(
-    values: Mapping[str, float | int | bool], types: Mapping[str, DeclaredType], name: str
-) -> str:
-    """Return values of declared types as SSV text under a name."""
-    lines = [
-        '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<ssv:ParameterSet xmlns:ssv="{SSV_NAMESPACE}" version="1.0" name={quoteattr(name)}>',
-        "  <ssv:Parameters>",
-    ]
-    for entry, value in values.items():
-        kind = types[entry]
-        text = str(value).lower() if kind.base == "Boolean" else repr(value)
-        unit = f" unit={quoteattr(kind.unit)}" if kind.unit else ""
-        lines += [
-            f"    <ssv:Parameter name={quoteattr(entry)}>",
-            f'      <ssv:{kind.base} value="{escape(text)}"{unit}/>',
-            "    </ssv:Parameter>",
-        ]
-    return "\n".join([*lines, "  </ssv:Parameters>", "</ssv:ParameterSet>", ""])
+    """Return the set as SSV text, in the profile that common masters read."""
+    return format_set(parameters, parameters.name)
 
 
 def write_ssv(parameters: ParameterSet, path: str | Path) -> None:

@@ -8,15 +8,26 @@ import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
 from it2hys.errors import InputError
 
-#: Read when the libraries are loaded: their own threads would only be in the processes' way.
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "POLARS_MAX_THREADS")
+#: Read when the libraries are loaded. On matrices as small as a fit's, threads of their own only wait
+#: for each other, and most of all where other work wants the processors.
+_LINEAR_ALGEBRA = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+_THREADS = (*_LINEAR_ALGEBRA, "POLARS_MAX_THREADS")
+
+
+def without_threads() -> None:
+    """Let linear algebra do without threads of its own, unless the user has chosen their number.
+
+    It must be called before numpy is loaded.
+    """
+    for name in _LINEAR_ALGEBRA:
+        os.environ.setdefault(name, "1")
 
 
 def make_pool(
@@ -35,12 +46,30 @@ def make_pool(
         Directory for their temporary files, made for them alone: it goes with them.
     """
     context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(count, context, _begin, (begin, scratch))
+    pool = ProcessPoolExecutor(count, context, _begin, (begin, scratch))
+    # a script that is run anew in each of them may load the libraries before they get to `_begin`
+    with _environment(dict.fromkeys(_THREADS, "1")):
+        pool.submit(os.getpid)  # starts all of them
+    return pool
+
+
+@contextmanager
+def _environment(values: Mapping[str, str]) -> Iterator[None]:
+    """Let processes that are started inherit values."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def _begin(begin: Callable | None, scratch: str | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
     if scratch is not None:
         tempfile.tempdir = scratch
     threading.Thread(target=_end_with_parent, args=(scratch,), daemon=True).start()

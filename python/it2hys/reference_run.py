@@ -12,6 +12,7 @@ import numpy as np
 from lxml import etree
 
 from it2hys import core
+from it2hys.chain import Chain
 from it2hys.parameters import ParameterSet
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
@@ -60,23 +61,32 @@ def reference_files(model: str, parameters: ParameterSet) -> dict[str, bytes]:
 
 
 def reference_run(model: str, parameters: ParameterSet) -> tuple[dict, dict]:
-    """Return the input at every tick and the outputs at every communication point.
+    """Return the inputs at every tick and the outputs at every communication point.
 
-    The displacement goes from where it starts to the far end of its range and back. A row of the
-    outputs is what is read at its time: the result of the tick before.
+    The chain runs with all its effects, under a force and a temperature that change. The inverse's
+    reference goes from where the displacement starts to near the far end of its range and back; the
+    plant gets the voltage that would take its core there alone, which its amplifier need not let
+    through. A row of the outputs is what is read at its time: the result of the tick before.
     """
-    target = _quantised(_excursion(parameters))
-    voltage, saturated = core.chain_inverse_run(parameters, target)
+    start, limits = parameters["initialDisplacement"], parameters.displacement_range
+    around = {"force": _quantised(2.0 * _wave(3)), "temperature": _quantised(293.15 + 2.0 * _wave(2))}
     if model == "inverse":
-        return {"reference": target}, {
+        reference = _quantised(_excursion(start, limits))
+        voltage, saturated = core.chain_inverse_run(parameters, reference, *around.values())
+        return {"reference": reference, **around}, {
             "voltage": _read_later(core.chain_equilibrium(parameters), voltage),
             "saturated": _read_later(0, saturated.astype(int)),
         }
-    voltage, start = _quantised(voltage), parameters["initialDisplacement"]
-    displacement, measured = core.chain_free_run(parameters, voltage)
-    return {"voltage": voltage}, {
+    begin = _core_start(parameters)
+    way = _excursion(begin, limits)
+    before = np.concatenate([[begin], way[:-1]])
+    voltage = _quantised(core.solve(parameters.rules, before, way, limits))
+    displacement, measured = core.chain_free_run(parameters, voltage, *around.values())
+    outside = core.chain_out_of_range(parameters, voltage, *around.values())
+    return {"voltage": voltage, **around}, {
         "displacement": _read_later(start, displacement),
         "measured": _read_later(start, measured),
+        "outOfRange": _read_later(0, outside.astype(int)),
     }
 
 
@@ -85,10 +95,23 @@ def _read_later(before: float, ticks: np.ndarray) -> np.ndarray:
     return np.concatenate([[before], ticks[:-1]])
 
 
-def _excursion(parameters: ParameterSet) -> np.ndarray:
-    """Return displacements from the initial one to the farther end of the range and back."""
-    low, high = parameters["displacementMin"], parameters["displacementMax"]
-    start = min(max(parameters["initialDisplacement"], low), high)
+def _wave(periods: int) -> np.ndarray:
+    return np.sin(2 * math.pi * periods * np.arange(TICKS) / TICKS)
+
+
+def _core_start(parameters: ParameterSet) -> float:
+    """Return where the core begins, of which the stages behind it make the displacement."""
+    chain = Chain(parameters)
+    return float(chain.rest(chain.vector())[0])
+
+
+def _excursion(start: float, limits: tuple[float, float]) -> np.ndarray:
+    """Return displacements from a start to near the farther end of a range and back.
+
+    Where the start is outside the range, they begin at that end.
+    """
+    low, high = limits
+    start = min(max(start, low), high)
     share = 0.9 if start < (low + high) / 2 else 0.1
     far = low + share * (high - low)
     cycle = 2 * math.pi * np.arange(TICKS) / TICKS

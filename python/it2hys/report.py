@@ -1,14 +1,20 @@
 """Reports: one self-contained HTML page, with its figures as PNG beside it."""
 
 import base64
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader
+from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
 from it2hys.figures import png
 from it2hys.files import write_atomically
+from it2hys.progress import Progress
+
+#: Stands in a table where there is no figure.
+NONE = "–"
 
 
 @dataclass(frozen=True)
@@ -43,15 +49,29 @@ class Picture:
 
 @dataclass(frozen=True)
 class Section:
-    """A section of a report: paragraphs, then tables, then pictures."""
+    """A section of a report: paragraphs, commands, then tables, then pictures.
+
+    Without a title it goes on from the section before.
+    """
 
     title: str
     text: list[str] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     pictures: list[Picture] = field(default_factory=list)
+    commands: list[str] = field(default_factory=list)
 
 
-def write_report(directory: Path, title: str, sections: list[Section]) -> Path:
+def _with_commands(text: str) -> Markup:
+    """Return a text with its `commands` set as such."""
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
+
+
+def write_report(
+    directory: Path,
+    title: str,
+    sections: list[Section],
+    progress: Progress = lambda share, text: None,
+) -> Path:
     """Write `report.html` and the PNG files of its pictures into an existing directory.
 
     Returns
@@ -59,12 +79,17 @@ def write_report(directory: Path, title: str, sections: list[Section]) -> Path:
     Path
         The page.
     """
-    images = {p.name: png(p.figure) for section in sections for p in section.pictures}
+    pictures = [picture for section in sections for picture in section.pictures]
+    images = {}
+    for i, picture in enumerate(pictures):
+        progress(i / len(pictures), f"report: {picture.name}")
+        images[picture.name] = png(picture.figure)
     for name, content in images.items():
         write_atomically(directory / f"{name}.png", content)
     environment = Environment(
         loader=PackageLoader("it2hys"), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters["commands"] = _with_commands
     page = environment.get_template("report.html").render(
         title=title,
         sections=sections,

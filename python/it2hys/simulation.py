@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from it2hys.errors import InputError
+from it2hys.keys import known_names
 from it2hys.slave import Slave
 from it2hys.stepping import Connection, System
 
@@ -68,7 +69,8 @@ def simulate(
     ticks = lengths.pop()
     with Slave(fmu, start_values) as slave:
         for name in set(signals) - set(slave.names("input")):
-            raise InputError(f"{slave.path}: the FMU has no input {name!r}")
+            known = known_names(name, slave.names("input"))
+            raise InputError(f"{slave.path}: the FMU has no input {name!r}; {known}")
         step = sample_time(slave)
         outputs = slave.names("output")
         system = System(

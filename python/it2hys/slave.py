@@ -8,10 +8,13 @@ from pathlib import Path
 
 import fmpy
 from fmpy import fmi2
-from fmpy.model_description import ModelDescription, ScalarVariable
+from fmpy.model_description import ModelDescription, ScalarVariable, SimpleType
 
+from it2hys.archive import check_archive, is_plain_name, unpack
 from it2hys.core import library_function
 from it2hys.errors import InputError
+from it2hys.keys import known_names
+from it2hys.numerals import parse_number
 
 # messages kept of one run: a foreign FMU may log every step
 LARGEST_LOG = 20
@@ -25,7 +28,8 @@ class Slave:
     """One instance of an FMU for co-simulation, initialised and ready to step.
 
     Use as a context manager. Messages of the FMU since its last initialization are collected in
-    `messages`. An instance is used again by `initialize`.
+    `messages`, and `warned` tells whether there was a warning among them. An instance is used again by
+    `initialize`.
 
     Parameters
     ----------
@@ -43,6 +47,7 @@ class Slave:
     def __init__(self, path: str | Path, start_values: Mapping | None = None) -> None:
         self.path = Path(path)
         self.messages: list[str] = []
+        self.warned = False
         self._stack = ExitStack()
         self._fmu, self._used = None, False
         try:
@@ -58,7 +63,7 @@ class Slave:
         # removed at the end of the process, too
         directory = tempfile.TemporaryDirectory(prefix="it2hys-", ignore_cleanup_errors=True)
         self._directory = self._stack.enter_context(directory)
-        fmpy.extract(str(self.path), self._directory)
+        unpack(self.path, self._directory)
         # kept, because the library holds a pointer to them
         self._callbacks = fmi2.fmi2CallbackFunctions()
         self._callbacks.logger = ctypes.cast(
@@ -81,7 +86,8 @@ class Slave:
         fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
         self._fmu, self._used = fmu, False
 
-    def _hear(self, _status: int, message: bytes) -> None:
+    def _hear(self, status: int, message: bytes) -> None:
+        self.warned |= status == fmi2.fmi2Warning
         if len(self.messages) < LARGEST_LOG:
             self.messages.append(message.decode(errors="replace").strip())
 
@@ -129,6 +135,7 @@ class Slave:
     def begin(self, start_values: Mapping | None = None) -> None:
         """Enter initialization mode: outputs can be read, inputs be set, until `ready`."""
         self.messages.clear()
+        self.warned = False
         with self._explained():
             if self._fmu is None:
                 self._instantiate()
@@ -153,8 +160,14 @@ class Slave:
     def variable(self, name: str) -> ScalarVariable:
         """Return FMPy's description of a variable; raises InputError if there is none."""
         if name not in self.variables:
-            raise InputError(f"{self.path}: the FMU has no variable {name!r}")
+            known = known_names(name, list(self.variables))
+            raise InputError(f"{self.path}: the FMU has no variable {name!r}; {known}")
         return self.variables[name]
+
+    @property
+    def model(self) -> str:
+        """Name of the model."""
+        return self.description.modelName
 
     @property
     def sample_time(self) -> float | None:
@@ -209,20 +222,40 @@ def read_description(path: Path) -> ModelDescription:
     Raises
     ------
     InputError
-        If the file is missing, is no FMU, or one of another kind: not FMI 2.0, not for
-        co-simulation, or without a binary for this platform.
+        If the file is missing, is no FMU, is one that could write or load what is outside of it,
+        or one of another kind: not FMI 2.0, not for co-simulation, or without a binary for this
+        platform.
     """
+    check_archive(path)
     try:
         description = fmpy.read_model_description(str(path), validate=False)
         platforms = fmpy.supported_platforms(str(path))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
     except Exception as error:
         raise InputError(f"{path}: not an FMU: {error}") from None
     if description.fmiVersion != "2.0":
         raise InputError(f"{path}: an FMU of FMI {description.fmiVersion}; it must be FMI 2.0")
     if description.coSimulation is None:
         raise InputError(f"{path}: not an FMU for co-simulation")
+    identifier = description.coSimulation.modelIdentifier
+    if not is_plain_name(identifier):
+        raise InputError(f"{path}: modelIdentifier is {identifier!r}; it must be the name of a binary")
     if fmpy.platform not in platforms:
         raise InputError(f"{path}: has no binary for this platform, {fmpy.platform}")
+    for variable in description.modelVariables:
+        _check_numbers(path, f"variable {variable.name!r}", variable)
+    for declared in description.typeDefinitions:
+        _check_numbers(path, f"type {declared.name!r}", declared)
     return description
+
+
+def _check_numbers(path: Path, owner: str, holder: ScalarVariable | SimpleType) -> None:
+    """Refuse attributes that must be numbers and are not."""
+    if holder.type in ("Boolean", "String"):
+        return
+    for name in ("start", "min", "max", "nominal"):
+        text = getattr(holder, name, None)
+        try:
+            if text is not None:
+                parse_number(text)
+        except ValueError:
+            raise InputError(f"{path}: {owner}: {name} is {text!r}; it must be a number") from None

@@ -274,5 +274,14 @@ class System:
 
     @property
     def messages(self) -> list[str]:
-        """What the slaves have logged since their initialization."""
-        return [message for slave in self.slaves.values() for message in slave.messages]
+        """What the slaves have logged since their initialization, and which of them it was."""
+        return [
+            f"{named(name, slave.model)}: {message}"
+            for name, slave in self.slaves.items()
+            for message in slave.messages
+        ]
+
+
+def named(slave: str, model: str) -> str:
+    """Return how messages call an instance: by its name, and its model's if it is known."""
+    return f"{slave} ({model})" if model else slave

@@ -14,6 +14,8 @@ from itertools import groupby
 from pathlib import Path
 
 TABLE = Path(__file__).with_name("variables.toml")
+#: Name of the parameter set that is the table's start.
+TABLE_1 = "Table 1"
 MODELS = ("plant", "inverse")
 INDEXED = re.compile(r"(?P<group>\w+)\[(?P<index>[1-9]\d*)\]\.(?P<field>\w+)")
 
@@ -78,6 +80,16 @@ class Table:
     def parameters(self) -> dict[str, Variable]:
         """Return the parameters by name, structured ones at their full count."""
         return {v.name: v for v in self.variables if v.causality == "parameter"}
+
+    def start(self) -> dict[str, float | int | bool]:
+        """Return the start values of the parameters by name, structured ones at their start count."""
+        parameters = self.parameters()
+        counts = {g: parameters[c["variable"]].start for g, c in self.counts.items()}
+        return {
+            name: v.start
+            for name, v in parameters.items()
+            if v.group is None or v.index <= counts[v.group]
+        }
 
     def of_model(self, model: str, counts: dict[str, int]) -> list[Variable]:
         """Return one FMU's variables, with as many structured elements as `counts` says."""

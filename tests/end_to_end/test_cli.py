@@ -144,6 +144,37 @@ def test_simulate_inverse_then_plant_returns_the_reference(tmp_path):
     np.testing.assert_allclose(result["displacement_um"], reference, rtol=1e-9)
 
 
+def test_simulate_says_how_much_of_a_run_is_beyond_the_model(tmp_path, capsys):
+    """A sine of 10 Hz, 0..130 V, with which Table 1 was at 3e114 um once, and no word of it."""
+    run("build", "-o", tmp_path, "--quiet")
+    time = excitations.time_grid(0.5, 1e-4)
+    voltage = 65.0 - 65.0 * np.cos(2 * np.pi * 10 * time)
+    rows = "\n".join(f"{t!r},{v!r}" for t, v in zip(time.tolist(), voltage.tolist(), strict=True))
+    (tmp_path / "u.csv").write_text(f"time_s,voltage_V\n{rows}\n")
+    arguments = [
+        "simulate", tmp_path / "IT2Plant.fmu", "--input", tmp_path / "u.csv", "-o", tmp_path / "y.csv",
+    ]  # fmt: skip
+    capsys.readouterr()
+    assert run(*arguments, "--quiet") == 0
+    said = capsys.readouterr()
+    result = np.genfromtxt(tmp_path / "y.csv", delimiter=",", names=True)
+    outside = int(np.count_nonzero(result["outOfRange"]))
+    assert 0 < outside < len(time)
+    assert result["displacement_um"].max() < 20.0
+    assert said.out == ""
+    assert f"{outside} of {len(time)} samples are beyond what the model holds for" in said.err
+    assert "0 to 110 V and 0 to 16 um" in said.err
+    assert "to 130 V" in said.err
+    assert len(said.err.splitlines()) == 3  # each range left, once, and how often
+    assert run(*arguments, "--json") == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["samples"], said["samples_out_of_range"]) == (len(time), outside)
+    assert len(said["messages"]) == 3
+    (tmp_path / "u.csv").write_text("time_s,voltage_V\n0,50\n1e-4,50\n2e-4,50\n")
+    assert run(*arguments, "--quiet") == 0
+    assert capsys.readouterr().err == ""
+
+
 def assert_refused(capsys, arguments, *words):
     assert run(*arguments) == 2
     captured = capsys.readouterr()
@@ -336,8 +367,11 @@ def test_simulating_at_another_rate_is_refused(tmp_path, capsys):
     assert not (tmp_path / "y.csv").exists()
 
 
-def test_table_1_as_published_is_a_scenario(tmp_path, capsys):
-    assert run("run", "table_1", "-o", tmp_path / "t", "--quiet") == 0
-    page = Page((tmp_path / "t" / "report.html").read_text())
+def test_table_1_as_published_is_a_scenario_that_calls_it_of_no_use_here(tmp_path, capsys):
+    assert run("run", "table_1", "-o", tmp_path / "t") == 0
+    text = (tmp_path / "t" / "report.html").read_text(encoding="utf-8")
+    page = Page(text)
     assert page.open == [] and len(page.images) >= 11
     assert {p.name for p in (tmp_path / "t").glob("*.fmu")} == {"IT2Plant.fmu", "IT2Inverse.fmu"}
+    for said in (text[text.index("<p>") : text.index("</p>")], capsys.readouterr().out):
+        assert "no better than a straight line" in said and "another specimen" in said

@@ -157,6 +157,38 @@ def test_parameters_are_those_of_the_set(folder):
         assert set(entry) == {"value", "ci95", "unit"} and len(entry["ci95"]) == 2
 
 
+def test_a_model_that_is_no_better_than_a_line_is_called_so_first(folder, tmp_path, capsys):
+    """A line describes a stage without a loop, and a model of a stage with one does not."""
+    record = read_record(folder / "t.csv")
+    fitted = read_record(folder / "a.csv")
+    line = np.polyfit(fitted.voltage, fitted.displacement, 1)
+    straight = replace(record, name="s", displacement=np.polyval(line, record.voltage))
+    write_record(tmp_path / "s.csv", straight)
+    out = tmp_path / "out"
+    options = ["--rules", 1, "--workers", 1, "--declared", "load", "-o", out]
+    train = [folder / "a.csv", folder / "b.csv"]
+    assert run("diagnose", *train, "--test", tmp_path / "s.csv", *options) == 0
+    report = report_of(out)
+    errors = [report["error"]["after"]["s"]["e_rms_um"], report["straight_line"]["s"]["e_rms_um"]]
+    assert errors[0] > errors[1]
+    page = (out / "report.html").read_text(encoding="utf-8")
+    for text in (page[page.index("<p>") : page.index("</p>")], capsys.readouterr().out):
+        assert "his model does no better than a straight line on s (e_mr " in text
+        assert "records of other kinds" in text
+
+
+def test_a_model_that_is_better_than_a_line_says_first_what_was_found(folder):
+    report = report_of(folder / "out")
+    for name in ROLES:
+        for error in ("e_mr_percent", "e_rms_um"):
+            assert report["error"]["after"][name][error] < report["straight_line"][name][error]
+    page = (folder / "out" / "report.html").read_text(encoding="utf-8")
+    assert "no better than" not in page
+    first = page[page.index("<p>") + 3 : page.index("</p>")]
+    assert first == ("Found and added to the starting model: load (force on the stage shortens it).")
+    assert page.index("<img") < page.index("<h2>")  # its picture is on the first screen
+
+
 # --- what is written can be run ------------------------------------------------------------------
 
 

@@ -9,7 +9,7 @@ import pytest
 from compilers import compiler
 from conftest import make_set
 
-from it2hys import core, excitations
+from it2hys import core, excitations, simulate, track
 from it2hys.cli import main
 from it2hys.parameters import ParameterSet, table_1, write_ssv
 from it2hys.single_precision import single_precision
@@ -166,25 +166,32 @@ static Counted fmax(Counted a, Counted b) { return std::fmax(a.v, b.v); }
 static Counted fmin(Counted a, Counted b) { return std::fmin(a.v, b.v); }
 #define EXP_ONE_BY_ONE // there are no vectors of what counts
 #define TYPE Counted
-#include "SOURCE"
+SOURCES
 int main()
 {
     static STAGE stage;
     it2_rule rule[IT2_MAX_RULES];
     for (int l = 0; l < COUNT_OF_RULES; l++)
         rule[l] = it2_rule{ 4e-6, 1e-5, 1e-6 * l, 0.5, 1e-8, 0.0 };
-    STAGE_prepare(&stage, rule, COUNT_OF_RULES);
+    STAGE_prepare(&stage, rule, COUNT_OF_RULES, { 0.0, 1.6e-5 });
     mul = add = compare = divide = 0;
     FUNCTION(&stage, Counted(5e-6), Counted(50.0));
+    printf("%ld %ld %ld %ld\n", mul, add, compare, divide);
+    mul = add = compare = divide = 0;
+    FUNCTION(&stage, Counted(2e-5), Counted(50.0));
     printf("%ld %ld %ld %ld\n", mul, add, compare, divide);
 }
 """
 COUNTED = {
     "chain_step": {
-        "TYPE": "double", "SOURCE": "it2_model.c", "STAGE": "it2", "FUNCTION": "it2_evaluate",
+        "TYPE": "double", "STAGE": "it2", "FUNCTION": "it2_evaluate",
+        "SOURCES": "".join(
+            f'#include "it2_{part}.c"\n' for part in ("model", "inverse", "gradient", "range")
+        ),
     },
     "it2_single_step": {
-        "TYPE": "float", "SOURCE": "it2_single.c", "STAGE": "it2_single", "FUNCTION": "it2_single_step",
+        "TYPE": "float", "STAGE": "it2_single", "FUNCTION": "it2_single_step",
+        "SOURCES": '#include "it2_single.c"\n',
     },
 }  # fmt: skip
 
@@ -217,7 +224,8 @@ def test_runs_as_the_core(name, tmp_path):
     parameters = SETS[name]
     voltage = excitations.identification(excitations.time_grid(0.2, 1e-4))
     y, x, y_single, x_single = run(compile_strictly(embedded(parameters, tmp_path)), voltage)
-    expected = core.free_run(parameters.rules, voltage, parameters["initialDisplacement"])
+    start, limits = parameters["initialDisplacement"], parameters.displacement_range
+    expected = core.free_run(parameters.rules, voltage, start, limits)
     np.testing.assert_array_equal(y, expected)
     reached = (y >= parameters["displacementMin"]) & (y <= parameters["displacementMax"])
     assert reached.all() or name != "table_1"
@@ -226,6 +234,23 @@ def test_runs_as_the_core(name, tmp_path):
     # single precision on (22): 24 bits against 53, summed up over a run that contracts
     error = np.abs(y_single - y).max() / np.ptp(y)
     print(f"{name}: single precision differs by {error:.2e} of the range on (22)")
+    assert error < 1e-6
+    assert np.abs(x_single - voltage).max() < 5e-2
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_runs_as_the_core_beyond_the_range(name, tmp_path):
+    """In both precisions, and out of the inverse comes what went into the plant."""
+    parameters = SETS[name]
+    limits = low, high = parameters.displacement_range
+    voltage = 300.0 * np.sin(np.linspace(0.0, 30.0, 3000))
+    y, _, y_single, x_single = run(compile_strictly(embedded(parameters, tmp_path)), voltage)
+    expected = core.free_run(parameters.rules, voltage, parameters["initialDisplacement"], limits)
+    np.testing.assert_array_equal(y, expected)
+    assert y.min() < low - 0.1 * (high - low)
+    assert y.max() > high + 0.1 * (high - low)
+    error = np.abs(y_single - y).max() / np.ptp(y)
+    print(f"{name}: single precision differs by {error:.2e} of the range")
     assert error < 1e-6
     assert np.abs(x_single - voltage).max() < 5e-2
 
@@ -247,6 +272,49 @@ def with_effects(*names: str) -> ParameterSet:
     for name in names:
         values |= EFFECTS[name]
     return ParameterSet(values, "+".join(names) or "core").validate()
+
+
+def example(header: Path) -> str:
+    """Return the program in a header's first comment."""
+    comment = header.read_text(encoding="utf-8").partition("*/")[0]
+    found = re.search(r"^ \*     #include <stdio.h>\n(?: \*.*\n)*? \*     \}\n", comment, re.MULTILINE)
+    return re.sub(r"^ \*(?:     )?", "", found[0], flags=re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("header", "volts", "share"), [("it2hys_model.h", 1e-7, 1e-12), ("it2hys_single.h", 2e-3, 3e-6)]
+)
+@pytest.mark.parametrize("effects", [(), ("play", "creep", "lag", "hum")], ids=["core", "effects"])
+def test_the_example_in_the_comment_runs_as_it_stands(
+    effects, header, volts, share, core_objects, tmp_path
+):
+    """It prints what the FMUs of the same set give for its reference, tick for tick."""
+    parameters = with_effects(*effects)
+    folder = embedded(parameters, tmp_path)
+    (folder / "main.c").write_text(example(folder / header))
+    command = [
+        *compiler(),
+        *STRICT,
+        str(folder / "main.c"),
+        *core_objects,
+        "-o",
+        str(folder / "main"),
+        "-lm",
+    ]
+    subprocess.run(command, check=True)
+    done = subprocess.run([folder / "main"], capture_output=True, text=True, check=True)
+    printed = np.array([line.split() for line in done.stdout.splitlines()], dtype=float).T
+    reference, voltage, displacement, measured, limits = printed
+    assert len(reference) == 100 and not limits.any()
+    assert np.ptp(reference) > 3e-6
+    paths = [tmp_path / "IT2Inverse.fmu", tmp_path / "IT2Plant.fmu"]
+    expected = track(*paths, reference, {"initialDisplacement": parameters["initialDisplacement"]})
+    read = simulate(paths[1], {"voltage": expected["voltage"]})["measured"]
+    error = share * np.ptp(reference)
+    np.testing.assert_allclose(voltage, expected["voltage"], atol=volts, rtol=0)
+    np.testing.assert_allclose(displacement, reference, atol=error, rtol=0)
+    np.testing.assert_allclose(measured, read, atol=error, rtol=0)
+    assert (np.abs(measured - displacement).max() > 1e-9) == ("hum" in effects)
 
 
 def run_single(effects: tuple, folder: Path, objects: list[str], ticks: int) -> np.ndarray:
@@ -307,7 +375,10 @@ def test_the_header_counts_operations_right(name, function, tmp_path):
     program = folder / "count"
     command = [*compiler("c++"), "-std=c++20", "-w", str(folder / "count.cc"), "-o", str(program)]
     subprocess.run(command, check=True)
-    counted = subprocess.run([program], capture_output=True, text=True, check=True).stdout.split()
+    done = subprocess.run([program], capture_output=True, text=True, check=True)
+    counted, beyond = (line.split() for line in done.stdout.splitlines())
     header = (folder / "it2hys_model.h").read_text().splitlines()
     row = next(i for i, line in enumerate(header) if line.startswith(f" *     {function}     "))
     assert counted == header[row + 1].split()[1:]
+    comparisons = 4 if function == "chain_step" else 2
+    assert beyond == ["2", "4", str(comparisons), "0"]

@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -271,21 +272,49 @@ def test_a_case_that_fails_is_a_row_with_its_message():
     assert table["status"].to_list() == ["ok", "ok", "failed", "ok", "ok"]
     failed = table.row(2, named=True)
     assert failed["x"] == 30e-6 and failed["top"] is None
-    assert failed["message"].startswith("plant: ") and "rule[1].sigma" in failed["message"]
+    assert failed["message"].startswith("plant (IT2Plant): ") and "rule[1].sigma" in failed["message"]
     others = pl.Series([0, 1, 3, 4])
     assert_frame_equal(table[others], good[others], check_exact=True)
 
 
-def test_a_run_that_leaves_all_bounds_is_a_failed_case():
-    """Beyond its range the model folds and diverges; the voltage is within what the FMU takes."""
-    table = it2hys.sweep(
-        small(
-            duration=1.0,
-            vary=[{"name": "x", "of": "voltage.high", "values": [50.0, 1900.0]}],
-        )
+def test_cases_beyond_the_range_of_their_model_are_counted_everywhere(tmp_path):
+    """They are not failures: the numbers are an extrapolation, and somebody has to say so."""
+    varied = [{"name": "x", "of": "voltage.high", "values": [50.0, 100.0, 130.0, 1900.0]}]
+    scenario = parse_sweep(small(duration=1.0, vary=varied))
+    outcome = run_sweep(scenario, tmp_path / "out", 0, quiet=True)
+    table = pl.read_parquet(outcome.results)
+    assert table["status"].to_list() == ["ok"] * 4
+    assert table["warned"].to_list() == [False, False, True, True]
+    outside = table["out_of_range"].to_list()
+    assert outside[:2] == [0, 0]
+    assert 0 < outside[2] < outside[3] < 10_000
+    assert table["top"][3] < 13 * 16e-6  # a straight continuation, not 1e100 m
+    assert (outcome.failed, outcome.warned, outcome.out_of_range) == (0, 2, 2)
+    expected = (
+        "4 cases, 0 failed, 2 with warnings: 2 go beyond what their model holds for (outOfRange), "
+        f"for up to {outside[3]} samples"
     )
-    assert table["status"].to_list() == ["ok", "failed"]
-    assert "fmi2Discard" in table["message"][1] or "diverge" in table["message"][1]
+    assert outcome.summary == expected
+    assert expected in outcome.report.read_text(encoding="utf-8")
+    assert main(["sweep", str(outcome.results), "-o", str(tmp_path / "again")]) == 0
+    assert expected in (tmp_path / "again" / "report.html").read_text(encoding="utf-8")
+
+
+def test_messages_name_the_instance_and_its_model(tmp_path):
+    """Two plants of one model leave their range, at voltages of their own."""
+    fmus = {name: {"source": "IT2Plant"} for name in ("stiff", "soft")}
+    connections = [{"from": "voltage", "to": f"{name}.voltage", "offset": 200.0} for name in fmus]
+    metric = [{"name": "top", "kind": "max", "of": "soft.displacement"}]
+    vary = [{"name": "x", "of": "soft.force", "values": [0.0, 1.0]}]
+    table = small(fmu=fmus, connections=connections, metric=metric, vary=vary, duration=0.001)
+    outcome = run_sweep(parse_sweep(table), tmp_path, 0, quiet=True)
+    for message in pl.read_parquet(outcome.results)["message"]:
+        said = message.split(" | ")
+        assert {text.partition(": ")[0] for text in said} == {"stiff (IT2Plant)", "soft (IT2Plant)"}
+        assert all(text.endswith(".") for text in said)
+    page = outcome.report.read_text(encoding="utf-8")
+    for text in said:
+        assert re.sub(r"\b\d+(\.\d+)?(e[-+]?\d+)?\b", "…", text) in page
 
 
 def foreign_table(path, values):
@@ -463,10 +492,11 @@ def test_the_table_carries_what_it_is(expected, scenario, tmp_path):
     assert known["metrics"] == [
         {"name": "top", "kind": "max", "unit": "m", "of": "plant.displacement", "against": ""}
     ]
-    assert known["axes"] == [{"name": "x", "unit": "m"}] and known["cases"] == 5
+    assert known["axes"] == [{"name": "x", "unit": "m", "method": "grid", "scale": "linear"}]
+    assert known["cases"] == 5
     assert json.dumps(known)
     assert expected.columns == [
         "case", "variant", "top", "q2", "e_mr", "drive", "reference", "plant.displacement", "status",
-        "message",
+        "warned", "out_of_range", "message",
     ]  # fmt: skip
     assert Path(scenario).exists()

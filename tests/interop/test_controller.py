@@ -2,6 +2,7 @@
 
 import ctypes
 import math
+import struct
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,6 +12,7 @@ from fmpy import fmi2
 from fmpy.validation import validate_fmu
 from lxml import etree
 
+from it2hys.codegen import fnv1a
 from it2hys.controller import load_controller
 from it2hys.errors import InputError
 from it2hys.slave import Slave
@@ -126,6 +128,22 @@ def test_initial_outputs_depend_on_what_the_xml_says(controller):
                     read.append(instance.initialize(start).get("voltage"))
             moved |= {name} if read[0] != read[1] else set()
     assert moved == {v.name for v in unknown.dependencies}
+
+
+def test_the_controller_refuses_a_step_beyond_the_stop_time(controller):
+    with Instance(controller) as instance:
+        instance.initialize(GAINS, stop_time=1.0)
+        assert instance.step(0.0, 2.0) == ERROR
+        assert "after stopTime, 1 s" in instance.said(ERROR)[0]
+        assert instance.step(0.0, 1.0) == OK
+        assert instance.step(1.0, TS) == ERROR
+
+
+@pytest.mark.parametrize(("stop_time", "status"), [(0.5, ERROR), (math.nan, ERROR), (math.inf, OK)])
+def test_a_stop_time_before_the_start_is_refused_and_infinity_is_none(controller, stop_time, status):
+    with Instance(controller) as instance:
+        assert instance.status_of(instance.fmu.setupExperiment, None, 1.0, stop_time) == status
+        assert status == OK or "stopTime" in instance.said(ERROR)[0]
 
 
 # --- capabilities ------------------------------------------------------------------------------
@@ -271,6 +289,28 @@ def test_bytes_that_are_no_state_are_refused(controller):
             damaged.append(blob[:place] + bytes([blob[place] ^ 0x10]) + blob[place + 1 :])
         assert {deserialize(instance, bad) for bad in damaged} == {ERROR}
         assert deserialize(instance, blob) == OK
+
+
+#: Where the serialized state holds no doubles: the clock's ticks, then phase and flag.
+HEADER, CHECKSUM = 32, 24
+COUNTS = [HEADER + 8 * word for word in (11, 13, 14, 17)]
+
+
+@pytest.mark.parametrize("planted", [math.nan, math.inf, -math.inf, -(2**63), 2**63 - 1, 2**62, -1])
+def test_a_forged_state_hands_out_no_nan_and_its_steps_return(controller, planted):
+    """Each eight bytes of the state in turn, under a checksum that is right."""
+    with started(controller) as instance:
+        after(instance, [TS] * 7)
+        blob = instance.fmu.serializeFMUstate(instance.fmu.getFMUstate())
+        for place in range(HEADER, len(blob), 8):
+            if isinstance(planted, float) == (place in COUNTS):
+                continue
+            word = struct.pack("<d" if isinstance(planted, float) else "<q", planted)
+            forged = blob[:place] + word + blob[place + 8 :]
+            checksum = struct.pack("<Q", fnv1a(forged[HEADER:]))
+            forged = forged[:CHECKSUM] + checksum + forged[HEADER:]
+            stop_time = place == HEADER + 8 * 16 and planted == math.inf
+            assert deserialize(instance, forged) == (OK if stop_time else ERROR), place
 
 
 def test_an_integral_that_overflows_discards_the_step(controller):

@@ -87,14 +87,26 @@ def test_within_the_range_nothing_is_said(models):
 # --- the log -----------------------------------------------------------------------------------
 
 
-def test_errors_are_told_even_where_logging_is_off(models):
+def test_what_comes_with_a_status_is_told_even_where_logging_is_off(models):
+    """`loggingOn` is for debugging; fmi2Warning says that the logger was called."""
     with Instance(models["plant"], logging=False) as instance:
         instance.initialize()
         instance.assign({"voltage": -1.0})
         assert instance.step(0.0, TS) == WARNING
-        assert instance.messages == []
+        (message,) = instance.said(WARNING)
+        assert "voltageMin..voltageMax, 0 to 110 V" in message
+        assert "it is -1 V at 0 s" in message
+        assert instance.get("outOfRange") == 1
+        assert [instance.step(k * TS, TS) for k in range(1, 50)] == 49 * [OK]
         assert instance.step(5.0, TS) == ERROR
-        assert len(instance.messages) == 1
+        assert len(instance.messages) == 2
+
+
+def test_a_user_of_fmpys_defaults_is_told_once(models, capfd):
+    fmpy.simulate_fmu(str(models["plant"].path), start_values={"voltage": 130.0}, stop_time=0.1)
+    said = capfd.readouterr().out
+    assert said.count("voltageMin..voltageMax, 0 to 110 V") == 1
+    assert said.count("displacementMin..displacementMax, 0 to 16 um") == 1
 
 
 def categories(instance: Instance, on: bool, *names: str) -> int:

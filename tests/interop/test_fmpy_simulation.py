@@ -12,6 +12,7 @@ from conftest import (
     TS,
     UM,
     Instance,
+    Master,
     Unpacked,
     package_models,
     tick_values,
@@ -20,7 +21,7 @@ from conftest import (
 from fmpy import fmi2
 
 from it2hys.excitations import identification, tracking_reference
-from it2hys.parameters import ParameterSet
+from it2hys.parameters import ParameterSet, table_1
 
 OK, WARNING, DISCARD, ERROR = fmi2.fmi2OK, fmi2.fmi2Warning, fmi2.fmi2Discard, fmi2.fmi2Error
 
@@ -79,14 +80,9 @@ def test_simulate_fmu_takes_start_values_and_their_display_units(fmus):
         ({"displacementMax": 25e-6}, "contraction"),
         ({"sampleTime": 0.0}, "sampleTime"),
         ({"sampleTime": -1e-4}, "sampleTime"),
-        ({"voltageMin": 150.0}, "voltageMin"),
+        ({"voltageMin": 110.0}, "voltageMin"),
         ({"displacementMin": 17e-6}, "displacementMin"),
         ({"rule[3].centre": 18.7}, "rule[3].centre"),
-        ({"ruleCount": 0}, "ruleCount"),
-        ({"ruleCount": 17}, "ruleCount"),
-        ({"ruleCount": -1}, "ruleCount"),
-        ({"ruleCount": 4}, "rule[4].sigmaLower"),
-        ({"ruleCount": 2**31 - 1}, "ruleCount"),
     ],
 )
 @pytest.mark.parametrize("which", MODELS)
@@ -104,21 +100,75 @@ def test_unusable_start_values_are_refused_and_the_culprit_is_named(fmus, which,
     assert culprit in errors[0]
 
 
-def diverging(directory: Path) -> Unpacked:
-    """Return a plant that is usable over 0..16 um and diverges from 100 um on, up to infinity."""
-    rules = np.array([[3.0, 4.0, 8.0, 0.5, 0.05, 0.5], [1.0, 5.0, 100.0, 5.0, 0.05, 0.0]])
-    rules *= np.array([UM, UM, UM, 1.0, UM, UM])
-    parameters = ParameterSet.from_rules(rules, initialDisplacement=200 * UM).validate()
-    return package_models(parameters, directory)["plant"]
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("ruleCount", 0, "must be 1 to 3"),
+        ("ruleCount", -1, "must be 1 to 3"),
+        ("ruleCount", 4, "packaged with 3; for more, package a parameter set that has more"),
+        ("ruleCount", 17, "packaged with 3"),
+        ("ruleCount", 2**31 - 1, "packaged with 3"),
+        ("playCount", 2, "packaged with 0"),
+        ("creepCount", 1, "packaged with 0"),
+    ],
+)
+@pytest.mark.parametrize("which", MODELS)
+def test_counts_other_than_the_sets_are_refused_where_they_are_set(fmus, which, name, value, reason):
+    """Not at the end of initialization, and not by naming elements that the FMU does not have."""
+    said = []
+    with pytest.raises(fmpy.fmi1.FMICallException, match="fmi2SetInteger"):
+        fmpy.simulate_fmu(
+            str(fmus[which]),
+            stop_time=TS,
+            start_values={name: value},
+            logger=lambda env, instance, status, category, text: said.append(text.decode()),
+        )
+    (message,) = said
+    assert f"{name} is {value}" in message and reason in message
 
 
-def test_a_run_that_diverges_ends_and_says_where(tmp_path):
+def test_the_xml_says_how_many_elements_an_fmu_can_have(packaged):
+    for parameters, unpacked in packaged.values():
+        for fmu in unpacked.values():
+            for group, count in parameters.counts.items():
+                variable = fmu.variables[f"{group}Count"]
+                assert int(variable.max) == int(variable.start) == count
+
+
+def test_a_lowered_count_leaves_the_last_elements_out(tmp_path):
+    first = {"play[1].threshold": 2.0, "play[1].weight": 0.1}
+    second = {"play[2].threshold": 9.0, "play[2].weight": 0.2}
+    with_two = table_1().replace(playCount=2, **first, **second)
+    with_one = table_1().replace(playCount=1, **first)
+    signal = 50.0 + 40.0 * np.sin(np.arange(300) / 15)
+    lowered = package_models(with_two, tmp_path / "two")["plant"]
+    with Master(lowered, {"playCount": 1}) as master:
+        read = master.run(signal)
+    with Master(package_models(with_one, tmp_path / "one")["plant"]) as master:
+        assert (master.run(signal) == read).all()
+    with Master(lowered) as master:
+        assert (master.run(signal) != read).any()
+
+
+#: A voltage under which no plant diverges, but the displacement of a sensitive one overflows soon.
+HUGE = {"voltage": -1.7e308}
+
+
+def sensitive(directory: Path) -> Unpacked:
+    """Return a plant that moves by 0.1 m for every volt."""
+    values = {**table_1(), **{f"rule[{i}].q2": 0.1 for i in (1, 2, 3)}}
+    del values["playCount"], values["creepCount"]
+    return package_models(ParameterSet(values).validate(), directory)["plant"]
+
+
+def test_a_run_that_overflows_ends_and_says_where(tmp_path):
     """A master must not be left repeating a step that can never be made."""
     said = []
     result = fmpy.simulate_fmu(
-        str(diverging(tmp_path).path),
+        str(sensitive(tmp_path).path),
+        start_values=HUGE,
         stop_time=1.0,
-        output_interval=0.01,
+        output_interval=TS,
         timeout=2.0,
         logger=lambda env, name, status, category, message: said.append(message.decode()),
     )
@@ -129,13 +179,14 @@ def test_a_run_that_diverges_ends_and_says_where(tmp_path):
 
 
 def test_after_a_refused_step_the_status_says_that_the_run_is_over(tmp_path):
-    with Instance(diverging(tmp_path)) as plant:
+    with Instance(sensitive(tmp_path)) as plant:
         plant.initialize()
+        plant.assign(HUGE)
         time, status = 0.0, OK
         while status <= WARNING and time < 1.0:
             before, last = plant.get("displacement"), time
-            status = plant.step(time, 0.01)
-            time += 0.01
+            status = plant.step(time, TS)
+            time += TS
         assert status == DISCARD
         assert "no longer finite" in plant.said(DISCARD)[0]
         assert plant.get("displacement") == before

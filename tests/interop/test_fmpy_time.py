@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 from conftest import (
+    INPUT,
     MODELS,
+    OUTPUT,
     TS,
     UM,
     Instance,
@@ -137,6 +139,84 @@ def test_an_hour_of_accumulated_steps_keeps_the_ticks_in_place(plant):
     rest = core.free_run(table_1().rules, np.full(5000, 50.0), 0.0)[-1]
     y = core.free_run(table_1().rules, np.full(200, 51.0), rest)
     np.testing.assert_allclose(read, y[9::10], rtol=1e-9)
+
+
+FINE = 1e-5  # sample time
+
+
+def communication_points(
+    master: str, start: float, step: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and lengths of the steps of a master."""
+    added = np.cumsum(np.concatenate([[start], np.full(count, step)]))
+    multiplied = start + np.arange(count + 1) * step
+    times = {"adds": added, "multiplies": multiplied}.get(master, multiplied)
+    lengths = np.diff(multiplied) if master == "subtracts" else np.full(count, step)
+    if master == "changes":  # saves a state and goes on from it with the other's times
+        times = np.where(np.arange(count + 1) % 500 < 250, added, multiplied)
+    return times[:-1], lengths
+
+
+# steps of p/q sample times, and a start at which every addition of one makes the time too large
+@pytest.mark.parametrize(
+    ("p", "q", "start"), [(1, 1, 1.1e6), (1, 10, 1.1e6), (10, 1, 1.1e6), (5, 2, 5e6)]
+)
+@pytest.mark.parametrize("master", ["adds", "multiplies", "subtracts", "changes"])
+def test_all_fmus_stay_together_tick_for_tick(models, controller, master, p, q, start):
+    """Whatever a master makes of time, plant, inverse and controller run the ticks that are due.
+
+    The controller counts: its integral grows by 1 V at every tick. Plant and inverse get the number of
+    the step as their input, so that the ticks of a step are seen in the output.
+    """
+    count = 4000
+    times, lengths = communication_points(master, start, p * FINE / q, count)
+    if master == "adds":  # or there would be nothing to test
+        assert times[-1] - start - (count - 1) * p / q * FINE > 2.5e-3 * FINE
+    due = -(-np.arange(1, count + 1) * p // q)  # ticks up to the end of each step
+    of_tick = np.arange(due[-1]) * q // p  # the step that each lies in
+    swing = {"plant": 50 + 40 * np.sin(np.arange(count) / 50), "inverse": 5 * UM * np.ones(count)}
+    swing["inverse"] += 3 * UM * np.sin(np.arange(count) / 50)
+    for which in MODELS:
+        expected = tick_values(which, lambda t, w=which: swing[w][of_tick[round(t / TS)]], due[-1])
+        with Instance(models[which]) as instance:
+            instance.initialize({"sampleTime": FINE}, start_time=start)
+            read = follow(instance, times, lengths, {INPUT[which]: swing[which]}, OUTPUT[which])
+        np.testing.assert_allclose(read, expected[due - 1], rtol=1e-9)
+    counts = {"integralGain": 1 / FINE, "voltageMax": 1e6, "reference": 1.0, "sampleTime": FINE}
+    with Instance(controller) as instance:
+        instance.initialize(counts, start_time=start)
+        np.testing.assert_allclose(follow(instance, times, lengths, {}, "voltage"), due, rtol=1e-9)
+
+
+def follow(
+    instance: Instance,
+    times: np.ndarray,
+    lengths: np.ndarray,
+    inputs: dict[str, np.ndarray],
+    output: str,
+) -> list[float]:
+    """Return the output after each step; every so often the instance goes on from its saved state."""
+    read = []
+    for n, (time, length) in enumerate(zip(times, lengths, strict=True)):
+        if n % 250 == 0:
+            saved = instance.fmu.serializeFMUstate(instance.fmu.getFMUstate())
+            instance.fmu.reset()
+            instance.fmu.setFMUstate(instance.fmu.deSerializeFMUstate(saved))
+        instance.assign({name: float(values[n]) for name, values in inputs.items()})
+        assert instance.step(time, length) <= fmi2.fmi2Warning, instance.messages
+        read.append(instance.get(output))
+    return read
+
+
+@pytest.mark.parametrize("which", [*MODELS, "controller"])
+def test_a_step_that_would_run_for_days_is_refused_with_the_number_of_its_ticks(
+    models, controller, which
+):
+    with Instance({**models, "controller": controller}[which]) as instance:
+        instance.initialize({"sampleTime": TS})
+        assert instance.step(0.0, 1e9) == fmi2.fmi2Error
+        assert "1e+13 ticks of 0.0001 s; at most 1e+09" in instance.said(fmi2.fmi2Error)[0]
+        assert instance.step(0.0, TS) <= fmi2.fmi2Warning
 
 
 def test_a_derivative_acts_from_the_communication_point_on_and_stays(plant):

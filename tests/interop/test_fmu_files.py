@@ -251,8 +251,9 @@ def inverse_to_initialize(request, models, tmp_path):
 def test_initial_outputs_depend_on_what_the_xml_says(inverse_to_initialize):
     """Each listed parameter moves the inverse's initial voltage; no other parameter does.
 
-    Limits of the voltage do so only where they cut it off, how fast creep is only from then on, and the
-    sensor's zero and the ends of a static curve only where an effect is there that counts from them.
+    Limits of the voltage do so only where they cut it off, the ends of the range only beyond them, how
+    fast creep is only from then on, and the sensor's zero and the ends of a static curve only where an
+    effect is there that counts from them.
     """
     unpacked = inverse_to_initialize
     (unknown,) = [u for u in unpacked.description.initialUnknowns if u.variable.name == "voltage"]
@@ -260,7 +261,7 @@ def test_initial_outputs_depend_on_what_the_xml_says(inverse_to_initialize):
     with Instance(unpacked) as instance:
         instance.fmu.setupExperiment()
         silent = {"saturation.minimum", "saturation.maximum", "voltageMin", "voltageMax"}
-        silent |= {"creep[1].timeConstant"}
+        silent |= {"displacementMin", "displacementMax", "creep[1].timeConstant"}
         if not float(unpacked.variables["nonlinearity.quadratic"].start):
             silent |= {"displacementZero", "nonlinearity.minimum", "nonlinearity.maximum"}
         instance.assign({"initialDisplacement": 3e-6, "resonance.damping": 0.1, "hum.frequency": 50.0})
@@ -277,6 +278,20 @@ def test_initial_outputs_depend_on_what_the_xml_says(inverse_to_initialize):
                     moved.add(variable.name)
                 instance.assign({variable.name: value})
     assert moved == listed - silent
+
+
+@pytest.mark.parametrize(("start", "end"), [(-5e-6, "displacementMin"), (30e-6, "displacementMax")])
+def test_beyond_the_range_the_initial_voltage_depends_on_its_end(models, start, end):
+    unknowns = models["inverse"].description.initialUnknowns
+    (unknown,) = [u for u in unknowns if u.variable.name == "voltage"]
+    assert end in {v.name for v in unknown.dependencies}
+    with Instance(models["inverse"]) as instance:
+        instance.fmu.setupExperiment()
+        instance.assign({"initialDisplacement": start})
+        instance.fmu.enterInitializationMode()
+        before, value = instance.get("voltage"), instance.get(end)
+        instance.assign({end: value + 1e-8})
+        assert instance.get("voltage") != before
 
 
 # --- documentation -----------------------------------------------------------------------------
@@ -369,8 +384,8 @@ def test_a_tampered_parameter_file_is_refused(tmp_path, five_rules, which):
     copy = rewrite(five_rules[which], tmp_path / "copy")
     path = copy.directory / "resources" / "parameters.ssv"
     text = path.read_text(encoding="utf-8")
-    assert 'value="150.0"' in text
-    path.write_text(text.replace('value="150.0"', 'value="160.0"'), encoding="utf-8")
+    assert 'value="110.0"' in text
+    path.write_text(text.replace('value="110.0"', 'value="160.0"'), encoding="utf-8")
     with Instance(copy) as instance:
         assert not instance.made
         (message,) = instance.said(ERROR)

@@ -81,6 +81,16 @@ def test_a_windows_binary_needs_nothing_that_windows_lacks(fmu, platform):
     assert pe.header.characteristics & int(lief.PE.Header.CHARACTERISTICS.DLL)
 
 
+@pytest.mark.parametrize("platform", MACHINES)
+def test_a_windows_binary_bears_no_time_of_its_build(fmu, platform):
+    """Where the linker's time would be there is a hash of the content, which a directory says."""
+    pe = lief.PE.parse(str(binary(fmu, platform)))
+    assert lief.PE.Debug.TYPES.REPRO in [entry.type for entry in pe.debug]
+    stamps = {pe.header.time_date_stamps, *(entry.timestamp for entry in pe.debug)}
+    assert len(stamps) == 1
+    assert pe.get_export().timestamp == 0
+
+
 # --- macOS -------------------------------------------------------------------------------------
 
 

@@ -7,11 +7,14 @@ from urllib.parse import unquote
 import fmpy
 import numpy as np
 import pytest
-from conftest import MODELS
+from conftest import MODELS, package_models
+from effects import with_effects
 from fmpy.ssp.ssd import read_ssv
 from fmpy.util import read_csv
 from lxml import etree
 
+from it2hys import core
+from it2hys.chain import EFFECTS
 from it2hys.reference_run import FOLDER, NAMESPACE, STANDARD, format_manifest
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
@@ -54,15 +57,15 @@ MANIFEST_XSD = f"""
 SETS = ("table_1", "one_rule", "five_rules", "sixteen_rules")
 
 
-@pytest.mark.parametrize("which", MODELS)
-@pytest.mark.parametrize("name", SETS)
-def test_the_reference_run_replays_in_fmpy_bit_for_bit(packaged, name, which):
-    unpacked = packaged[name][1][which]
+def replay(unpacked, parameters) -> tuple[np.ndarray, np.ndarray]:
+    """Assert that FMPy repeats an FMU's reference run to the last bit; return inputs and outputs."""
     folder = unpacked.directory / FOLDER
     given, expected = read_csv(folder / "input.csv"), read_csv(folder / "result.csv")
-    sample_time = packaged[name][0]["sampleTime"]
-    outputs = [v.name for v in unpacked.description.modelVariables if v.causality == "output"]
+    sample_time = parameters["sampleTime"]
+    variables = unpacked.description.modelVariables
+    outputs = [v.name for v in variables if v.causality == "output"]
     assert expected.dtype.names == ("time", *outputs)
+    assert set(given.dtype.names) == {"time", *(v.name for v in variables if v.causality == "input")}
     result = fmpy.simulate_fmu(
         str(unpacked.path),
         stop_time=expected["time"][-1],
@@ -74,6 +77,30 @@ def test_the_reference_run_replays_in_fmpy_bit_for_bit(packaged, name, which):
     assert np.ptp(expected[outputs[0]]) > 0
     for column in expected.dtype.names:
         assert result[column].astype(float).tobytes() == expected[column].tobytes(), column
+    return given, expected
+
+
+@pytest.mark.parametrize("which", MODELS)
+@pytest.mark.parametrize("name", SETS)
+def test_the_reference_run_replays_in_fmpy_bit_for_bit(packaged, name, which):
+    parameters, models = packaged[name]
+    _, run = replay(models[which], parameters)
+    if which == "inverse":
+        assert not run["saturated"].any()
+
+
+@pytest.mark.parametrize("effects", [*((e,) for e in EFFECTS), tuple(EFFECTS)], ids="+".join)
+def test_the_reference_run_has_the_effects_of_its_set(effects, tmp_path):
+    """Each alone and all together; the core alone would make another run of the same inputs."""
+    parameters = with_effects(effects, 3)
+    alone, models = with_effects((), 3), package_models(parameters, tmp_path)
+    given, run = replay(models["plant"], parameters)
+    _, measured = core.chain_free_run(alone, given["voltage"])
+    assert np.abs(run["measured"][1:] - measured[:-1]).max() > 1e-9
+    given, run = replay(models["inverse"], parameters)
+    voltage, _ = core.chain_inverse_run(alone, given["reference"])
+    if not {"delay", "nonlinearity", "hum"}.issuperset(effects):  # which the inverse does not see
+        assert np.abs(run["voltage"][1:] - voltage[:-1]).max() > 1e-3
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +161,7 @@ def test_terminals_follow_the_schema_of_fmi_3_and_name_variables_that_exist(mode
     members = [m.get("variableName") for m in root.iter("TerminalMemberVariable")]
     signals = {v.name for v in model.description.modelVariables if v.causality != "parameter"}
     assert len(members) == len(set(members))
-    assert signals - set(members) <= {"saturated"}
+    assert signals - set(members) <= {"saturated", "outOfRange"}
     assert set(members) <= signals
 
 

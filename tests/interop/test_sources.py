@@ -6,17 +6,38 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from compilers import compiler, declared_functions, environment_for_cmake
+from compilers import HEADERS, compiler, declared_functions, environment_for_cmake
 from conftest import MODELS, Instance, Unpacked, moved_binary, rewrite, trajectory
 from fmpy.build import build_platform_binary
+from fmpy.model_description import read_build_description
+from lxml import etree
 
 pytestmark = pytest.mark.skipif(fmpy.platform != "linux64", reason="builds for Linux")
 
 
+def recipe(unpacked: Unpacked) -> tuple[list[str], list[str], list[str]]:
+    """Return the C files, options and libraries of buildDescription.xml that are for Linux."""
+    root = etree.parse(unpacked.directory / "sources" / "buildDescription.xml").getroot()
+    tuples = [c.get("platform") for c in root.iterfind("BuildConfiguration")]
+    configuration = root.find("BuildConfiguration")
+    assert tuples[0] is None  # the one for all platforms that have none of their own
+    assert "x86_64-linux" not in tuples
+    files = configuration.find("SourceFileSet")
+    folder = unpacked.directory / "sources"
+    sources = [str(folder / file.get("name")) for file in files.iterfind("SourceFile")]
+    libraries = [f"-l{library.get('name')}" for library in configuration.iterfind("Library")]
+    return sources, files.get("compilerOptions").split(), libraries
+
+
 def build(unpacked: Unpacked, library: Path, *flags: str) -> Path:
-    """Compile all C files of an FMU's sources into a library; its compiler must have nothing to say."""
-    sources = sorted(str(p) for p in (unpacked.directory / "sources").glob("*.c"))
-    command = [*compiler(), "-std=c99", *flags, "-shared", "-fPIC", *sources, "-lm", "-o", str(library)]
+    """Compile an FMU's sources into a library as it says; its compiler must have nothing to say.
+
+    FMI's headers are those of the tool that builds: here FMPy's.
+    """
+    sources, options, libraries = recipe(unpacked)
+    places = ["-I", str(unpacked.directory / "sources"), "-isystem", str(HEADERS)]
+    command = [*compiler(), "-std=c99", *options, *flags, "-shared", "-fPIC", *places, *sources]
+    command += [*libraries, "-o", str(library)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return library
@@ -36,6 +57,55 @@ def test_sources_compile_without_warnings_and_compute_the_same_bits(tmp_path, pa
     flags = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-c11-extensions"]
     library = build(unpacked, tmp_path / "own.so", *flags)
     assert trajectory(unpacked, library) == trajectory(unpacked)
+
+
+@pytest.fixture(params=["plant", "inverse", "controller"])
+def fmu(request, five_rules, controller) -> Unpacked:
+    """Return each of the three FMUs in turn."""
+    return {**five_rules, "controller": controller}[request.param]
+
+
+def test_the_sources_say_how_they_are_built_and_leave_fmis_headers_to_the_importer(fmu):
+    """FMI 2.0.5, section 2.3: buildDescription.xml as in FMI 3.0, and no header of the standard."""
+    folder = fmu.directory / "sources"
+    assert not list(folder.glob("fmi2[FT]*.h"))
+    configurations = read_build_description(fmu.directory)  # checks against FMI's schema
+    there = sorted(p.name for p in folder.glob("*.c"))
+    root = etree.parse(fmu.directory / "modelDescription.xml").getroot()
+    assert sorted(f.get("name") for f in root.iterfind("CoSimulation/SourceFiles/File")) == there
+    for configuration in configurations:
+        assert configuration.modelIdentifier == fmu.identifier
+        assert [sorted(s.sourceFiles) for s in configuration.sourceFileSets] == [there]
+    _, options, libraries = recipe(fmu)
+    assert options == ["-ffp-contract=off"]
+    assert libraries == ([] if fmu.identifier == "PIController" else ["-lm", "-ldl"])
+
+
+# a process with no more than the C library in it
+BARE_HOST = """
+#include <dlfcn.h>
+#include <stdio.h>
+int main(int count, char **argument)
+{
+    void *library = count == 2 ? dlopen(argument[1], RTLD_NOW) : NULL;
+    if (!library || !dlsym(library, "fmi2DoStep"))
+        return puts(dlerror()), 1;
+    return 0;
+}
+"""
+
+
+def test_a_library_from_the_sources_loads_into_a_host_without_libm(tmp_path, fmu):
+    lief = pytest.importorskip("lief", reason="lief is missing")
+    (tmp_path / "host.c").write_text(BARE_HOST, encoding="utf-8")
+    host = tmp_path / "host"
+    subprocess.run([*compiler(), str(tmp_path / "host.c"), "-o", str(host), "-ldl"], check=True)
+    assert "libm.so.6" not in lief.ELF.parse(str(host)).libraries
+    library = build(fmu, tmp_path / "own.so", "-O1")
+    needs_libm = "libm.so.6" in lief.ELF.parse(str(library)).libraries
+    assert needs_libm == (fmu.identifier != "PIController")
+    done = subprocess.run([str(host), str(library)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
 
 
 def test_a_binary_from_the_sources_needs_no_resources(tmp_path, five_rules):

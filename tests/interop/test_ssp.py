@@ -1,21 +1,26 @@
 """Our SSP packages in masters that we did not write.
 
-libcosim and ecos are Jacobi masters: every FMU steps with what the others gave at the step before. The
-same algorithm is run here over FMPy, so the results agree as far as arithmetic goes.
+All of them are Jacobi masters: every FMU steps with what the others gave at the step before. The same
+algorithm is run here over FMPy's FMUs, so the results agree as far as arithmetic goes. `fmpy.ssp`
+drives a system by its own connectors; libcosim and ecos, which refuse these, run the packages without.
 """
 
 import importlib.util
 import json
+import re
 import sys
 import zipfile
+from functools import cache
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
 from conftest import TS, UM, make_set, run_python
-from fmpy.ssp.ssd import read_ssd
+from fmpy.ssp.simulation import simulate_ssp
+from fmpy.ssp.ssd import get_connections, read_ssd
 from fmpy.ssp.ssd import read_ssv as fmpy_read_ssv
+from lxml import etree
 
 from it2hys import core
 from it2hys.cli import main
@@ -23,7 +28,7 @@ from it2hys.controller import controller_fmu, suitable_gains
 from it2hys.packaging import package_bytes
 from it2hys.parameters import format_ssv, table_1, write_ssv
 from it2hys.slave import Slave
-from it2hys.ssp import SYSTEMS, format_controller_ssv, format_ssp, write_ssp
+from it2hys.ssp import COMPONENTS_ALONE, SYSTEMS, format_controller_ssv, format_ssp
 
 # Each program reads a job, steps the package as it is and prints the outputs after each step.
 LIBCOSIM = """
@@ -89,7 +94,7 @@ def run_master(request, tmp_path):
         pytest.skip(f"{request.param} is not installed")
 
     def run(name: str, ssp: bytes, chosen: str, reference: np.ndarray) -> np.ndarray:
-        path = tmp_path / f"{name}.ssp"
+        path = tmp_path / f"{name}{COMPONENTS_ALONE}.ssp"
         path.write_bytes(ssp)
         job = {
             "ssp": str(path), "set": chosen, "fmus": unpack(path, tmp_path / "unpacked"),
@@ -109,20 +114,27 @@ def unpack(ssp: Path, directory: Path) -> dict[str, str]:
     """Return the FMUs of a package by component."""
     with zipfile.ZipFile(ssp) as archive:
         archive.extractall(directory)
-    components = SYSTEMS[ssp.stem][0]
+    components = SYSTEMS[ssp.stem.removesuffix(COMPONENTS_ALONE)].components
     return {n: str(directory / "resources" / c.fmu) for n, c in components.items()}
 
 
-def jacobi(name: str, ssp: Path, sets: dict, reference: np.ndarray, directory: Path) -> np.ndarray:
-    """Return what a Jacobi master reads after each step, run over FMPy."""
-    components, connections = SYSTEMS[name]
+def jacobi(
+    name: str, ssp: Path, sets: dict, reference: np.ndarray, directory: Path, late: bool = False
+) -> np.ndarray:
+    """Return what a Jacobi master reads after each step, run over FMPy.
+
+    One that is late, as `fmpy.ssp` is, hands over what the steps before have given and the reference of
+    the step before; before the first step all of that is 0.
+    """
+    system = SYSTEMS[name]
     slaves = {
-        n: Slave(path, sets[components[n].parameters]) for n, path in unpack(ssp, directory).items()
+        n: Slave(path, sets[system.components[n].parameters])
+        for n, path in unpack(ssp, directory).items()
     }
-    ends = [(a.split("."), b.split(".")) for a, b in connections]
+    ends = [(a.split("."), b.split(".")) for a, b in system.inner]
     rows = []
-    for k, desired in enumerate(reference):
-        given = [(b, slaves[a[0]].get(a[1])) for a, b in ends]
+    for k, desired in enumerate(np.concatenate([[0.0], reference[:-1]]) if late else reference):
+        given = [(b, 0.0 if late and not k else slaves[a[0]].get(a[1])) for a, b in ends]
         given += [(target, desired) for target in DRIVEN[name]]
         for slave_name, slave in slaves.items():
             inputs = {v: value for (n, v), value in given if n == slave_name}
@@ -144,6 +156,7 @@ def other_sets():
     return parameters, texts, {"parameters.ssv": dict(parameters), "controller.ssv": gains}
 
 
+@cache
 def default_fmus():
     """Return FMUs that hold Table 1 and no gains."""
     fmus = {f"{n}.fmu": content for n, content in package_bytes(table_1()).items()}
@@ -157,9 +170,9 @@ REFERENCE = (5 + np.sin(np.arange(150) / 20)) * UM
 def test_a_package_runs_as_over_fmpy_with_its_parameters(name, run_master, tmp_path):
     """The FMUs hold Table 1; only a master that applies the sets of the package gets these numbers."""
     parameters, texts, values = other_sets()
-    ssp = format_ssp(name, default_fmus(), texts, TS)
+    ssp = format_ssp(name + COMPONENTS_ALONE, default_fmus(), texts, TS)
     read = run_master(name, ssp, parameters.name, REFERENCE)
-    path = tmp_path / f"{name}.ssp"
+    path = tmp_path / f"{name}{COMPONENTS_ALONE}.ssp"
     expected = jacobi(name, path, values, REFERENCE, tmp_path / "again")
     np.testing.assert_allclose(read, expected, rtol=1e-9)
     # the voltage that this set's rules need, which Table 1 does not
@@ -176,7 +189,7 @@ def test_without_gains_the_loop_is_another(run_master, tmp_path):
     for gain in (0.0, values["controller.ssv"]["integralGain"]):
         gains = {**values["controller.ssv"], "integralGain": gain}
         texts["controller.ssv"] = format_controller_ssv(gains, parameters.name)
-        ssp = format_ssp("feedback", default_fmus(), texts, TS)
+        ssp = format_ssp("feedback" + COMPONENTS_ALONE, default_fmus(), texts, TS)
         expected[gain] = run_master("feedback", ssp, parameters.name, REFERENCE)
     with_gain, without = expected.values()
     assert np.abs(with_gain - without).max() > 1e-3
@@ -186,43 +199,143 @@ def test_without_gains_the_loop_is_another(run_master, tmp_path):
 def test_ecos_runs_the_defaults_unless_it_is_told_the_name_of_the_set(run_master):
     """Why all sets of a package have one name, and the README says which."""
     parameters, texts, _ = other_sets()
-    ssp = format_ssp("feedforward", default_fmus(), texts, TS)
+    ssp = format_ssp("feedforward" + COMPONENTS_ALONE, default_fmus(), texts, TS)
     told, untold = (
         run_master("feedforward", ssp, chosen, REFERENCE)[:, 0] for chosen in (parameters.name, "")
     )
     assert np.abs(told - untold).max() > 1
 
 
-def test_the_feedback_package_as_written_holds_the_reference(run_master, tmp_path):
-    """With the gains that are chosen for the set, a wrong inverse is corrected by the loop."""
-    parameters = table_1().replace(initialDisplacement=START)
-    _, feedback = write_ssp(parameters, tmp_path / "package")
-    reference = np.full(400, 7 * UM)
-    read = run_master("feedback", feedback.read_bytes(), parameters.name, reference)
-    assert abs(read[-1, 2] - 7 * UM) < 1e-3 * UM
-
-
-def test_the_command_writes_packages_that_fmpy_accepts(tmp_path):
-    write_ssv(table_1(), tmp_path / "p.ssv")
-    arguments = ["package", str(tmp_path / "p.ssv"), "-o", str(tmp_path / "out"), "--ssp", "--quiet"]
+@pytest.fixture(scope="module")
+def packages(tmp_path_factory):
+    """Return what is written for a stage whose sensor reads half a micrometre too much."""
+    apart = {"hum.amplitude": 0.5 * UM, "hum.frequency": 1e-3, "hum.phase": np.pi / 2}
+    parameters = table_1().replace(initialDisplacement=START, **apart)
+    folder = tmp_path_factory.mktemp("packages")
+    write_ssv(parameters, folder / "p.ssv")
+    arguments = ["package", str(folder / "p.ssv"), "-o", str(folder / "systems"), "--ssp", "--quiet"]
     assert main(arguments) == 0
-    for name in SYSTEMS:
-        path = tmp_path / "out" / f"{name}.ssp"
-        system = read_ssd(str(path)).system
-        assert {e.name for e in system.elements} == set(SYSTEMS[name][0])
-        ends = {
-            (f"{c.startElement}.{c.startConnector}", f"{c.endElement}.{c.endConnector}")
-            for c in system.connections
+    return parameters, folder / "systems"
+
+
+def test_the_feedback_package_as_written_holds_the_reference(run_master, packages):
+    """The loop closes on what the sensor reads, which is not where the stage is."""
+    parameters, folder = packages
+    ssp = (folder / f"feedback{COMPONENTS_ALONE}.ssp").read_bytes()
+    read = run_master("feedback", ssp, parameters.name, np.full(400, 7 * UM))
+    assert abs(read[-1, 2] + 0.5 * UM - 7 * UM) < 1e-3 * UM
+
+
+@pytest.mark.parametrize("run_master", MASTERS, indirect=True)
+def test_masters_that_read_no_connectors_of_a_system_are_why_there_are_two_packages(
+    run_master, packages
+):
+    """Where this fails, a master has learnt it, and the second package can go."""
+    parameters, folder = packages
+    with pytest.raises(AssertionError, match=r"Unable to create execution|No element named"):
+        run_master("feedforward", (folder / "feedforward.ssp").read_bytes(), parameters.name, REFERENCE)
+
+
+# --- systems with connectors of their own --------------------------------------------------------
+
+
+def named_for_fmpy(system: str, ssp: Path):
+    """Return all parameters of a package as `fmpy.ssp` takes them: it reads no parameter bindings."""
+    every = None
+    for label, component in SYSTEMS[system].components.items():
+        found = fmpy_read_ssv(str(ssp), f"resources/{component.parameters}")
+        for parameter in found.parameters:
+            parameter.name = f"{label}.{parameter.name}"
+        every = every or found
+        if found is not every:
+            every.parameters += found.parameters
+    return every
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_fmpy_runs_a_package_by_the_connectors_of_its_system(name, tmp_path):
+    _, texts, values = other_sets()
+    path = tmp_path / f"{name}.ssp"
+    path.write_bytes(format_ssp(name, default_fmus(), texts, TS))
+    read = simulate_ssp(
+        str(path), stop_time=(len(REFERENCE) - 0.5) * TS, step_size=TS,
+        parameter_set=named_for_fmpy(name, path),
+        input={"reference": lambda t: REFERENCE[round(t / TS)]},
+    )  # fmt: skip
+    expected = jacobi(name, path, values, REFERENCE, tmp_path / "again", late=True)
+    voltage, displacement = expected[:, -2], expected[:, -1]
+    np.testing.assert_allclose(read["voltage"], voltage, rtol=1e-9)
+    np.testing.assert_allclose(read["displacement"], displacement, rtol=1e-9)
+    np.testing.assert_array_equal(read["measured"], read["displacement"])
+    assert not read["saturated"][1:].any() and read["saturated"].dtype == bool
+    if name == "feedforward":  # two steps later; the zeros before the first step are forgotten
+        np.testing.assert_allclose(displacement[80:], REFERENCE[78:-2], rtol=1e-6)
+
+
+def test_the_readme_shows_how_fmpy_closes_the_loop(packages, tmp_path, monkeypatch):
+    """Its gains come from the package: FMPy hands over no parameter set by itself."""
+    text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    block = next(
+        b for b in re.findall(r"(?:^    .*\n|^\n)+", text, re.MULTILINE) if "simulate_ssp" in b
+    )
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "systems").symlink_to(packages[1])
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    exec("\n".join(line[4:] for line in block.splitlines()), names)
+    result = names["result"]
+    assert abs(result["measured"][-1] - 7 * UM) < 1e-3 * UM
+    assert abs(result["displacement"][-1] + 0.5 * UM - 7 * UM) < 1e-3 * UM
+
+
+OWN = {
+    "feedforward": {
+        "reference": ("input", "m"), "displacement": ("output", "m"), "measured": ("output", "m"),
+        "voltage": ("output", "V"), "saturated": ("output", None),
+    },
+}  # fmt: skip
+OWN["feedback"] = {**OWN["feedforward"], "limited": ("output", None)}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_systems_have_connectors_with_units(name, packages):
+    with zipfile.ZipFile(packages[1] / f"{name}.ssp") as archive:
+        root = etree.fromstring(archive.read("SystemStructure.ssd"))
+    space = {"d": root.nsmap["ssd"], "c": root.nsmap["ssc"]}
+    found = {
+        c.get("name"): (c.get("kind"), c[0].get("unit"))
+        for c in root.findall("d:System/d:Connectors/d:Connector", space)
+    }
+    assert found == OWN[name]
+    units = {u.get("name"): dict(u[0].attrib) for u in root.findall("d:Units/c:Unit", space)}
+    assert units == {"m": {"m": "1"}, "V": {"kg": "1", "m": "2", "s": "-3", "A": "-1"}}
+    used = {r.get("unit") for r in root.iter(f"{{{space['c']}}}Real")}
+    assert used == set(units)
+
+
+@pytest.mark.parametrize("end", ["", COMPONENTS_ALONE])
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_command_writes_packages_that_fmpy_accepts(name, end, packages, tmp_path):
+    """FMPy holds them to the standard's schemas."""
+    path = packages[1] / f"{name}{end}.ssp"
+    system, expected = read_ssd(str(path)).system, SYSTEMS[name]
+    assert {e.name for e in system.elements} == set(expected.components)
+    ends = {
+        tuple(
+            ".".join(filter(None, pair))
+            for pair in ((c.startElement, c.startConnector), (c.endElement, c.endConnector))
+        )
+        for c in system.connections
+    }
+    assert ends == set(expected.inner if end else expected.connections)
+    assert end or len(get_connections(system)) == len(expected.connections)
+    with zipfile.ZipFile(path) as archive:
+        assert all(i.compress_type in (0, 8) for i in archive.infolist())
+        archive.extractall(tmp_path)
+    for component in expected.components.values():
+        resources = tmp_path / "resources"
+        known = {
+            v.name for v in fmpy.read_model_description(str(resources / component.fmu)).modelVariables
         }
-        assert ends == set(SYSTEMS[name][1])
-        with zipfile.ZipFile(path) as archive:
-            assert all(i.compress_type in (0, 8) for i in archive.infolist())
-            archive.extractall(tmp_path / name)
-        for component in SYSTEMS[name][0].values():
-            resources = tmp_path / name / "resources"
-            known = {
-                v.name
-                for v in fmpy.read_model_description(str(resources / component.fmu)).modelVariables
-            }
-            given = {p.name for p in fmpy_read_ssv(str(resources / component.parameters)).parameters}
-            assert given <= known
+        given = {p.name for p in fmpy_read_ssv(str(resources / component.parameters)).parameters}
+        assert given <= known

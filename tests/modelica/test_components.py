@@ -63,7 +63,7 @@ def test_the_free_actuator_settles_at_its_free_stroke_and_has_drawn_its_charge()
     at = run(circuit("min(60, 6e3*time)", FREE, AT_REST), 800)
     free, _ = core.chain_free_run(table_1(), at("actuator.v"))
     assert at("actuator.s_rel")[-1] == pytest.approx(free[-1], rel=1e-4)
-    alpha = 2e7 * 16e-6 / 150.0
+    alpha = 2e7 * 16e-6 / 110.0
     charge = 1.5e-6 * at("actuator.v") + alpha * at("actuator.s_rel")
     assert at("actuator.q") == pytest.approx(charge, rel=1e-9)
 

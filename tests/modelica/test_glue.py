@@ -132,7 +132,7 @@ def talk(host: Path, *lines: str) -> list[str]:
 
 
 def outputs(answers: list[str]) -> np.ndarray:
-    """Return the numbers of the answers to ticks, two columns."""
+    """Return the numbers of the answers to ticks, three columns: the last is the flag."""
     return np.array([[float(v) for v in a.split()] for a in answers if a != "ok"])
 
 
@@ -183,7 +183,23 @@ def test_the_plant_is_the_c_core_bit_for_bit(host, effects):
     answers = talk(host, new(0, "plant", parameters), *ticks, "free 0")
     expected = core.chain_free_run(parameters, voltage, force, temperature)
     got = outputs([a for a in answers if not a.startswith("warning")])
-    assert got == pytest.approx(np.column_stack(expected), rel=1e-12, abs=1e-18)
+    assert got[:, :2] == pytest.approx(np.column_stack(expected), rel=1e-12, abs=1e-18)
+    outside = core.chain_out_of_range(parameters, voltage, force, temperature)
+    assert np.array_equal(got[:, 2] != 0.0, outside)
+
+
+def test_beyond_its_range_the_plant_is_the_c_core_and_says_so(host):
+    voltage = np.array(
+        [*np.linspace(50.0, 400.0, 60), *np.linspace(400.0, -300.0, 60), *np.full(60, 50.0)]
+    )
+    ticks = [tick(0, k, v) for k, v in enumerate(voltage)]
+    answers = talk(host, new(0, "plant", table_1(), initialDisplacement=-20e-6), *ticks, "free 0")
+    got = outputs([a for a in answers if not a.startswith("warning")])
+    begun = table_1().replace(initialDisplacement=-20e-6)
+    assert got[:, 0] == pytest.approx(core.chain_free_run(begun, voltage)[0], rel=1e-12)
+    outside = core.chain_out_of_range(begun, voltage)
+    assert np.array_equal(got[:, 2] != 0.0, outside)
+    assert outside.any() and not outside.all()
 
 
 @pytest.mark.parametrize("effects", [(), tuple(EFFECTS)], ids="-".join)
@@ -196,7 +212,7 @@ def test_the_inverse_is_the_c_core(host, effects):
     voltage, saturated = core.chain_inverse_run(parameters, reference)
     got = outputs([a for a in answers if not a.startswith("warning")])
     assert got[:, 0] == pytest.approx(voltage, rel=1e-12)
-    assert np.array_equal(got[:, 1] != 0.0, saturated)
+    assert np.array_equal(got[:, 2] != 0.0, saturated)
 
 
 @pytest.mark.parametrize("kind", ["plant", "inverse"])
@@ -211,8 +227,11 @@ def test_what_modelica_gets_is_what_the_packaged_fmu_gives(host, tmp_path, kind)
     answers = talk(host, new(0, kind, parameters), *ticks, "free 0")
     outside, messages = simulate(fmu, {name: signal, "force": force, "temperature": temperature})
     got = outputs([a for a in answers if not a.startswith("warning")])
-    columns = ("displacement", "measured") if kind == "plant" else ("voltage", "saturated")
-    assert got == pytest.approx(np.column_stack([outside[c] for c in columns]), rel=1e-9, abs=1e-15)
+    plant = kind == "plant"
+    columns = ("displacement", "measured", "outOfRange") if plant else ("voltage", "saturated")
+    expected = np.column_stack([outside[c] for c in columns])
+    got = got if plant else got[:, [0, 2]]
+    assert got == pytest.approx(expected, rel=1e-9, abs=1e-15)
     warnings = [a for a in answers if a.startswith("warning")]
     assert len(warnings) == len(messages)
 
@@ -224,7 +243,7 @@ def test_instances_live_beside_each_other(host):
     for k, v in enumerate(voltage):
         lines += [tick(0, k, v), tick(2, k, 1e-7 * v), tick(1, k, v)]
     answers = talk(host, *lines, "free 1", "free 0", "free 2")
-    got = outputs(answers).reshape(len(voltage), 3, 2)
+    got = outputs(answers).reshape(len(voltage), 3, 3)
     assert got[:, 0, 0] == pytest.approx(core.chain_free_run(stage, voltage)[0], rel=1e-12)
     assert got[:, 2, 0] == pytest.approx(core.chain_free_run(other, voltage)[0], rel=1e-12)
     assert got[:, 1, 0] == pytest.approx(core.chain_inverse_run(other, 1e-7 * voltage)[0], rel=1e-12)
@@ -237,10 +256,10 @@ def test_a_tick_that_is_evaluated_again_counts_once_and_last(host):
     for k, v in enumerate(voltage):
         lines += [tick(0, k, v + 7.0), tick(0, k, v), tick(0, k, v)]
     got = outputs([a for a in talk(host, *lines, "free 0") if not a.startswith("warning")])
-    got = got.reshape(len(voltage), 3, 2)
+    got = got.reshape(len(voltage), 3, 3)
     assert np.array_equal(got[:, 1], got[:, 2])
     expected = np.column_stack(core.chain_free_run(parameters, voltage))
-    assert got[:, 2] == pytest.approx(expected, rel=1e-12, abs=1e-18)
+    assert got[:, 2, :2] == pytest.approx(expected, rel=1e-12, abs=1e-18)
 
 
 @pytest.mark.parametrize("first", [-3, 17, 100000])
@@ -252,7 +271,7 @@ def test_a_simulation_may_start_at_any_time(host, first):
         [a for a in talk(host, new(0, "plant", parameters), *ticks, "free 0") if "w" not in a]
     )
     expected = np.column_stack(core.chain_free_run(parameters, voltage, first_tick=first))
-    assert got == pytest.approx(expected, rel=1e-12, abs=1e-18)
+    assert got[:, :2] == pytest.approx(expected, rel=1e-12, abs=1e-18)
 
 
 # --- what goes wrong -----------------------------------------------------------------------------
@@ -314,11 +333,11 @@ def test_an_input_out_of_range_warns_once(host):
     answers = talk(host, new(0, "plant", table_1()), *lines, "free 0")
     (warning,) = [a for a in answers if a.startswith("warning")]
     assert "IT2Plant: fmi2DoStep" in warning
-    assert "the voltage left voltageMin..voltageMax" in warning
+    assert "the voltage left voltageMin..voltageMax, 0 to 110 V" in warning
 
 
 def test_the_inverse_warns_of_a_reference_out_of_reach(host):
     answers = talk(host, new(0, "inverse", table_1()), *(tick(0, k, 17e-6) for k in range(5)), "free 0")
-    reach = [a for a in answers if "the reference left displacementMin..displacementMax" in a]
+    reach = [a for a in answers if "asks the core to leave displacementMin..displacementMax" in a]
     assert len(reach) == 1
-    assert outputs([a for a in answers if not a.startswith("warning")])[:, 1].all()
+    assert outputs([a for a in answers if not a.startswith("warning")])[:, 2].all()

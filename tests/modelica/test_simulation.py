@@ -17,6 +17,8 @@ import numpy as np
 import pytest
 from conftest import make_set
 from effects import with_effects
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from library import CLASSES, LIBRARY, kind
 
 from it2hys import core
@@ -52,7 +54,8 @@ FUNCTIONS = "IT2Hysteresis.Functions"
 INTERFACES = "IT2Hysteresis.Interfaces"
 # what is missing to instantiate a partial block
 REST = {
-    f"{INTERFACES}.PartialPlant": "equation displacement = voltage; measured = voltage;",
+    f"{INTERFACES}.PartialPlant": "equation displacement = voltage; measured = voltage; "
+    "outOfRange = false;",
     f"{INTERFACES}.PartialInverse": "equation voltage = reference; saturated = false;",
 }
 INPUT = re.compile(r"^  input (?P<type>[\w.]+) (?P<name>\w+)(?P<size>\[[^\]]*\])?", re.MULTILINE)
@@ -80,7 +83,8 @@ DECLARED = re.compile(r"^ *(input|output) ([\w.]+ \w+)((?:\[:\])?)", re.MULTILIN
 EXTERNAL = re.compile(r'external"C".*?;\n', re.DOTALL)
 #: What the overlaid tick functions compute: every argument has a digit of its own.
 TICKS = {
-    "plantTick": "displacement := 1e-7*voltage + 1e-3*t; measured := 1e-9*force + 1e-12*temperature;",
+    "plantTick": "displacement := 1e-7*voltage + 1e-3*t; measured := 1e-9*force + 1e-12*temperature; "
+    "outOfRange := t > 5e-4;",
     "inverseTick": "voltage := 1e7*reference + t + 1e-3*force + 1e-6*temperature; "
     "saturated := t > 5e-4;",
 }
@@ -291,6 +295,62 @@ def test_functions_near_and_far_from_all_centres(parameters):
     assert x == pytest.approx(core.solve(parameters.rules, previous, 5e-6), rel=RTOL)
 
 
+END = "Functions.linearisation"
+
+
+@pytest.mark.parametrize("parameters", [table_1(), make_set(3, 5)], ids=["table_1", "five"])
+def test_functions_beyond_both_ends_of_the_range(parameters):
+    """Forward, inverse and the derivatives, which are those of the end."""
+    low, high = limits = parameters.displacement_range
+    previous = np.array([-64e-6, -5e-6, -1e-12, low, 7e-6, high, high + 1e-12, 20e-6, 80e-6])
+    n, reach = len(previous), (-2000.0, 2000.0)
+    points = ", ".join(map(repr, previous.tolist()))
+    calls = {
+        f"y{k}": f"{FUNCTIONS}.core({RULES}, yPrevious[i], {x}, lower, upper)"
+        for k, x in enumerate(reach)
+    }
+    calls["x"] = f"{FUNCTIONS}.coreInverse({RULES}, yPrevious[i], 5e-6, lower, upper)"
+    source = format_record(parameters, "Stage") + model(
+        f"parameter Stage p; parameter Real yPrevious[{n}] = {{{points}}}; "
+        f"parameter Real lower[4] = IT2Hysteresis.{END}({RULES}, {low!r}); "
+        f"parameter Real upper[4] = IT2Hysteresis.{END}({RULES}, {high!r}); "
+        + " ".join(f"Real {name}[{n}] = {{{text} for i in 1:{n}}};" for name, text in calls.items())
+        + " Real ends[8] = cat(1, lower, upper);"
+    )
+    at = run(source, 2)
+    got = {name: np.array([at(f"{name}[{i}]")[0] for i in range(1, n + 1)]) for name in calls}
+    for k, x in enumerate(reach):
+        expected = core.one_step(parameters.rules, previous, x, limits)
+        assert got[f"y{k}"] == pytest.approx(expected, rel=RTOL, abs=1e-17)
+    assert got["x"] == pytest.approx(core.solve(parameters.rules, previous, 5e-6, limits), rel=RTOL)
+    for first, end, beyond in ((1, low, low - 1e-6), (5, high, high + 1e-6)):
+        rest = float(core.solve(parameters.rules, end, end))
+        _, _, (by_x, by_y, _) = core.gradient(parameters.rules, beyond, 50.0, limits)
+        found = [at(f"ends[{first + i}]")[0] for i in range(4)]
+        assert found == pytest.approx([end, rest, by_x, by_y], rel=RTOL)
+
+
+@settings(max_examples=4, deadline=None)
+@given(
+    start=st.floats(-64e-6, 80e-6),
+    voltage=st.floats(-2000.0, 2000.0),
+    frequency=st.floats(0.0, 3000.0),
+)
+def test_no_voltage_makes_the_plant_run_away(start, voltage, frequency):
+    """As tests/unit/test_range.py asks of the C core, which it is."""
+    parameters = table_1().replace(initialDisplacement=start)
+    source = format_record(parameters, "Stage") + model(
+        f"parameter Stage p; {PLANT} plant(parameters=p);",
+        f"plant.voltage = {voltage!r}*cos({frequency!r}*time);",
+    )
+    at = run(source, 1500)
+    expected, _ = core.chain_free_run(parameters, at("plant.voltage"))
+    assert relative(at("plant.displacement"), expected) < RTOL
+    assert np.abs(at("plant.displacement")).max() < 26 * 16e-6
+    outside = core.chain_out_of_range(parameters, at("plant.voltage"))
+    assert np.array_equal(at("plant.outOfRange").astype(bool), outside)
+
+
 # --- effects -------------------------------------------------------------------------------------
 
 SOME = ("slew", "saturation", "play", "creep")
@@ -317,6 +377,8 @@ def test_the_plant_with_effects_is_the_c_core(effects):
     displacement, measured = core.chain_free_run(parameters, at("voltage"), *around)
     assert relative(at("displacement"), displacement) < RTOL
     assert relative(at("measured"), measured) < RTOL
+    outside = core.chain_out_of_range(parameters, at("voltage"), *around)
+    assert np.array_equal(at("outOfRange").astype(bool), outside)
 
 
 @pytest.mark.parametrize("effects", EFFECT_SETS, ids="-".join)
@@ -359,6 +421,7 @@ def test_the_fmus_tick_at_the_sample_times_with_all_inputs():
     t = np.arange(10) * 1e-4
     assert at("displacement") == pytest.approx(1e-7 * at("voltage") + 1e-3 * t, rel=1e-12)
     assert at("measured") == pytest.approx(1e-9 * force + 1e-12 * temperature, rel=1e-12)
+    assert np.array_equal(at("outOfRange").astype(bool), t > 5e-4)
     at, (force, temperature) = run_block(FMU_INVERSE, table_1(), "5e-6 + 1e-3*time", ticks=10)
     expected = 1e7 * at("reference") + t + 1e-3 * force + 1e-6 * temperature
     assert at("voltage") == pytest.approx(expected, rel=1e-12)

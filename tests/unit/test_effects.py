@@ -62,7 +62,8 @@ def test_without_effects_the_chain_is_the_core_bit_for_bit(seed, count):
     parameters = make_set(seed, count, initialDisplacement=5 * UM, **scalars)
     voltage, around = signals(SAMPLES, 0.0, 100.0), surroundings(SAMPLES)
     displacement, measured = core.chain_free_run(parameters, voltage, *around, first_tick=12345)
-    alone = core.free_run(parameters.rules, voltage, 5 * UM)
+    limits = parameters.displacement_range
+    alone = core.free_run(parameters.rules, voltage, 5 * UM, limits)
     assert displacement.tobytes() == measured.tobytes() == alone.tobytes()
     reference = gentle_reference(SAMPLES)
     inverse, saturated = core.chain_inverse_run(parameters, reference, *around)
@@ -95,8 +96,8 @@ def test_the_inverse_keeps_to_its_limits_says_so_and_comes_back(parameters, seed
     own = {"saturation.minimum": 5.0, "saturation.maximum": 85.0}
     own |= {"voltageMin": 8.0, "voltageMax": 80.0} if narrow else {}
     parameters = parameters.replace(**own) if "saturation" in active_effects(parameters) else parameters
-    # a delay of broken ticks smooths, which no inverse undoes, and creep goes on while it lasts; drift and a
-    # resonance that hardly decays do not come to rest in time
+    # a delay of broken ticks smooths, which no inverse undoes, and creep goes on while it lasts; drift
+    # and a resonance that hardly decays do not come to rest in time
     ticks = round(parameters["delay.time"] / TS)
     damping = max(parameters["resonance.damping"], 0.05)
     quiet = {"delay.time": ticks * TS, "resonance.damping": damping, "drift.rate": 0.0}

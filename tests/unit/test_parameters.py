@@ -128,7 +128,7 @@ def test_a_set_without_rules_is_refused():
             {"rule1_sigmaLower": 18e-6},
             ["rule[1].sigmaUpper is 1.78879e-05, below rule[1].sigmaLower", "swapped"],
         ),
-        ({"voltageMin": 150.0}, ["voltageMin, 150 V, must be below voltageMax, 150 V"]),
+        ({"voltageMin": 110.0}, ["voltageMin, 110 V, must be below voltageMax, 110 V"]),
         ({"displacementMin": 20e-6}, ["displacementMin, 2e-05, must be below displacementMax"]),
         (
             {f"rule[{i}].q2": -1e-8 for i in (1, 2, 3)},
@@ -220,11 +220,14 @@ ENTRY = """<ssv:Parameter name="voltageMin">
         ('unit="m/V"', 'unit="um/V"', "parameter 'rule[1].q2' is in 'um/V'; it must be in 'm/V'"),
         (ENTRY, ENTRY + ENTRY, "parameter 'voltageMin' is given twice"),
         ('value="0.0001" unit="s"', "", "parameter 'sampleTime' has no value"),
-        ('<ssv:Real value="150.0" unit="V"/>', "", "parameter 'voltageMax' has no value"),
+        ('value="0.0001"', 'value="1_0e-5"', "sampleTime is '1_0e-5'; it must be a number"),
+        ('value="0.0001"', 'value="٠.٠٠٠١"', "sampleTime is '٠.٠٠٠١'; it must be a number"),
+        ('value="0.0001"', 'value="１e-4"', "sampleTime is '１e-4'; it must be a number"),
+        ('<ssv:Real value="110.0" unit="V"/>', "", "parameter 'voltageMax' has no value"),
         ('name="voltageMin"', 'name="voltagemin"', "unknown parameter 'voltagemin'; did you mean"),
         ('name="voltageMin"', "", "has no name"),
-        ('value="150.0"', 'value="1,5e2"', "voltageMax is '1,5e2'; it must be a number"),
-        ('value="150.0"', 'value="NaN"', "voltageMax is nan; it must be a finite number"),
+        ('value="110.0"', 'value="1,5e2"', "voltageMax is '1,5e2'; it must be a number"),
+        ('value="110.0"', 'value="NaN"', "voltageMax is nan; it must be a finite number"),
         ('value="3"', 'value="3.5"', "ruleCount is 3.5; it must be a whole number"),
         ('value="4.3427e-06"', 'value="-1"', "rule[1].sigmaLower is -1 m; it must be"),
         ('value="1.6e-05"', 'value="2.5e-05"', "contraction"),
@@ -267,8 +270,8 @@ def test_a_history_of_play_operators_of_an_older_version_is_refused_with_the_men
     with pytest.raises(InputError) as refusal:
         read_ssv(path)
     assert str(refusal.value) == (
-        f"{path}: 'initialRestVoltage' was written before the history of play operators was relative to "
-        "where the stage rests: identify the set again, or remove the entry to start demagnetised"
+        f"{path}: 'initialRestVoltage' was written before the history of play operators was relative "
+        "to where the stage rests: identify the set again, or remove the entry to start demagnetised"
     )
     path.write_text(text, encoding="utf-8")
     assert read_ssv(path)["initialRestOffset"] == 0.0

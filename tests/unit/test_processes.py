@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -28,6 +30,27 @@ def test_results_come_in_order(workers):
 def test_libraries_have_one_thread_in_a_worker():
     with parallel_map(2) as each:
         assert list(each(threads_of_libraries, range(4))) == ["1"] * 4
+
+
+def test_libraries_have_one_thread_where_a_script_loads_them_before_the_worker_does(tmp_path):
+    """A worker runs the script anew before anything else: what it loads then reads these values."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import os\n"
+        "THREADS = os.environ.get('OMP_NUM_THREADS'), os.environ.get('OPENBLAS_NUM_THREADS')\n"
+        "from it2hys.processes import parallel_map\n"
+        "def threads(_):\n"
+        "    return THREADS\n"
+        "if __name__ == '__main__':\n"
+        "    with parallel_map(2) as each:\n"
+        "        print(set(each(threads, range(4))), THREADS)\n"
+        "    print(os.environ.get('OMP_NUM_THREADS'))\n"
+    )
+    environment = {n: v for n, v in os.environ.items() if not n.endswith("_NUM_THREADS")}
+    done = subprocess.run(
+        [sys.executable, script], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines() == ["{('1', '1')} (None, None)", "None"]
 
 
 def test_a_worker_that_is_killed_is_told_of():

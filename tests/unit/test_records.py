@@ -224,6 +224,8 @@ BAD_FILES = {
         "line 7: column 'voltage_V' has 'overload' where a number belongs",
     ),
     "grouped digits": (with_field(5, 1, "1_0"), "line 7: column 'voltage_V' has '1_0'"),
+    "Arabic digits": (with_field(5, 1, "١٢"), "line 7: column 'voltage_V' has '١٢'"),
+    "wide digits": (with_field(5, 1, "１.5"), "line 7: column 'voltage_V' has '１.5'"),
     "empty field": (with_field(8, 2, ""), "line 10: column 'displacement_um' is empty"),
     "nan": (with_field(9, 2, "NaN"), "line 11: column 'displacement_um' has nan"),
     "inf": (with_field(0, 1, "-inf"), "line 2: column 'voltage_V' has -inf"),

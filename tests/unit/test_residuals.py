@@ -128,9 +128,9 @@ def test_signatures_state_the_values_that_were_put_in(scene):
     assert number(text("delay"), "ms") == pytest.approx(0.4, abs=0.06)
     assert number(text("resonance"), "Hz") == pytest.approx(700.0, rel=0.08)
     assert number(text("hum"), "Hz") == pytest.approx(50.0, abs=0.2)
-    assert number(text("hum"), "um") == pytest.approx(0.05, rel=0.05)
-    assert number(text("load"), "um/N") == pytest.approx(1.0 / 200.0, rel=0.03)
-    assert number(text("drift"), "um/K") == pytest.approx(0.1, rel=0.03)
+    assert number(text("hum"), "µm") == pytest.approx(0.05, rel=0.05)
+    assert number(text("load"), "µm/N") == pytest.approx(1.0 / 200.0, rel=0.03)
+    assert number(text("drift"), "µm/K") == pytest.approx(0.1, rel=0.03)
     assert number(text("saturation"), "V") == pytest.approx(92.0, abs=5.0)
     assert number(text("slew"), "V/s") == pytest.approx(8000.0, rel=0.3)
 

@@ -3,6 +3,7 @@
 import copy
 import doctest
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -19,7 +20,9 @@ from it2hys.records import read_record, write_record
 from it2hys.rig import Stand
 from it2hys.sweeps import parse_sweep, read_sweep
 from it2hys.sweeps.metrics import KINDS, bandwidth, loop_area
+from it2hys.sweeps.plan import LARGEST_CASES, LARGEST_STEPS
 from it2hys.sweeps.planning import make_plan
+from it2hys.sweeps.schema import CSV_NUMBERS
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SWEEPS = sorted(
@@ -62,13 +65,25 @@ NO_SCENARIO = [
     (("duration",), -1.0, "duration is -1.0; it must not be negative"),
     (("duration",), 0.0, "duration is 0.0; it must be positive"),
     (("duration",), {"periods": 2.0, "of": "ref"}, "duration: there is no signal 'ref'; known"),
-    (("duration",), "long", "duration is 'long'; it must be a float"),
+    (("duration",), "long", "duration is 'long'; it must be a number or a table"),
+    (("duration",), 1e9,
+     r"^duration is 1e\+09 s \(case 0\): 1e\+13 steps of 0.0001 s need 1.6e\+05 GB of memory; at most "
+     "100,000,000 can be run, so shorten duration or lengthen step$"),
+    (("duration",), {"periods": 1e9, "of": "reference"}, r"duration is 2e\+07 s .case 0.: 2e\+11"),
+    (("step",), 1e-300, r"duration is 0.02 s .case 0.: 2e\+298 steps of 1e-300 s.* or lengthen step$"),
+    (("vary", 0), {"of": "duration", "values": [0.02, 3e8]}, r"duration is 3e\+08 s .case 1.: 3e\+12"),
+    (("vary", 0), {"of": "step", "values": [1e-4, 1e-12]}, r"duration is 0.02 s .case 1.: 2e\+10"),
+    (("samples",), 1e9, "samples is 1000000000.0; it must be a whole number"),
+    (("vary", 0), {"of": "reference.high", "range": [5e-6, 9e-6], "count": 10**9},
+     r"^vary 1: count = 1000000000: 1e\+09 cases, whose table needs 16 GB; at most 10,000,000 can be "
+     "run, so lower it$"),
     (("step",), 0.0, "step is 0.0; it must be positive"),
-    (("step",), True, "step is True"),
+    (("step",), True, "step is True; it must be a number"),
     (("samples",), 0, "samples is 0"),
     (("fmu", "plant", "sorce"), "x", r"fmu.plant: unknown key 'sorce'; did you mean 'source'\?"),
     (("fmu", "plant", "start", "initalDisplacement"), 1e-6,
      r"fmu.plant: start: the FMU 'plant' has no variable 'initalDisplacement'; did you mean 'initialD"),
+    (("fmu", "plant", "start", "load.complience"), 1.0, r"did you mean 'load.compliance'\?.* more$"),
     (("fmu", "plant", "start", "initialDisplacement"), 1.0,
      r"fmu.plant: start: plant.initialDisplacement is 1; it must be -0.1 to 0.1"),
     (("fmu", "plant", "start", "initialDisplacement"), "much", "must be a finite number"),
@@ -111,7 +126,8 @@ NO_SCENARIO = [
     (("metric", 0, "kind"), "e_max", "metric 1: kind is 'e_max'; it must be one of e_mr, e_rms"),
     (("metric", 0, "against"), None, "metric 1: e_mr compares: key 'against' is missing"),
     (("metric", 0, "against"), "refrence", r"against: there is no signal 'refrence'; did"),
-    (("metric", 0, "of"), "plant.displacment", "of: the FMU 'plant' has no variable 'disp"),
+    (("metric", 0, "of"), "plant.displacment",
+     r"of: the FMU 'plant' has no variable 'displacment'; did you mean 'displacement'\?"),
     (("metric", 0, "name"), "top", "two columns would be named 'top'"),
     (("metric", 0, "name"), "status", "two columns would be named 'status'"),
     (("keep",), ["plant.speed"], "keep: the FMU 'plant' has no variable 'speed'"),
@@ -119,6 +135,8 @@ NO_SCENARIO = [
     (("figure",), [{"kind": "lines", "x": "top", "value": "e_mrs"}],
      r"figure 1: value is 'e_mrs'; did you mean 'e_mr'\?"),
     (("figure",), [{"kind": "lines", "value": "e_mr"}], "figure 1: key 'x' is missing"),
+    (("figure",), [{"kind": "lines", "x": "variant", "value": "e_mr"}],
+     "figure 1: x is 'variant'; known are top, e_mr"),
     (("variant",), [{"name": "a"}, {"name": "a"}], "two variants have one name"),
     (("variant",), [{"name": "a", "set": {"plant.mass": 1.0}}], "variant 'a': set: the FMU 'plant'"),
     (("variant",), [{"name": "a", "set": {"reference.high": 5e-6}}], "is set by the variant 'a'"),
@@ -137,8 +155,42 @@ def test_bad_input_is_named_by_its_key(path, value, said):
     assert "\n" not in str(caught.value)
 
 
+def test_more_cases_than_can_be_run_are_refused_before_they_are_drawn():
+    """With every factor of their number, so that one sees what to lower."""
+    drawn = {"of": "plant.force", "method": "random", "range": [0.0, 1.0]}
+    grid = {"of": "reference.high", "range": [5e-6, 9e-6], "count": 2000}
+    table = {**BASE, "samples": 10**9, "vary": [drawn]}
+    with pytest.raises(
+        InputError, match=r"^samples = 1000000000: 1e\+09 cases, whose table needs 16 GB"
+    ):
+        make_plan(parse_sweep(table))
+    table = {
+        **BASE,
+        "samples": 4000,
+        "vary": [drawn, grid, {**BASE["vary"][0], "of": "plant.temperature"}],
+    }
+    table["variant"] = [{"name": "a"}, {"name": "b"}]
+    said = "vary 2: count = 2000 × vary 3: 2 values × samples = 4000 × 2 variants: 3.2e+07 cases"
+    with pytest.raises(InputError, match=re.escape(said) + ".* so lower one of these$"):
+        make_plan(parse_sweep(table))
+
+
+def test_a_sweep_that_is_too_large_ends_the_command_with_code_2(tmp_path, capsys):
+    scenario = write_scenario(tmp_path, {**BASE, "duration": 1e9})
+    assert main(["sweep", str(scenario), "-o", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("it2hys: error: duration is 1e+09 s") and error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
 def test_the_base_of_these_cases_is_a_good_one():
     assert make_plan(parse_sweep(BASE)).cases == 2
+
+
+def test_a_file_may_begin_with_a_byte_order_mark(tmp_path):
+    path = write_scenario(tmp_path, BASE)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert read_sweep(path) == read_sweep(write_scenario(tmp_path, BASE))
 
 
 def test_a_bad_file_ends_the_command_with_code_2_before_anything_runs(tmp_path, capsys):
@@ -300,20 +352,89 @@ def test_the_readme_of_the_scenarios_lists_every_scenario_metric_and_key():
         assert f"`{path.stem}`" in text, path.stem
     for kind in KINDS:
         assert f"`{kind}`" in text, kind
-    for key in ("duration", "lead_in", "keep_every", "samples", "intervals", "width", "only", "select"):
+    for key in (
+        *("duration", "lead_in", "keep_every", "samples", "intervals", "width", "only", "select"),
+        *CSV_NUMBERS,
+    ):
         assert f"`{key}" in text, key
+    assert f"at most {LARGEST_CASES // 10**6} million cases" in text
+    assert f"at most {LARGEST_STEPS // 10**6} million steps" in text
 
 
 # --- signals and metrics -------------------------------------------------------------------------
 
 
+def csv_reference(folder, **numbers):
+    """Return a sweep that does nothing but keep a reference of 1, 3, 2 um at 5, 6, 7 ms of a CSV."""
+    (folder / "r.csv").write_text("time_ms,reference_um\n5,1\n6,3\n7,2\n")
+    source = {"signal": "csv", "file": "r.csv", "column": "reference", **numbers}
+    table = changed(("signal", "reference"), source)
+    return {**table, "vary": [], "keep": ["reference"], "duration": 0.004, "step": 5e-4}
+
+
+def kept_um(folder, table):
+    """Return the reference of every case, um."""
+    frame = it2hys.sweep(write_scenario(folder, table))
+    return [np.round(trace.to_numpy() * 1e6, 9).tolist() for trace in frame["reference"]]
+
+
 def test_a_csv_signal_is_interpolated_and_held_beyond_its_end(tmp_path):
-    (tmp_path / "r.csv").write_text("time_ms,reference_um\n5,1\n6,3\n7,2\n")
-    table = changed(("signal", "reference"), {"signal": "csv", "file": "r.csv", "column": "reference"})
-    table = {**table, "vary": [], "keep": ["reference"], "duration": 0.004, "step": 5e-4}
-    frame = it2hys.sweep(write_scenario(tmp_path, table))
-    expected = np.array([1, 2, 3, 2.5, 2, 2, 2, 2]) * 1e-6
-    np.testing.assert_allclose(frame["reference"][0].to_numpy(), expected, rtol=1e-12)
+    assert kept_um(tmp_path, csv_reference(tmp_path)) == [[1, 2, 3, 2.5, 2, 2, 2, 2]]
+
+
+def test_a_csv_signal_takes_a_factor_an_offset_and_another_time(tmp_path):
+    """Half the time is twice the frequency."""
+    half = csv_reference(tmp_path, factor=2, offset=-1e-6, time_factor=0.5)
+    assert kept_um(tmp_path, half) == [[1, 5, 3, 3, 3, 3, 3, 3]]
+
+
+@pytest.mark.parametrize(
+    ("of", "values", "unit", "kept"),
+    [
+        ("factor", [0.5, 2.0], "1", [[0.5, 1, 1.5, 1.25, 1, 1, 1, 1], [2, 4, 6, 5, 4, 4, 4, 4]]),
+        ("offset", [0.0, 1e-6], "m", [[1, 2, 3, 2.5, 2, 2, 2, 2], [2, 3, 4, 3.5, 3, 3, 3, 3]]),
+        ("time_factor", [0.5, 2.0], "1",
+         [[1, 3, 2, 2, 2, 2, 2, 2], [1, 1.5, 2, 2.5, 3, 2.75, 2.5, 2.25]]),
+    ],
+)  # fmt: skip
+def test_what_a_csv_signal_takes_can_be_varied(of, values, unit, kept, tmp_path):
+    table = {**csv_reference(tmp_path), "vary": [{"of": f"reference.{of}", "values": values}]}
+    assert kept_um(tmp_path, table) == kept
+    assert make_plan(parse_sweep(table, "s", tmp_path)).axes[0].unit == unit
+    varied = {**table["vary"][0], "factor": True}
+    again = kept_um(tmp_path, {**csv_reference(tmp_path), "vary": [varied]})
+    assert again == (kept if of != "offset" else [kept[0], kept[0]])
+
+
+def test_a_period_of_a_csv_signal_is_its_length(tmp_path):
+    """Three samples of 1 ms, stretched; so a sweep over its frequency covers whole periods."""
+    table = csv_reference(tmp_path, time_factor=2.0)
+    table["duration"] = {"periods": 1.0, "of": "reference"}
+    table["lead_in"] = {"periods": 0.5, "of": "reference"}
+    plan = make_plan(parse_sweep(table, "s", tmp_path))
+    assert plan.steps(plan.values(0)) == (5e-4, 12, 6)
+    table["vary"] = [{"of": "reference.time_factor", "values": [1.0, 2.0, 4.0]}]
+    plan = make_plan(parse_sweep(table, "s", tmp_path))
+    assert plan.lengths().tolist() == [6, 12, 24]
+    assert [len(trace) for trace in kept_um(tmp_path, table)] == [6, 12, 24]
+
+
+@pytest.mark.parametrize(
+    ("numbers", "vary", "said"),
+    [
+        ({"time_factor": 0.0}, [], "signal.reference: time_factor is 0; it must be positive"),
+        ({"factor": float("nan")}, [], "signal.reference: factor is nan; it must be a finite number"),
+        ({"offset": "1 um"}, [], "signal.reference: offset is '1 um'; it must be a number"),
+        ({"facter": 2.0}, [], r"signal.reference: unknown key 'facter'; did you mean 'factor'\?"),
+        ({}, [{"of": "reference.time_factor", "values": [1.0, -1.0]}],
+         "signal.reference: time_factor is -1; it must be positive"),
+        ({}, [{"of": "reference.frequency", "values": [1.0, 2.0]}],
+         r"no argument 'frequency'; known are factor, offset, time_factor"),
+    ],
+)  # fmt: skip
+def test_numbers_of_a_csv_signal_that_cannot_be_are_named(numbers, vary, said, tmp_path):
+    with pytest.raises(InputError, match=said):
+        make_plan(parse_sweep({**csv_reference(tmp_path, **numbers), "vary": vary}, "s", tmp_path))
 
 
 def write_scenario(folder, table):

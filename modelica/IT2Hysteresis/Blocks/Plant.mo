@@ -43,7 +43,7 @@ protected
     parameters.creepTimeConstant) "The FMU";
 algorithm
   when sample(0, parameters.sampleTime) then
-    (displacement,measured) := IT2Hysteresis.Internal.plantTick(
+    (displacement,measured,outOfRange) := IT2Hysteresis.Internal.plantTick(
       fmu,
       time,
       voltage,
@@ -60,7 +60,8 @@ t<sub>k</sub> = k <code>parameters.sampleTime</code> the block hands its inputs 
 </p>
 <p>
 A parameter set that the FMU refuses stops the simulation at its initialization with the FMU's message. Leaving the range
-that the parameters are valid for is a warning, which the FMU gives once.
+that the parameters are valid for is a warning, which the FMU gives once; <code>outOfRange</code> is true as long as it is
+left.
 </p>
 </html>", revisions="<html>
 <ul>

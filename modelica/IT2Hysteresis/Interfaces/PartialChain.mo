@@ -58,7 +58,37 @@ protected
     "Displacement behind the fuzzy system, at initialDisplacement";
   final parameter Modelica.Units.SI.Length creepRest=strokeRest + parameters.initialCreep
     "Creep states at initialDisplacement";
-  final parameter Modelica.Units.SI.Voltage coreInputRest=IT2Hysteresis.Functions.inverse(
+  final parameter Real lowerEnd[4]=IT2Hysteresis.Functions.linearisation(
+    parameters.ruleSigmaLower,
+    parameters.ruleSigmaUpper,
+    parameters.ruleCentre,
+    parameters.ruleQ1,
+    parameters.ruleQ2,
+    parameters.ruleQ3,
+    parameters.displacementMin)
+    "Lower end of the fuzzy system's range";
+  final parameter Real upperEnd[4]=IT2Hysteresis.Functions.linearisation(
+    parameters.ruleSigmaLower,
+    parameters.ruleSigmaUpper,
+    parameters.ruleCentre,
+    parameters.ruleQ1,
+    parameters.ruleQ2,
+    parameters.ruleQ3,
+    parameters.displacementMax)
+    "Upper end of the fuzzy system's range";
+  constant Real rounding=1e-9 "Share of a range by which a value beyond its end is within: an inverse may aim at the end";
+  final parameter Modelica.Units.SI.Voltage voltageMiddle=(parameters.voltageMin + parameters.voltageMax)/2
+    "Middle of the range of the voltage";
+  final parameter Modelica.Units.SI.Voltage voltageReach=
+    (0.5 + rounding)*(parameters.voltageMax - parameters.voltageMin)
+    "How far from it the voltage may be";
+  final parameter Modelica.Units.SI.Length coreMiddle=
+    (parameters.displacementMin + parameters.displacementMax)/2
+    "Middle of the range of the fuzzy system";
+  final parameter Modelica.Units.SI.Length coreReach=
+    (0.5 + rounding)*(parameters.displacementMax - parameters.displacementMin)
+    "How far from it the displacement behind the fuzzy system may be";
+  final parameter Modelica.Units.SI.Voltage coreInputRest=IT2Hysteresis.Functions.coreInverse(
     parameters.ruleSigmaLower,
     parameters.ruleSigmaUpper,
     parameters.ruleCentre,
@@ -66,7 +96,9 @@ protected
     parameters.ruleQ2,
     parameters.ruleQ3,
     coreRest,
-    coreRest)
+    coreRest,
+    lowerEnd,
+    upperEnd)
     "Voltage behind the play operators, at rest";
   final parameter Modelica.Units.SI.Voltage playAbove[parameters.playCount + 1]=
     IT2Hysteresis.Functions.Effects.playStates(

@@ -26,10 +26,14 @@ partial block PartialPlant "Actuator: from voltage to displacement"
     fixed=true)
     "The displacement with hum"
     annotation (Placement(transformation(extent={{100,-70},{120,-50}})));
+  Modelica.Blocks.Interfaces.BooleanOutput outOfRange(start=false, fixed=true)
+    "True while the voltage or the core's displacement is outside the range that the parameters hold for"
+    annotation (Placement(transformation(extent={{100,50},{120,70}})));
   annotation (Documentation(info="<html>
 <p>
-Interface of the plant. A realisation computes <code>displacement</code> and <code>measured</code> at every tick, see
-<a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a>. Before the first tick both are <code>initialDisplacement</code>.
+Interface of the plant. A realisation computes <code>displacement</code>, <code>measured</code> and <code>outOfRange</code> at
+every tick, see <a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a>. Before the first tick the first two are
+<code>initialDisplacement</code>.
 </p>
 </html>", revisions="<html>
 <ul>

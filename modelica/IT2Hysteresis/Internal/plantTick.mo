@@ -8,7 +8,8 @@ impure function plantTick "One tick of the FMU IT2Plant"
   input Modelica.Units.SI.Temperature temperature "Temperature of the stage";
   output Modelica.Units.SI.Length displacement "Displacement at this tick, y_k";
   output Modelica.Units.SI.Length measured "The same with hum";
-external"C" IT2Plant_tick(object, t, voltage, force, temperature, displacement, measured)
+  output Boolean outOfRange "True while the plant is out of its range";
+external"C" IT2Plant_tick(object, t, voltage, force, temperature, displacement, measured, outOfRange)
   annotation (
     Include="#include \"IT2Hysteresis.h\"",
     IncludeDirectory="modelica://IT2Hysteresis/Resources/C-Sources");

@@ -17,24 +17,24 @@ record Base "Parameters of plant and inverse"
     min=-2000.0,
     max=2000.0,
     nominal=100.0)=0.0
-    "Lower end of the voltage range that the parameters are valid for; the inverse keeps to it, the plant warns once beyond";
+    "Lower end of the voltage range that the parameters are valid for; the inverse keeps to it, and a plant beyond it is outOfRange";
   parameter Modelica.Units.SI.ElectricPotential voltageMax(
     min=-2000.0,
     max=2000.0,
-    nominal=100.0)=150.0
-    "Upper end of the voltage range that the parameters are valid for; the inverse keeps to it, the plant warns once beyond";
+    nominal=100.0)=110.0
+    "Upper end of the voltage range that the parameters are valid for; the inverse keeps to it, and a plant beyond it is outOfRange";
   parameter Modelica.Units.SI.Length displacementMin(
     displayUnit="um",
     min=-0.1,
     max=0.1,
     nominal=1e-05)=0.0
-    "Lower end of the displacement range in which the model is invertible and contracting; the inverse keeps its reference to it";
+    "Lower end of the range of the displacement, which the rules hold for; below it the core goes on as its linearisation there, and the inverse keeps its reference to it";
   parameter Modelica.Units.SI.Length displacementMax(
     displayUnit="um",
     min=-0.1,
     max=0.1,
     nominal=1e-05)=1.6e-05
-    "Upper end of the displacement range in which the model is invertible and contracting; the inverse keeps its reference to it";
+    "Upper end of the range of the displacement, which the rules hold for; above it the core goes on as its linearisation there, and the inverse keeps its reference to it";
   parameter Integer ruleCount(
     final quantity="Count",
     min=1,

@@ -4,7 +4,7 @@ record Table1 "Parameter set Table 1"
     sampleTime=0.0001,
     initialDisplacement=0.0,
     voltageMin=0.0,
-    voltageMax=150.0,
+    voltageMax=110.0,
     displacementMin=0.0,
     displacementMax=1.6e-05,
     ruleCount=3,

@@ -31,12 +31,24 @@ x<sub>k</sub> = (y<sub>k</sub> &#931;<sub>l</sub> (f<sub>l</sub> + F<sub>l</sub>
 / &#931;<sub>l</sub> q<sub>l2</sub> (f<sub>l</sub> + F<sub>l</sub>) &#160; (30)
 </p>
 <p>with the memberships at the desired y<sub>k-1</sub>.</p>
+<h4>Beyond the range</h4>
+<p>
+For y<sub>k-1</sub> beyond an end y<sub>e</sub> of the range displacementMin ... displacementMax, with the equilibrium
+voltage x<sub>e</sub> and A = &#8706;y<sub>k</sub>/&#8706;x<sub>k</sub>, s = &#8706;y<sub>k</sub>/&#8706;y<sub>k-1</sub> of (10) there:
+</p>
+<p>
+y<sub>k</sub> = y<sub>e</sub> + A (x<sub>k</sub> - x<sub>e</sub>) + s (y<sub>k-1</sub> - y<sub>e</sub>)
+</p>
+<p>and its solution for x<sub>k</sub>. It joins (10) at y<sub>e</sub> without a jump, whatever x<sub>k</sub> is.</p>
 <h4>Where to find it</h4>
 <table border=\"1\" cellspacing=\"0\" cellpadding=\"3\">
 <tr><th>Equation</th><th>Function</th></tr>
 <tr><td>(8), (9), (11), (12)</td><td><a href=\"modelica://IT2Hysteresis.Functions.memberships\">memberships</a></td></tr>
 <tr><td>(7), (10)</td><td><a href=\"modelica://IT2Hysteresis.Functions.step\">step</a></td></tr>
 <tr><td>(30)</td><td><a href=\"modelica://IT2Hysteresis.Functions.inverse\">inverse</a></td></tr>
+<tr><td>A, s</td><td><a href=\"modelica://IT2Hysteresis.Functions.linearisation\">linearisation</a></td></tr>
+<tr><td>within and beyond the range</td><td><a href=\"modelica://IT2Hysteresis.Functions.core\">core</a>,
+<a href=\"modelica://IT2Hysteresis.Functions.coreInverse\">coreInverse</a></td></tr>
 </table>
 <table border=\"1\" cellspacing=\"0\" cellpadding=\"3\">
 <tr><th>Symbol</th><th>Parameter</th><th>Unit</th></tr>

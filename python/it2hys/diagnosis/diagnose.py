@@ -15,14 +15,13 @@ from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import ChainFit, Model, Trace
 from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.experiments import deciding_experiment
-from it2hys.diagnosis.fitting import IMITATED, Bench, clues
+from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench, clues
 from it2hys.diagnosis.intervals import intervals_of
 from it2hys.diagnosis.inverse import applied_voltage, ask_inverse, noise_of_inverse
 from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.result import Diagnosis, InverseJudgement, Judgement, Stage
-from it2hys.diagnosis.selection import Node, Search, Trial
-from it2hys.effects import nonlinearity
+from it2hys.diagnosis.selection import Node, Search
 from it2hys.effects import Extent
 from it2hys.effects._statistics import FEWEST
 from it2hys.errors import InputError
@@ -39,10 +38,9 @@ from it2hys.identification.usability import widest_range
 from it2hys.metrics import max_relative_error, rms_error
 from it2hys.parameters import ParameterSet
 from it2hys.processes import parallel_map
+from it2hys.progress import Progress
 from it2hys.records import Record
 from it2hys.variables import load_table
-
-Progress = Callable[[float, str], None]
 
 #: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
 #: more does better than the effect is tried in the search.
@@ -154,8 +152,8 @@ class _Session:
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
         not_tried = (*self._inseparable, *self._excluded)
-        search = Search(bench, self._report_trial, not_tried, each)
-        self._tried = 0
+        search = Search(bench, self._report_fit, not_tried, each)
+        self._fits = 0
         chosen = self._timed("search", search.run, first)
         node = search.settled(chosen)
         fit = self._timed("final fit", self._finish, bench, node)
@@ -174,12 +172,11 @@ class _Session:
         """Return the model before: the given one, or the paper's identified on the training records."""
         if given is not None:
             return self._given(given)
-        self._progress(0.0, "identification of the paper's model")
         identification = identify(
             self._train,
             rules=rules,
             options=self._options,
-            progress=self._part(0.0, 0.25),
+            progress=lambda share, text: self._progress(0.25 * share, f"the paper's model, {text}"),
             each=each,
         )
         self._warnings += _passed_on(identification)
@@ -273,14 +270,10 @@ class _Session:
 
     # --- search and final fit --------------------------------------------------------------------
 
-    def _part(self, low: float, high: float) -> Progress:
-        return lambda share, text: self._progress(low + (high - low) * share, text)
-
-    def _report_trial(self, trial: Trial) -> None:
+    def _report_fit(self, model: str) -> None:
         # how many there will be depends on what is found: the bar slows down as it goes
-        self._tried += 1
-        share = 0.25 + 0.6 * (1.0 - np.exp(-self._tried / 30.0))
-        self._progress(share, " + ".join(["model", *sorted(trial.base), trial.addition]))
+        self._fits += 1
+        self._progress(0.25 + 0.6 * (1.0 - np.exp(-self._fits / 60.0)), f"what is missing? {model}")
 
     def _finish(self, bench: Bench, node: Node) -> ChainFit:
         """Fit everything that may be fitted to the end, with a core that is usable."""
@@ -375,7 +368,7 @@ class _Session:
         parameters = self._parameters(model, "judged")
         fitted = bench.fit_own(model, traces)
         return tuple(
-            _judge(t, parameters, fitted.start(i), float(fitted.offsets[i]))
+            judge(t, parameters, fitted.start(i), float(fitted.offsets[i]))
             for i, t in enumerate(traces)
         )
 
@@ -458,7 +451,7 @@ def _at_rest(parameters: ParameterSet) -> ParameterSet:
     wanted = float(np.clip(0.0, *parameters.voltage_range))
 
     def excess(displacement: float) -> float:
-        start = parameters.replace(initialDisplacement=displacement)
+        start = {**parameters, "initialDisplacement": displacement, **UNLIMITED}
         return float(core.chain_inverse_run(start, np.array([displacement]))[0][0]) - wanted
 
     low, high = parameters.displacement_range
@@ -469,7 +462,12 @@ def _at_rest(parameters: ParameterSet) -> ParameterSet:
     return parameters.replace(initialDisplacement=float(brentq(excess, low, high)))
 
 
-def _judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) -> Judgement:
+def judged_samples(trace: Trace) -> np.ndarray:
+    """Return the samples behind the lead-in whose errors count, a mask of shape (N,)."""
+    return trace.judged & (np.arange(len(trace.y)) >= trace.lead)
+
+
+def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) -> Judgement:
     """Return the errors of both FMUs on a record, begun with a start."""
     begun = parameters.replace(**start)
     e_mr, e_rms, y = _errors(trace, begun, offset)
@@ -487,6 +485,10 @@ def _judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) -
         cold_start=_errors(trace, told, offset)[1],
         inverse=_judge_inverse(trace, begun, offset),
         y=y,
+        used=judged_samples(trace),
+        out_of_range=core.chain_out_of_range(
+            begun, trace.drive.voltage, trace.drive.force, trace.drive.temperature
+        ),
     )
 
 
@@ -517,8 +519,7 @@ def _errors(
     """Return (24), (25) behind the lead-in, and the reading."""
     drive = trace.drive
     _, reading = core.chain_free_run(parameters, drive.voltage, drive.force, drive.temperature)
-    y, used = reading + offset, trace.judged.copy()
-    used[: trace.lead] = False
+    y, used = reading + offset, judged_samples(trace)
     if not np.all(np.isfinite(y)):
         return np.inf, np.inf, y
     return max_relative_error(trace.y[used], y[used]), rms_error(trace.y[used], y[used]), y

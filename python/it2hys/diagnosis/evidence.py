@@ -116,7 +116,7 @@ def _why(effect: str, trial: Trial, verdict: Verdict) -> str:
     """Return the reason for the verdict on an effect that was tried, in a sentence."""
     c = trial.comparison
     fall = (
-        f"changes the error on what decides from {1e6 * c.before:.4g} to {1e6 * c.after:.4g} um "
+        f"changes the error on what decides from {1e6 * c.before:.4g} to {1e6 * c.after:.4g} µm "
         f"({-100 * c.gain:+.1f} %, p = {c.p_value:.2g})"
     )
     if effect in verdict.named:

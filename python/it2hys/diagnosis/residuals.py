@@ -310,7 +310,7 @@ def _coherence(clues: Clues) -> tuple[tuple[float, float, float], ...]:
 def _verdict(found: LeftOver, large: bool) -> str:
     greatest = max(found.records, key=lambda n: n.size)
     noise = rms(np.array([n.noise for n in found.records]))
-    head = f"The residual is {found.size:.2g} times the noise of {noise * UM:.2g} um rms"
+    head = f"The residual is {found.size:.2g} times the noise of {noise * UM:.2g} µm rms"
     if found.significant:
         chance = f"of {found.p_value:.1g}" if found.p_value > 1e-12 else "below 1e-12"
         return f"{head} and is not noise: by chance it would look so with a probability {chance}."
@@ -415,11 +415,11 @@ def _time_text(found: LeftOver) -> str:
     numbers = found.records
     sizes = [n.rms * UM for n in numbers]
     worst, least = int(np.argmax(sizes)), int(np.argmin(sizes))
-    parts = [f"It is {sizes[0]:.2g} um rms"]
+    parts = [f"It is {sizes[0]:.2g} µm rms"]
     if len(sizes) > 1:
         parts = [
-            f"It is largest in record {worst + 1} ({sizes[worst]:.2g} um rms) and smallest in record "
-            f"{least + 1} ({sizes[least]:.2g} um rms)"
+            f"It is largest in record {worst + 1} ({sizes[worst]:.2g} µm rms) and smallest in record "
+            f"{least + 1} ({sizes[least]:.2g} µm rms)"
         ]
     unsteady = [n for n in numbers if n.p_steady < _LEVEL]
     if unsteady:

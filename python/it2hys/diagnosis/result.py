@@ -59,6 +59,8 @@ class Judgement:
         Samples of the lead-in, on which the start is fitted and which the errors leave out.
     lead_in : float
         Its duration, s.
+    used : ndarray of bool, shape (N,)
+        Samples on which the errors are taken.
     noise : float
         Of the record, m rms.
     cold_start : float
@@ -67,6 +69,8 @@ class Judgement:
         How the inverse does on the measured displacement.
     y : ndarray, shape (N,)
         The model's reading on all samples, offset included, m.
+    out_of_range : ndarray of bool, shape (N,)
+        Where the run is beyond what the model holds for (`outOfRange` of the plant FMU).
     """
 
     name: str
@@ -77,10 +81,12 @@ class Judgement:
     offset: float
     lead: int
     lead_in: float
+    used: np.ndarray = field(repr=False)
     noise: float
     cold_start: float
     inverse: InverseJudgement
     y: np.ndarray = field(repr=False)
+    out_of_range: np.ndarray = field(repr=False)
 
 
 @dataclass(frozen=True)

@@ -142,7 +142,7 @@ class Search:
     ----------
     bench : Bench
     report : callable
-        Told of every addition that was tried.
+        Told of every fit of a model with an addition, as soon as it is made: which model it is.
     excluded : tuple of str
         Effects that are not tried.
     each : callable
@@ -150,7 +150,7 @@ class Search:
     """
 
     bench: Bench
-    report: Callable[[Trial], None] = lambda trial: None
+    report: Callable[[str], None] = lambda model: None
     excluded: tuple[str, ...] = ()
     each: Callable[..., Iterable] = map
     trials: list[Trial] = field(default_factory=list)
@@ -187,7 +187,11 @@ class Search:
         """Return the models with one addition more that are better than this one."""
         additions = [a for a in self._additions(node) if node.added | {a} not in self.nodes]
         extend = partial(_extended, self.bench, node.fit.model)
-        fits = {a: fit for a, fit in zip(additions, self.each(extend, additions), strict=True) if fit}
+        fits = {}
+        for addition, fit in zip(additions, self.each(extend, additions), strict=True):
+            self._report(node, addition)
+            if fit:
+                fits[addition] = fit
         if thorough:
             fits |= self._with_new_rules(node, fits)
         ranked = sorted(fits, key=lambda a: fits[a].minimum.cost)
@@ -195,6 +199,7 @@ class Search:
         finished = self.each(finish, ranked, [fits[a] for a in ranked], range(len(ranked)))
         grown = []
         for addition, child in zip(ranked, finished, strict=True):
+            self._report(node, addition)
             gains = Gains.of(node.errors, child.errors)
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
@@ -208,7 +213,6 @@ class Search:
                 node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted
             )
             self.trials.append(trial)
-            self.report(trial)
             if accepted:
                 self._keep(child)
                 grown.append(child)
@@ -216,15 +220,22 @@ class Search:
                 self._promising.append(child)
         return grown
 
+    def _report(self, node: Node, addition: str) -> None:
+        self.report(" + ".join(["model", *sorted(node.added), addition]))
+
     def _with_new_rules(self, node: Node, fits: Mapping[str, ChainFit]) -> dict[str, ChainFit]:
         """Return better fits of what the rules can imitate, unless one explains what was left over."""
         effects = [e for e in IMITATED if e in fits]
         best = min([node.fit, *fits.values()], key=lambda fit: fit.minimum.cost)
         if self.bench.is_near_noise(best):
             return {}
+        better = {}
         found = self.each(partial(self.bench.add_anew, node.fit.model), effects)
-        pairs = [(e, fit) for e, fit in zip(effects, found, strict=True) if fit]
-        return {e: self.bench.preferred([fits[e], fit]) for e, fit in pairs}
+        for effect, fit in zip(effects, found, strict=True):
+            self._report(node, effect)
+            if fit:
+                better[effect] = self.bench.preferred([fits[effect], fit])
+        return better
 
     def _additions(self, node: Node) -> list[str]:
         rules = sum(a.startswith(RULE) for a in node.added)

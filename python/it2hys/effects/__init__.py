@@ -7,6 +7,7 @@ Each module has
     step(values, state, x, around)   output and next states; the operations are those of the C core
     starts(extent)               start values and bounds for a fit, from the extent of the records
     guesses(clues)               values to start a fit from, from what a model without it leaves over
+    MEANING                      what it is, in plain words, as a clause
     EXPERIMENT                   what would show it apart from others
     signature(clues)             what of that looks as this effect alone would make it, and how surely
 and says in its docstring what in a record speaks for it. `values` maps FMU variable names to numbers

@@ -19,6 +19,8 @@ FASTEST = 20.0
 #: up to 5 % without preload; a term of a time constant of its own takes up some two decades.
 LARGEST_GAIN = 0.1
 
+#: What the effect is, in plain words.
+MEANING = "the stage goes on moving when the voltage has stopped"
 #: What would show the effect apart from others.
 EXPERIMENT = "steps held over several decades of time (creep goes on with the logarithm of time)"
 

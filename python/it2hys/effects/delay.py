@@ -13,6 +13,8 @@ from it2hys.effects._statistics import StepResponse, readable
 MAX_TICKS = 64
 ROUNDING = 1e-9
 
+#: What the effect is, in plain words.
+MEANING = "the stage follows the voltage late by a constant time"
 #: What would show the effect apart from others.
 EXPERIMENT = (
     "a chirp or multisine up to the highest frequency of interest (a delay's phase falls in "

@@ -11,6 +11,8 @@ from it2hys.effects._statistics import UM, Ground, absorbed, readable
 
 REFERENCE_TEMPERATURE = 293.15
 
+#: What the effect is, in plain words.
+MEANING = "the reading moves with temperature or time, whatever the voltage does"
 #: What would show the effect apart from others.
 EXPERIMENT = "a held voltage for as long as the records last, with the temperature recorded"
 
@@ -85,7 +87,7 @@ def signature(clues: Clues) -> Signature | None:
         found.append((ground.test(lambda c: c.temperature), "the temperature", "K"))
     trial, cause, unit = min(found, key=lambda f: (f[0].p_value, -f[0].share))
     text = (
-        f"The residual follows {cause} by {trial.coefficients[0] * UM:.3g} um/{unit} (standard error "
+        f"The residual follows {cause} by {trial.coefficients[0] * UM:.3g} µm/{unit} (standard error "
         f"{trial.errors[0] * UM:.2g}), whatever the voltage does: {100 * trial.share:.0f} % of "
         "its power."
     )

@@ -17,6 +17,8 @@ from it2hys.effects._statistics import UM, line_ratios, readable
 #: Periods within the longest record below which a slow motion is no line.
 LEAST_PERIODS = 5.0
 
+#: What the effect is, in plain words.
+MEANING = "a line such as the mains' on the reading"
 #: What would show the effect apart from others.
 EXPERIMENT = "a held voltage (a line that is not in the voltage is there at rest too)"
 
@@ -114,7 +116,7 @@ def signature(clues: Clues) -> Signature | None:
     power = np.mean(np.concatenate([c.residual[c.used] ** 2 for c in seen.records]))
     share = 0.5 * line["hum.amplitude"] ** 2 / max(float(power), np.finfo(float).tiny)
     text = (
-        f"A narrow line at {line['hum.frequency']:.4g} Hz of {line['hum.amplitude'] * UM:.2g} um is "
+        f"A narrow line at {line['hum.frequency']:.4g} Hz of {line['hum.amplitude'] * UM:.2g} µm is "
         "in the residual "
         f"of {records[chosen]} of {len(seen.records)} records, where the voltage has none: "
         f"{100 * share:.0f} % of its power."

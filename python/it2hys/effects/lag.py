@@ -10,6 +10,8 @@ import numpy as np
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
 from it2hys.effects._statistics import StepResponse, readable
 
+#: What the effect is, in plain words.
+MEANING = "the amplifier follows the voltage as a low-pass filter does"
 #: What would show the effect apart from others.
 EXPERIMENT = (
     "a chirp or multisine up to the highest frequency of interest (behind a lag the amplitude "

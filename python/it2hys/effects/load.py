@@ -8,6 +8,8 @@ import numpy as np
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
 from it2hys.effects._statistics import UM, Ground, absorbed, readable
 
+#: What the effect is, in plain words.
+MEANING = "force on the stage shortens it"
 #: What would show the effect apart from others.
 EXPERIMENT = "a held voltage while the force changes, with the force recorded"
 
@@ -66,7 +68,7 @@ def signature(clues: Clues) -> Signature | None:
     yields = trial.coefficients[0] > 0.0
     p_value = 0.5 * trial.p_value if yields else 1.0 - 0.5 * trial.p_value
     text = (
-        f"The residual falls with the force by {trial.coefficients[0] * UM:.3g} um/N (standard error "
+        f"The residual falls with the force by {trial.coefficients[0] * UM:.3g} µm/N (standard error "
         f"{trial.errors[0] * UM:.2g}): {100 * trial.share:.0f} % of its power."
     )
     return Signature(trial.share if yields else 0.0, p_value, text)

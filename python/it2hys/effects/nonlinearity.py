@@ -17,6 +17,8 @@ _MARGIN = 0.1
 #: Of the inverse at rest.
 _HALVINGS, _NEWTON_STEPS = 40, 2
 
+#: What the effect is, in plain words.
+MEANING = "a bent static curve of the stage or its sensor"
 #: What would show the effect apart from others.
 EXPERIMENT = (
     "slow full-range loops beside small ones at several bias voltages (a static curve is the "
@@ -147,8 +149,8 @@ def signature(clues: Clues) -> Signature | None:
     if (means := branches(seen)) is not None:
         rising, falling = means
         text += (
-            f"; on average the residual is up to {np.max(np.abs(rising)) * UM:.2g} um on rising and "
-            f"{np.max(np.abs(falling)) * UM:.2g} um on falling branches, with a correlation of "
+            f"; on average the residual is up to {np.max(np.abs(rising)) * UM:.2g} µm on rising and "
+            f"{np.max(np.abs(falling)) * UM:.2g} µm on falling branches, with a correlation of "
             f"{np.corrcoef(rising, falling)[0, 1]:.2f} between them"
         )
     return Signature(trial.share, trial.p_value, text + ".")

@@ -14,6 +14,8 @@ MAX_COUNT = 16
 #: Operators that a fit begins with.
 COUNT = 10
 
+#: What the effect is, in plain words.
+MEANING = "memory of the voltage's turning points, with loops that are as wide slow as fast"
 #: What would show the effect apart from others.
 EXPERIMENT = (
     "slow loops of several amplitudes, each at two frequencies (memory keeps the area of its loops)"
@@ -124,6 +126,6 @@ def signature(clues: Clues) -> Signature | None:
         slow = frequency <= np.quantile(frequency, 0.25)
         text += (
             f"; in the slowest cycles (up to {np.max(frequency[slow]):.3g} Hz), where lags close, the "
-            f"residual's loops over the voltage are {np.median(width[slow]) * UM:.2g} um wide"
+            f"residual's loops over the voltage are {np.median(width[slow]) * UM:.2g} µm wide"
         )
     return Signature(trial.share, trial.p_value, text + ".")

@@ -17,6 +17,8 @@ from it2hys.effects._statistics import Ground, absorbed, coherence_with_voltage,
 #: Dampings that a signature tries, and how many frequencies of each.
 _GRID = {0.015: 64, 0.05: 32, 0.15: 28}
 
+#: What the effect is, in plain words.
+MEANING = "the stage rings at its own frequency after a fast change"
 #: What would show the effect apart from others.
 EXPERIMENT = "small steps, or a small chirp through the band (a resonance rings at one frequency)"
 

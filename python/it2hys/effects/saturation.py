@@ -18,6 +18,8 @@ _SMOOTH, _TRIED = 5, 49
 #: Lags, in ticks, with which the core may answer.
 _QUICKNESS = (0.1, 5.0, 15.0)
 
+#: What the effect is, in plain words.
+MEANING = "the amplifier's voltage stops at a limit"
 #: What would show the effect apart from others.
 EXPERIMENT = "slow sines of rising amplitude (beyond a limit the displacement stays where it is)"
 
@@ -110,7 +112,7 @@ def signature(clues: Clues) -> Signature | None:
     place = names.get(end, " and ".join(names.values()))
     text = (
         f"The displacement falls behind the model {place}, the further the voltage goes: residual "
-        f"{inside * UM:.2g} um rms there, {outside * UM:.2g} um elsewhere."
+        f"{inside * UM:.2g} µm rms there, {outside * UM:.2g} µm elsewhere."
     )
     return Signature(share, min(1.0, _TRIED * trial.p_value), text)
 

@@ -10,6 +10,8 @@ import numpy as np
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
 from it2hys.effects._statistics import UM, Ground, absorbed, by_record, readable, rms, walked
 
+#: What the effect is, in plain words.
+MEANING = "the amplifier's voltage cannot change faster than at a certain rate"
 #: What would show the effect apart from others.
 EXPERIMENT = (
     "sines of one frequency and rising amplitude (beyond a slew limit they turn into triangles)"
@@ -86,6 +88,6 @@ def signature(clues: Clues) -> Signature | None:
     text = (
         "The residual belongs to the spells in which a limit of "
         f"{levels[chosen] / clues.extent.sample_time:.3g} V/s would hold the voltage back: "
-        f"{inside * UM:.2g} um rms in them, {outside * UM:.2g} um elsewhere."
+        f"{inside * UM:.2g} µm rms in them, {outside * UM:.2g} µm elsewhere."
     )
     return Signature(trial.share, trial.p_value, text)

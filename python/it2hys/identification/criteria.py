@@ -62,10 +62,19 @@ class FreeRun:
         The records.
     rule_count : int
         Number of rules L.
+    limits : (float, float), optional
+        Scaled range of displacement that given rules hold for, see `core.free_run`. A fit of rules does
+        not know it yet.
     """
 
-    def __init__(self, series: Sequence[Series], rule_count: int):
+    def __init__(
+        self,
+        series: Sequence[Series],
+        rule_count: int,
+        limits: tuple[float, float] | None = None,
+    ):
         self.series = list(series)
+        self._limits = limits
         self.rule_count = rule_count
         self.rule_size = coordinates.RULE_SIZE * rule_count
         self._with_offset = [i for i, s in enumerate(self.series) if s.has_offset]
@@ -186,7 +195,7 @@ class FreeRun:
         return _STATE_PRIOR * np.eye(count), self._state_residual(states, offsets), to_point
 
     def _run(self, rules: np.ndarray, series: Series, state: float, offset: float) -> np.ndarray:
-        return core.free_run(rules, series.x, state)
+        return core.free_run(rules, series.x, state, self._limits)
 
     def _sensitivity(
         self, rules: np.ndarray, series: Series, state: float, offset: float
@@ -195,7 +204,7 @@ class FreeRun:
 
         The offset is added to the run, so that its column starts from 1.
         """
-        run, sensitivity = core.free_run_sensitivity(rules, series.x, state)
+        run, sensitivity = core.free_run_sensitivity(rules, series.x, state, self._limits)
         return run, sensitivity, np.ones(len(run))
 
 

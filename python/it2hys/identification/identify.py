@@ -37,6 +37,7 @@ from it2hys.identification.result import (
 from it2hys.identification.uncertainty import assess
 from it2hys.identification.weights import weigh
 from it2hys.parameters import ParameterSet
+from it2hys.progress import Progress
 from it2hys.records import Record
 
 #: Offsets are kept if they lower the mean squared error by this share.
@@ -45,8 +46,6 @@ _OFFSET_GAIN = 0.1
 _LACKING = 1.5
 #: Rounds of disturbing the best fit: for a model that lacks something, and for one that does not.
 _ROUNDS, _THOROUGH_ROUNDS = 1, 4
-
-Progress = Callable[[float, str], None]
 
 
 def identify(
@@ -262,7 +261,7 @@ class _Session:
         scaling, point = self._scaling, fit.minimum.coordinates
         uncertainty = assess(fit.criterion.with_guard(None), point, scaling)
         parameters = self._parameters(fit, usable)
-        results = self._results(fit)
+        results = self._results(fit, parameters)
         identification = Identification(
             parameters=parameters,
             records=tuple(results),
@@ -300,17 +299,16 @@ class _Session:
             **{"nonlinearity.minimum": float(usable[0]), "nonlinearity.maximum": float(usable[1])},
         )
 
-    def _results(self, fit: Fit) -> list[RecordResult]:
+    def _results(self, fit: Fit, parameters: ParameterSet) -> list[RecordResult]:
         scaling, point = self._scaling, fit.minimum.coordinates
         states, offsets = fit.criterion.states(point), fit.criterion.offsets(point)
-        physical = scaling.physical_rules(fit.rules)
         fitted = [
-            judge(p, "train", physical, scaling, s, o)
+            judge(p, "train", parameters, scaling, s, o)
             for p, s, o in zip(self._train, states, offsets, strict=True)
         ]
         allowed = self._offsets or bool(self._options.offsets)
         return fitted + [
-            judge_new(self._with_lead(p, fit), role, fit.rules, scaling, allowed)
+            judge_new(self._with_lead(p, fit), role, parameters, scaling, allowed)
             for role, p in self._others
         ]
 
@@ -328,13 +326,13 @@ class _Session:
             warnings.append(
                 "Beyond the range of the training records the model soon stops contracting or "
                 "being invertible: it is usable from "
-                f"{usable[0] * 1e6:.4g} to {usable[1] * 1e6:.4g} um."
+                f"{usable[0] * 1e6:.4g} to {usable[1] * 1e6:.4g} µm."
             )
         contraction, y, x = self._contraction(fit)
         if contraction >= 1.0:
             warnings.append(
                 f"|dy(k)/dy(k-1)| reaches {contraction:.3g} at "
-                f"{self._scaling.displacement(y) * 1e6:.4g} um and {self._scaling.voltage(x):.4g} "
+                f"{self._scaling.displacement(y) * 1e6:.4g} µm and {self._scaling.voltage(x):.4g} "
                 "V, within the margin around the training records: runs from different states "
                 "drift apart there."
             )
@@ -348,8 +346,8 @@ def _with_lack(identification: Identification) -> Identification:
         return identification
     error = ratio * identification.noise_rms
     text = (
-        f"The free-run error on the training records, {error * 1e6:.3g} um rms, is {ratio:.1f} "
-        f"times the noise, {identification.noise_rms * 1e6:.3g} um: the model lacks something that "
+        f"The free-run error on the training records, {error * 1e6:.3g} µm rms, is {ratio:.1f} "
+        f"times the noise, {identification.noise_rms * 1e6:.3g} µm: the model lacks something that "
         "the records contain."
     )
     return replace(identification, warnings=(*identification.warnings, text))

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from it2hys import core
-from it2hys.errors import InputError
 from it2hys.identification.criteria import FreeRun, Series
 from it2hys.identification.levenberg_marquardt import levenberg_marquardt
 from it2hys.identification.preparation import Prepared, to_series
 from it2hys.identification.result import RecordResult
 from it2hys.identification.scaling import Scaling
 from it2hys.metrics import max_relative_error, rms_error
+from it2hys.parameters import ParameterSet
 
 #: A lead counts as explained if its errors, mean and largest, are not above the rest's by more.
 _EXPLAINED = 1.5
@@ -21,7 +21,12 @@ _EXPLAINED = 1.5
 _RESOLUTION = 1e-6
 
 
-def fit_state(series: Series, rules: np.ndarray, has_offset: bool) -> tuple[float, float, float]:
+def fit_state(
+    series: Series,
+    rules: np.ndarray,
+    has_offset: bool,
+    limits: tuple[float, float] | None = None,
+) -> tuple[float, float, float]:
     """Fit the initial state, and an offset where allowed, of one record to a given model.
 
     Parameters
@@ -31,18 +36,20 @@ def fit_state(series: Series, rules: np.ndarray, has_offset: bool) -> tuple[floa
         Scaled rules, held.
     has_offset : bool
         Whether the record may differ by a constant.
+    limits : (float, float), optional
+        Scaled range of displacement that the rules hold for, where it is known.
 
     Returns
     -------
     state, offset, rms : float
         Scaled; `rms` is infinite where the free run diverges.
     """
-    run = core.free_run(rules, series.x, series.state)
+    run = core.free_run(rules, series.x, series.state, limits)
     offset = 0.0
     if has_offset and np.all(np.isfinite(run)):
         offset = float(np.average(series.y - run, weights=series.weight))
     series = replace(series, has_offset=has_offset, offset=offset)
-    criterion = FreeRun([series], len(rules)).with_fixed_rules(rules)
+    criterion = FreeRun([series], len(rules), limits).with_fixed_rules(rules)
     minimum = levenberg_marquardt(
         criterion.residual,
         criterion.linearise,
@@ -87,32 +94,24 @@ def explains_lead(prepared: Prepared, rules: np.ndarray, scaling: Scaling, offse
 def judge(
     prepared: Prepared,
     role: str,
-    physical_rules: np.ndarray,
+    parameters: ParameterSet,
     scaling: Scaling,
     state: float,
     offset: float,
 ) -> RecordResult:
-    """Return how a model does on a record from a given initial state and offset, both scaled.
+    """Return how the paper's model does on a record from a given initial state and offset, both scaled.
 
-    The runs are made with the rules in SI units: with the numbers that the FMU uses.
-
-    Raises
-    ------
-    InputError
-        If the free run diverges on the record.
+    The runs are made with the parameters in SI units: with the numbers that the FMU uses, within its
+    range and beyond.
     """
     record = prepared.record
+    rules, limits = parameters.rules, parameters.displacement_range
     shift = offset * scaling.y_unit
     initial = float(scaling.displacement(state))
-    free = core.free_run(physical_rules, record.voltage, initial) + shift
-    if not np.all(np.isfinite(free)):
-        raise InputError(
-            f"record '{record.name}': the model's free run diverges at sample "
-            f"{np.flatnonzero(~np.isfinite(free))[0]}; the record leaves the range that the "
-            "training records cover"
-        )
+    free = core.free_run(rules, record.voltage, initial, limits) + shift
     previous = np.concatenate([[initial], record.displacement[:-1] - shift])
-    one_step = core.one_step(physical_rules, previous, record.voltage) + shift
+    one_step = core.one_step(rules, previous, record.voltage, limits) + shift
+    started = parameters.replace(initialDisplacement=initial)
     # A reading that is not to be trusted spoils the prediction of the next sample as well.
     used = prepared.used
     paired = used & np.concatenate([[False], used[:-1]])
@@ -127,20 +126,26 @@ def judge(
         offset=shift,
         initial_displacement=initial,
         skip=prepared.skip,
+        used=used,
         noise_rms=prepared.noise.rms,
         noise_method=prepared.noise.method,
         y_free=free,
         y_one_step=one_step,
+        out_of_range=core.chain_out_of_range(started, record.voltage),
+        start={"initialDisplacement": initial},
     )
 
 
 def judge_new(
     prepared: Prepared,
     role: str,
-    rules: np.ndarray,
+    parameters: ParameterSet,
     scaling: Scaling,
     has_offset: bool,
 ) -> RecordResult:
-    """Return how a model does on a record not fitted; only its initial state is estimated."""
-    state, offset, _ = fit_state(to_series(prepared, scaling), rules, has_offset)
-    return judge(prepared, role, scaling.physical_rules(rules), scaling, state, offset)
+    """Return how the paper's model does on a record not fitted; only its initial state is estimated."""
+    low, high = parameters.displacement_range
+    limits = (scaling.y(low), scaling.y(high))
+    series = to_series(prepared, scaling)
+    state, offset, _ = fit_state(series, scaling.rules(parameters.rules), has_offset, limits)
+    return judge(prepared, role, parameters, scaling, state, offset)

@@ -65,12 +65,19 @@ class RecordResult:
         FMU with this `initialDisplacement` gives `y_free` less `offset`.
     skip : int
         Leading samples that errors leave out.
+    used : ndarray of bool, shape (N,)
+        Samples on which the errors of the free run are taken.
     noise_rms : float
         Noise of the record, m.
     noise_method : str
         How it was estimated.
     y_free, y_one_step : ndarray, shape (N,)
         Model outputs on all samples, `offset` included, m.
+    out_of_range : ndarray of bool, shape (N,)
+        Where the free run is beyond what the model holds for (`outOfRange` of the plant FMU).
+    start : dict of str to float
+        Parameters with which the plant FMU begins this record, SI units; of a model without effects
+        `initialDisplacement` alone.
     """
 
     name: str
@@ -82,10 +89,13 @@ class RecordResult:
     offset: float
     initial_displacement: float
     skip: int
+    used: np.ndarray = field(repr=False)
     noise_rms: float
     noise_method: str
     y_free: np.ndarray = field(repr=False)
     y_one_step: np.ndarray = field(repr=False)
+    out_of_range: np.ndarray = field(repr=False)
+    start: dict[str, float]
 
 
 @dataclass(frozen=True)

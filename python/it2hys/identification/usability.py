@@ -1,9 +1,12 @@
-"""What makes a fitted model usable: invertible by (30), and a free run that cannot diverge.
+"""What makes a fitted model usable: invertible by (30), and contracting.
 
 |dy(k)/dy(k-1)| of (10) is affine in x(k) for given y(k-1): below 1 at the two ends of a band of
 voltages it is below 1 in all of it, and two runs inside the band under the same voltage approach
-each other. The conditions are smooth penalties that a least-squares fit can hold, with exact
-derivatives from CasADi; the fitted model is verified on a finer grid.
+each other. On the equilibrium curve, its ends included, it must be below 1 for another reason: beyond
+the ends of its range the core goes on with the contraction that it has there, and it is that which
+keeps a free run from diverging, whatever the voltage. The conditions are smooth penalties that a
+least-squares fit can hold, with exact derivatives from CasADi; the fitted model is verified on a finer
+grid.
 """
 
 from __future__ import annotations

@@ -167,7 +167,7 @@ def _shape_notes(voltage: np.ndarray, displacement: np.ndarray) -> list[str]:
     notes = []
     stroke = np.ptp(displacement)
     if not TYPICAL_STROKES[0] <= stroke <= TYPICAL_STROKES[1]:
-        notes.append(f"The range of {1e6 * stroke:.4g} um is unusual for a piezo stage: unit?")
+        notes.append(f"The range of {1e6 * stroke:.4g} µm is unusual for a piezo stage: unit?")
     if np.corrcoef(voltage, displacement)[0, 1] < -0.5:
         notes.append("The displacement falls where the voltage rises: the sensor's sign?")
     return notes

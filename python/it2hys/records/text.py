@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from it2hys.errors import InputError
+from it2hys.numerals import parse_number
 
 #: Row that stands for the header, in faults.
 HEADER = -1
@@ -132,7 +133,7 @@ def _read_numbers_by_line(source: Source, indices: list[int]) -> np.ndarray:
                 raise source.fault(f"column '{name}' is empty, a number is needed", row)
             if not _is_number(text):
                 raise source.fault(f"column '{name}' has '{text}' where a number belongs", row)
-            numbers[row, column] = float(text)
+            numbers[row, column] = parse_number(text)
     return numbers
 
 
@@ -155,10 +156,10 @@ def _split_line(source: Source, row: int, line: str) -> list[str]:
 
 def _is_number(text: str) -> bool:
     try:
-        float(text)
+        parse_number(text)
     except ValueError:
         return False
-    return "_" not in text  # float() takes 1_000, a data file does not mean it
+    return True
 
 
 def _check_finite(source: Source, indices: list[int], numbers: np.ndarray) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping
-from itertools import product
 
 import numpy as np
 import scipy
 
 from it2hys.errors import InputError
+from it2hys.sweeps.plan import LARGEST_CASES
 from it2hys.sweeps.schema import SweepScenario, Vary
 
 
@@ -21,6 +22,7 @@ def draw(scenario: SweepScenario) -> np.ndarray:
     """
     groups = {m: [i for i, v in enumerate(scenario.vary) if v.method == m] for m in
               ("grid", "list", "random", "latin hypercube")}  # fmt: skip
+    _check_count(scenario, groups)
     blocks: list[tuple[list[int], np.ndarray]] = []
     for i in groups["grid"]:
         blocks.append(([i], _grid(scenario.vary[i])[:, None]))
@@ -35,11 +37,41 @@ def draw(scenario: SweepScenario) -> np.ndarray:
     drawn = [*groups["random"], *groups["latin hypercube"]]
     if drawn:
         blocks.append((drawn, _samples(scenario, groups)))
-    rows = list(product(*(range(len(b)) for _, b in blocks)))
-    matrix = np.empty((len(rows), len(scenario.vary)))
-    for (places, block), picks in zip(blocks, zip(*rows, strict=True), strict=True):
-        matrix[:, places] = block[list(picks)]
+    count = math.prod(len(block) for _, block in blocks)
+    matrix = np.empty((count, len(scenario.vary)))
+    rest = count
+    for places, block in blocks:
+        rest //= len(block)
+        matrix[:, places] = block[np.arange(count) // rest % len(block)]
     return matrix
+
+
+def _check_count(scenario: SweepScenario, groups: Mapping[str, list[int]]) -> None:
+    """Refuse more cases than can be run, before there are any."""
+    factors = {f"{v.place}{_told(v)}": _size(v) for v in (scenario.vary[i] for i in groups["grid"])}
+    if groups["list"]:
+        vary = scenario.vary[groups["list"][0]]
+        factors[f"{vary.place}{_told(vary)}"] = _size(vary)
+    if groups["random"] or groups["latin hypercube"]:
+        factors[f"samples = {scenario.samples}"] = scenario.samples
+    if len(scenario.variants) > 1:
+        factors[f"{len(scenario.variants)} variants"] = len(scenario.variants)
+    cases = math.prod(factors.values())
+    if cases > LARGEST_CASES:
+        needed = 8e-9 * cases * (len(scenario.vary) + len(scenario.metrics))
+        raise InputError(
+            f"{' × '.join(factors)}: {cases:.3g} cases, whose table needs {needed:.3g} GB; at most "
+            f"{LARGEST_CASES:,} can be run, so lower {'one of these' if len(factors) > 1 else 'it'}"
+        )
+
+
+def _size(vary: Vary) -> int:
+    """Return the number of values of a grid or of a list."""
+    return len(vary.values) or vary.count
+
+
+def _told(vary: Vary) -> str:
+    return f"{len(vary.values)} values" if vary.values else f"count = {vary.count}"
 
 
 def _grid(vary: Vary) -> np.ndarray:

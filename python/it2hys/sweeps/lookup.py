@@ -13,7 +13,7 @@ from it2hys.errors import InputError
 from it2hys.keys import known_names
 from it2hys.slave import BASE
 from it2hys.sweeps.plan import Setup, argument
-from it2hys.sweeps.schema import CSV, Source, SweepScenario
+from it2hys.sweeps.schema import CSV, CSV_NUMBERS, Source, SweepScenario
 
 #: Targets that are no variable and no argument.
 OWN = ("step", "duration")
@@ -42,8 +42,7 @@ class Lookup:
             known = known_names(fmu, [*self.variables, *self.signals])
             raise InputError(f"{place}: there is no FMU or signal {fmu!r}; {known}")
         if variable not in self.variables[fmu]:
-            inputs = [n for n, v in self.variables[fmu].items() if v.causality != "output"]
-            known = known_names(variable, inputs if len(inputs) < 40 else inputs[:40])
+            known = known_names(variable, list(self.variables[fmu]))
             raise InputError(f"{place}: the FMU {fmu!r} has no variable {variable!r}; {known}")
         return self.variables[fmu][variable]
 
@@ -80,7 +79,7 @@ class Lookup:
             return "s" if target in OWN else self.unit(target)
         if "frequency" in key:
             return "Hz"
-        if key in ("low", "high"):
+        if key in ("low", "high", "offset"):
             return self.unit(name)
         return "s" if key in ("hold", "time_constant", "duration") else "1"
 
@@ -92,8 +91,7 @@ class Lookup:
             span = self.scenario.duration.seconds
             return self.scenario.step if target == "step" else span
         if name in self.signals:
-            base = argument_of_kind(place, self.signals[name], key)
-            return base
+            return argument_of_kind(place, self.signals[name], key)
         variable = self.variable(place, target)
         if variable.causality not in ("parameter", "input") or variable.variability == "constant":
             raise InputError(f"{place}: {target} is {variable.causality}; it cannot be set")
@@ -121,10 +119,9 @@ class Lookup:
 def argument_of_kind(place: str, source: Source, key: str) -> float:
     """Return the value of a signal's argument that is a number, NaN where it is not given."""
     if source.signal == CSV:
-        raise InputError(
-            f"{place}: the signal {source.name!r} is from a CSV and has no argument {key!r}"
-        )
-    known = list(inspect.signature(excitations.SIGNALS[source.signal]).parameters)[1:]
+        known = list(CSV_NUMBERS)
+    else:
+        known = list(inspect.signature(excitations.SIGNALS[source.signal]).parameters)[1:]
     if key not in known:
         raise InputError(
             f"{place}: the signal {source.name!r} ({source.signal}) has no argument {key!r}; "

@@ -7,7 +7,7 @@ that no result depends on who runs which case.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,20 +16,35 @@ import numpy as np
 from it2hys import excitations
 from it2hys.errors import InputError
 from it2hys.stepping import Connection
-from it2hys.sweeps.schema import CSV, FigureEntry, Metric, Source, Span
+from it2hys.sweeps.schema import (
+    CSV,
+    CSV_NUMBERS,
+    FigureEntry,
+    Metric,
+    Source,
+    Span,
+    check_csv_number,
+)
 
 #: Ticks and cases of a chunk, the unit of work and of what is lost by an interruption.
 CHUNK_TICKS, CHUNK_CASES = 1_000_000, 100
+#: Cases of a sweep and steps of a case that can be run: a case's signals and outputs are in memory.
+LARGEST_CASES, LARGEST_STEPS = 10_000_000, 100_000_000
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A column of what is varied, and the targets that it sets; `base` is multiplied by factors."""
+    """A column of what is varied, and the targets that it sets; `base` is multiplied by factors.
+
+    `method` and `scale` are those of its scenario; no number of the table depends on them any more.
+    """
 
     name: str
     targets: tuple[str, ...]
     bases: tuple[float, ...]
     unit: str
+    method: str = "grid"
+    scale: str = "linear"
 
 
 @dataclass(frozen=True)
@@ -92,31 +107,66 @@ class Plan:
 
     def values(self, case: int) -> dict[str, float]:
         """Return what a case sets, by target."""
-        values = dict(self.setups[self.variant[case]].values)
-        for axis, value in zip(self.axes, self.matrix[case].tolist(), strict=True):
+        return self._set(self.setups[self.variant[case]], self.matrix[case].tolist())
+
+    def timing(self) -> Iterator[tuple[np.ndarray, dict[str, Any]]]:
+        """Yield the cases of every variant, and those of their values that times depend on.
+
+        A value is one for all, or an array with one for each.
+        """
+        spans = [self.signals[span.of] for span in (self.duration, self.lead_in) if span.of]
+        wanted = {"step", "duration", *(f"{source.name}.{source.clock}" for source in spans)}
+        for index, setup in enumerate(self.setups):
+            cases = np.flatnonzero(self.variant == index)
+            values = self._set(setup, self.matrix[cases].T, wanted)
+            yield cases, {target: value for target, value in values.items() if target in wanted}
+
+    def _set(
+        self, setup: Setup, numbers: Iterable, wanted: Collection[str] | None = None
+    ) -> dict[str, Any]:
+        """Return what is set by target, for the numbers of the axes."""
+        values = dict(setup.values)
+        for axis, number in zip(self.axes, numbers, strict=True):
             for target, base in zip(axis.targets, axis.bases, strict=True):
-                values[target] = value * base
+                if wanted is None or target in wanted:
+                    values[target] = number * base
         return values
 
-    def seconds(self, span: Span, values: Mapping[str, float]) -> float:
-        """Return a time in s, for the values of a case."""
+    def seconds(self, span: Span, values: Mapping[str, Any]) -> Any:
+        """Return a time in s, for the values of a case, or for arrays of them."""
         if not span.of:
             return span.seconds
-        frequency = values.get(f"{span.of}.frequency")
-        if frequency is None:
-            frequency = argument(self.signals[span.of], "frequency")
-        return span.periods / frequency
+        source = self.signals[span.of]
+        number = values.get(f"{source.name}.{source.clock}")
+        if number is None:
+            number = argument(source, source.clock)
+        if source.signal == CSV:
+            time = source.arguments["time"]
+            return span.periods * (time[-1] + time[1] - time[0]) * number
+        return span.periods / number
 
-    def steps(self, values: Mapping[str, float]) -> tuple[float, int, int]:
-        """Return communication step in s, number of steps, and how many metrics leave out."""
+    def times(self, values: Mapping[str, Any]) -> tuple[Any, Any]:
+        """Return communication step and duration in s."""
         step = values.get("step", self.step)
-        duration = values.get("duration") or self.seconds(self.duration, values)
-        count = len(excitations.time_grid(duration, step))
-        return step, count, round(self.seconds(self.lead_in, values) / step)
+        duration = values.get("duration")
+        return step, self.seconds(self.duration, values) if duration is None else duration
+
+    def steps(self, values: Mapping[str, Any]) -> tuple[Any, Any, Any]:
+        """Return communication step in s, number of steps, and how many metrics leave out."""
+        step, duration = self.times(values)
+        count = excitations.tick_count(duration, step)
+        return step, count, np.rint(self.seconds(self.lead_in, values) / step).astype(np.int64)
+
+    def lengths(self) -> np.ndarray:
+        """Return the number of steps of every case, shape (cases,)."""
+        lengths = np.empty(self.cases, dtype=np.int64)
+        for cases, values in self.timing():
+            lengths[cases] = self.steps(values)[1]
+        return lengths
 
     def chunks(self) -> list[range]:
         """Return the cases in runs of similar work, the same whoever works."""
-        work = np.array([self.steps(self.values(case))[1] for case in range(self.cases)])
+        work = self.lengths().tolist()
         chunks, first, ticks = [], 0, 0
         for case in range(self.cases):
             if case > first and (ticks + work[case] > CHUNK_TICKS or case - first >= CHUNK_CASES):
@@ -149,14 +199,17 @@ def signal_values(
     A CSV signal is interpolated linearly and held beyond its ends; a chirp lasts as long as the run
     unless it says otherwise.
     """
-    if source.signal == CSV:
-        return np.interp(times, source.arguments["time"], source.arguments["values"])
-    function = excitations.SIGNALS[source.signal]
     arguments = dict(source.arguments)
     for target, value in values.items():
         name, _, key = target.partition(".")
         if name == source.name:
             arguments[key] = int(value) if key == "seed" else value
+    if source.signal == CSV:
+        for key in CSV_NUMBERS:
+            check_csv_number(key, arguments[key])
+        read = np.interp(times / arguments["time_factor"], arguments["time"], arguments["values"])
+        return arguments["factor"] * read + arguments["offset"]
+    function = excitations.SIGNALS[source.signal]
     if "duration" in inspect.signature(function).parameters:
         arguments.setdefault("duration", duration)
     return function(times, **arguments)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from fmpy.model_description import ModelDescription
 
+from it2hys.archive import unpack
 from it2hys.controller import IDENTIFIER as CONTROLLER
 from it2hys.controller import controller_fmu
 from it2hys.errors import InputError
@@ -26,8 +27,8 @@ from it2hys.slave import read_description
 from it2hys.sweeps.drawing import draw
 from it2hys.sweeps.lookup import Lookup
 from it2hys.sweeps.metrics import KINDS
-from it2hys.sweeps.plan import Axis, Plan, Setup, signal_values
-from it2hys.sweeps.schema import CSV, TABLE_1, Source, SweepScenario, Vary
+from it2hys.sweeps.plan import LARGEST_STEPS, Axis, Plan, Setup, signal_values
+from it2hys.sweeps.schema import CSV, CSV_NUMBERS, TABLE_1, Source, SweepScenario, Vary
 
 
 def make_plan(scenario: SweepScenario) -> Plan:
@@ -67,6 +68,7 @@ def make_plan(scenario: SweepScenario) -> Plan:
         keep_every=scenario.keep_every, figures=scenario.figures,
         alone=_check_instances(files, descriptions),
     )  # fmt: skip
+    _check_times(plan)
     _check_signals(plan)
     _check_figures(plan)
     return _with_fingerprint(plan)
@@ -111,6 +113,7 @@ def _describe(scenario: SweepScenario, files: Mapping[str, bytes]) -> dict[str, 
             path.write_bytes(files[fmu.name])
             try:
                 descriptions[fmu.name] = read_description(path)
+                unpack(path, Path(directory, fmu.name))  # here, not in the first of many cases
             except InputError as error:
                 text = str(error).removeprefix(f"{path}: ")
                 raise InputError(f"fmu.{fmu.name}: {fmu.source}: {text}") from None
@@ -143,8 +146,9 @@ def _load(source: Source, folder: Path) -> Source:
         signals = read_signals(folder / source.arguments["file"], [column])
     except InputError as error:
         raise InputError(f"signal.{source.name}: file: {error}") from None
-    time = signals.time - signals.time[0]
-    return Source(source.name, CSV, {"time": time, "values": signals.values[column]})
+    numbers = {key: source.arguments[key] for key in CSV_NUMBERS}
+    series = {"time": signals.time - signals.time[0], "values": signals.values[column]}
+    return Source(source.name, CSV, {**numbers, **series})
 
 
 def _setup(scenario: SweepScenario, variant: Any, lookup: Lookup) -> Setup:
@@ -189,10 +193,32 @@ def _axis(vary: Vary, lookup: Lookup) -> Axis:
             if target in variant.values:
                 raise InputError(f"{place}: {target} is set by the variant {variant.name!r}, too")
     unit = vary.unit or ("1" if vary.factor else lookup.target_unit(vary.targets[0]))
-    return Axis(vary.name, vary.targets, tuple(bases), unit)
+    return Axis(vary.name, vary.targets, tuple(bases), unit, vary.method, vary.scale)
 
 
 # --- checks of the whole -------------------------------------------------------------------------
+
+
+def _check_times(plan: Plan) -> None:
+    """Refuse a case that is longer than can be run, before any signal is made."""
+    outputs = [*(m.of for m in plan.metrics), *(m.against for m in plan.metrics), *plan.keep]
+    arrays = len({*plan.signals, *(name for name in outputs if name)})
+    for cases, values in plan.timing():
+        try:
+            step, duration = np.broadcast_arrays(*plan.times(values))
+        except (InputError, ZeroDivisionError) as error:
+            raise InputError(f"duration: {error}") from None
+        with np.errstate(all="ignore"):  # a step that is no number is told by the next check
+            steps = np.atleast_1d(duration / step)
+        if np.any(steps > LARGEST_STEPS):
+            worst = int(np.argmax(steps))
+            seconds, each = (float(np.atleast_1d(x)[worst]) for x in (duration, step))
+            count, gigabytes = steps[worst], 8e-9 * steps[worst] * arrays
+            raise InputError(
+                f"duration is {seconds:g} s (case {cases[worst]}): {count:.3g} steps of {each:g} s "
+                f"need {gigabytes:.3g} GB of memory; at most {LARGEST_STEPS:,} can be run, so shorten "
+                "duration or lengthen step"
+            )
 
 
 def _check_signals(plan: Plan) -> None:
@@ -220,13 +246,14 @@ def _check_signals(plan: Plan) -> None:
 
 
 def _check_figures(plan: Plan) -> None:
-    scalars = ["variant", *(a.name for a in plan.axes), *(m.name for m in plan.metrics)]
+    numbers = [*(a.name for a in plan.axes), *(m.name for m in plan.metrics)]
+    scalars = ["variant", *numbers]
     for number, figure in enumerate(plan.figures, start=1):
         traces = figure.kind in ("loops", "time course")
         known = {
-            "x": plan.keep if figure.kind == "loops" else scalars,
-            "y": plan.keep if figure.kind == "loops" else scalars,
-            "value": plan.keep if traces else scalars,
+            "x": plan.keep if figure.kind == "loops" else numbers,
+            "y": plan.keep if figure.kind == "loops" else numbers,
+            "value": plan.keep if traces else numbers,
             "by": scalars,
         }
         for key, names in known.items():
@@ -246,7 +273,7 @@ def _with_fingerprint(plan: Plan) -> Plan:
         "times": [asdict(plan.duration), asdict(plan.lead_in), plan.step, plan.keep_every],
         "signals": [[s.name, s.signal, s.arguments] for s in plan.signals.values()],
         "setups": [asdict(s) for s in plan.setups],
-        "axes": [asdict(a) for a in plan.axes],
+        "axes": [[a.name, a.targets, a.bases, a.unit] for a in plan.axes],
         "metrics": [asdict(m) for m in plan.metrics],
         "keep": plan.keep,
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,20 +13,54 @@ from it2hys.packaging import make_directory
 from it2hys.report import Picture, Section, Table, write_report
 from it2hys.sweeps.figures import Columns, draw
 from it2hys.sweeps.store import read_metadata
+from it2hys.sweeps.worker import MESSAGES_APART
 
-CAPTIONS = {
-    "heat map": "A cell is a case, or the mean of those that share it.",
-    "lines": "A point is a case, or the median of those that share it, with a band of 5 to 95 %.",
-    "loops": "A curve is a case.",
-    "time course": "A curve is a case.",
-    "distribution": "Median (solid) and 5 and 95 % (dotted) of the cases.",
-}
-#: Failed cases and messages that a page lists; the table has all.
+#: Failed cases and messages that a page lists, and characters of one; the table has all.
 LARGEST_LIST = 20
-MESSAGE = 240
+MESSAGE = 600
 
 
-def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
+@dataclass(frozen=True)
+class Counts:
+    """How many cases of a sweep there are, failed, were warned of, and left the range of a model.
+
+    `longest` is the largest number of samples that one case has beyond the range.
+    """
+
+    cases: int
+    failed: int
+    warned: int
+    out_of_range: int
+    longest: int
+
+    @classmethod
+    def of_table(cls, rows: pl.LazyFrame) -> Counts:
+        """Count the rows of a table."""
+        beyond = pl.col("out_of_range").fill_null(0)
+        counts = rows.select(
+            cases=pl.len(),
+            failed=(pl.col("status") != "ok").sum(),
+            warned=(pl.col("warned").fill_null(False) | (beyond > 0)).sum(),
+            out_of_range=(beyond > 0).sum(),
+            longest=beyond.max().fill_null(0),
+        )
+        return cls(**counts.collect().row(0, named=True))
+
+    @property
+    def text(self) -> str:
+        """The counts as a sentence without its full stop."""
+        text = f"{self.cases} cases, {self.failed} failed"
+        if self.warned:
+            text += f", {self.warned} with warnings"
+        if self.out_of_range:
+            text += (
+                f": {self.out_of_range} go beyond what their model holds for (outOfRange), for up to "
+                f"{self.longest} samples"
+            )
+        return text
+
+
+def write_sweep_report(results: Path, directory: Path) -> tuple[Path, Counts]:
     """Write `report.html` and its figures.
 
     Parameters
@@ -39,8 +74,8 @@ def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
     -------
     path : Path
         Of the page.
-    failed : int
-        Number of cases that failed.
+    counts : Counts
+        Cases that failed or were warned of.
 
     Raises
     ------
@@ -48,36 +83,29 @@ def write_sweep_report(results: Path, directory: Path) -> tuple[Path, int]:
         If the file is no table of a sweep, or the directory cannot be written to.
     """
     metadata = read_metadata(results)
-    frame = pl.read_parquet(results, columns=_columns_drawn(metadata))
-    columns = Columns(frame, metadata)
-    failed = frame.filter(pl.col("status") != "ok")
+    rows = pl.scan_parquet(results)  # read column by column: a table may be larger than memory
+    columns = Columns(rows, metadata)
+    failed = rows.filter(pl.col("status") != "ok")
+    counts = Counts.of_table(rows)
     text = [metadata["text"]] if metadata["text"] else []
     text.append(
-        f"{len(frame)} cases, {len(failed)} of which failed. Everything here is drawn from "
-        f"{results.name}, whose rows are the cases."
+        f"{counts.text}. Everything here is drawn from {results.name}, whose rows are the cases."
     )
     sections = [Section("Results", text, [_summary(columns)], _pictures(metadata, columns))]
-    if len(failed):
+    if counts.failed:
         sections.append(_failures(failed, metadata))
-    warned = columns.frame.drop_nulls("message")
-    if len(warned):
-        sections.append(_messages(warned))
-    return write_report(make_directory(directory), metadata["title"], sections), len(failed)
-
-
-def _columns_drawn(metadata: dict) -> list[str]:
-    """Return the columns that a report needs; of the traces, which may be large, those it draws."""
-    scalars = [entry["name"] for key in ("axes", "metrics") for entry in metadata[key]]
-    drawn = {figure[key] for figure in metadata["figures"] for key in ("x", "y", "value")}
-    traces = [entry["name"] for entry in metadata["keep"] if entry["name"] in drawn]
-    return ["case", "variant", *scalars, *traces, "status", "message"]
+    said = _messages(columns.rows)
+    if said is not None:
+        sections.append(said)
+    return write_report(make_directory(directory), metadata["title"], sections), counts
 
 
 def _summary(columns: Columns) -> Table:
     rows = []
-    for name, frame in columns.variants():
-        for metric in columns.metadata["metrics"]:
-            values = columns.values(metric["name"], frame.drop_nulls(metric["name"]))
+    for metric in columns.metadata["metrics"]:
+        found = columns.read(metric["name"]).drop_nulls(metric["name"])
+        for name, part in columns.variants(found):
+            values = columns.values(metric["name"], part)
             if len(values):
                 shares = np.percentile(values, [0, 5, 50, 95, 100])
                 numbers = [f"{v:.4g}" for v in shares]
@@ -88,31 +116,27 @@ def _summary(columns: Columns) -> Table:
 
 def _pictures(metadata: dict, columns: Columns) -> list[Picture]:
     pictures = []
-    for number, entry in enumerate(metadata["figures"] or _default_figures(metadata), start=1):
-        figure = draw(entry, columns)
-        if figure is not None:
+    for number, entry in enumerate(metadata["figures"] or default_figures(metadata), start=1):
+        drawn = draw(entry, columns)
+        if drawn is not None:
+            figure, text = drawn
             name = f"figure_{number}_{entry['kind'].replace(' ', '_')}"
-            pictures.append(
-                Picture(name, figure, f"{entry['title']} {CAPTIONS[entry['kind']]}".strip())
-            )
+            pictures.append(Picture(name, figure, f"{entry['title']} {text}".strip()))
     return pictures
 
 
-def _default_figures(metadata: dict) -> Iterator[dict]:
+def default_figures(metadata: dict) -> Iterator[dict]:
     """Yield a figure for every metric: what suits the number of axes."""
-    blank = {"title": "", "x": "", "y": "", "by": "", "select": {}}
-    axes = [axis["name"] for axis in metadata["axes"]]
+    blank = {"title": "", "by": "", "select": {}, "x_scale": "linear", "y_scale": "linear"}
+    axes = metadata["axes"] if len(metadata["axes"]) <= 2 else []
+    for side, axis in zip("xy", axes, strict=False):
+        blank |= {side: axis["name"], f"{side}_scale": axis.get("scale", "linear")}
+    kind = ("distribution", "lines", "heat map")[len(axes)]
     for metric in metadata["metrics"]:
-        entry = {**blank, "value": metric["name"], "x_scale": "linear", "y_scale": "linear"}
-        if len(axes) == 1:
-            yield {**entry, "kind": "lines", "x": axes[0]}
-        elif len(axes) == 2:
-            yield {**entry, "kind": "heat map", "x": axes[0], "y": axes[1]}
-        else:
-            yield {**entry, "kind": "distribution"}
+        yield {**blank, "value": metric["name"], "kind": kind}
 
 
-def _failures(failed: pl.DataFrame, metadata: dict) -> Section:
+def _failures(failed: pl.LazyFrame, metadata: dict) -> Section:
     axes = [axis["name"] for axis in metadata["axes"]][:6]
     rows = [
         [
@@ -121,24 +145,33 @@ def _failures(failed: pl.DataFrame, metadata: dict) -> Section:
             *(f"{row[a]:.6g}" for a in axes),
             _cut(row["message"]),
         ]
-        for row in failed.head(LARGEST_LIST).iter_rows(named=True)
+        for row in failed.select("case", "variant", *axes, "message")
+        .head(LARGEST_LIST)
+        .collect(engine="streaming")
+        .iter_rows(named=True)
     ]
     table = Table(["case", "variant", *axes, "message"], rows, f"The first {len(rows)} failed cases")
     return Section("Cases that failed", [], [table])
 
 
-def _messages(warned: pl.DataFrame) -> Section:
-    # one message for all times and values that it was said at
-    alike = pl.col("message").str.replace_all(r"\b\d+(\.\d+)?(e[-+]?\d+)?\b", "…").alias("message")
-    counted = warned.group_by(alike).agg(pl.len().alias("cases"), pl.col("case").min())
-    counted = counted.sort(["cases", "case"], descending=[True, False])
+def _messages(rows: pl.LazyFrame) -> Section | None:
+    """Return what the FMUs said of the cases that did not fail; None if they said nothing."""
+    # one message for all times and values that it was said at, and once for a case
+    alike = pl.col("message").str.replace_all(r"\b\d+(\.\d+)?(e[-+]?\d+)?\b", "…")
+    each = alike.str.split(MESSAGES_APART).list.unique(maintain_order=True)
+    said = rows.drop_nulls("message").select("case", each).explode("message")
+    counted = said.group_by("message").agg(pl.len().alias("cases"), pl.col("case").min())
+    counted = counted.sort(["cases", "case"], descending=[True, False]).head(LARGEST_LIST)
     rows = [
         [_cut(row["message"]), str(row["cases"]), str(row["case"])]
-        for row in counted.head(LARGEST_LIST).iter_rows(named=True)
+        for row in counted.collect(engine="streaming").iter_rows(named=True)
     ]
+    if not rows:
+        return None
     table = Table(["message", "cases", "first"], rows, "What the FMUs had to say, most frequent first")
     return Section("Messages", [], [table])
 
 
 def _cut(message: str) -> str:
-    return message if len(message) <= MESSAGE else message[:MESSAGE] + " …"
+    """Return a message, or what fits of it in whole words."""
+    return message if len(message) <= MESSAGE else message[:MESSAGE].rpartition(" ")[0] + " …"

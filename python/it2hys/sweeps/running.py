@@ -22,12 +22,18 @@ from it2hys.sweeps.workers import Crash, Dask, Processes, ThisProcess, Workers
 
 @dataclass(frozen=True)
 class SweepOutcome:
-    """What a sweep leaves: its table and its report, and how many cases failed."""
+    """What a sweep leaves: its table and its report, how many cases failed or were warned of.
+
+    `out_of_range` counts cases with samples beyond what a model holds for; `summary` says it in words.
+    """
 
     results: Path
     report: Path
     cases: int
     failed: int
+    warned: int
+    out_of_range: int
+    summary: str
 
 
 def run_sweep(
@@ -68,8 +74,16 @@ def run_sweep(
     store.tidy()
     from it2hys.sweeps.report import write_sweep_report  # with matplotlib, which workers do not need
 
-    report, failed = write_sweep_report(store.results, store.directory)
-    return SweepOutcome(store.results, report, plan.cases, failed)
+    report, counts = write_sweep_report(store.results, store.directory)
+    return SweepOutcome(
+        store.results,
+        report,
+        counts.cases,
+        counts.failed,
+        counts.warned,
+        counts.out_of_range,
+        counts.text,
+    )
 
 
 def _workers(plan: Plan, count: int | None, dask: str | None) -> Workers:

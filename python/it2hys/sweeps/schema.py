@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,12 +20,15 @@ from it2hys.keys import Keys, known_names, read_toml
 from it2hys.stepping import Connection
 from it2hys.sweeps.metrics import KINDS
 
-METHODS = ("grid", "list", "random", "latin hypercube")
+DRAWN = ("random", "latin hypercube")
+METHODS = ("grid", "list", *DRAWN)
 SCALES = ("linear", "log")
 FIGURES = ("heat map", "lines", "loops", "time course", "distribution")
 #: Columns of a table that are no parameter and no metric.
 RESERVED = ("case", "variant", "status", "message")
 CSV = "csv"
+#: Arguments of a CSV signal that are numbers, and what they are by default.
+CSV_NUMBERS = {"factor": 1.0, "offset": 0.0, "time_factor": 1.0}
 #: A normal distribution has 95 % within so many standard deviations.
 NORMAL_95 = 1.959964
 TABLE_1 = "table 1"
@@ -48,10 +52,15 @@ class Source:
     signal: str
     arguments: Mapping[str, Any]
 
+    @property
+    def clock(self) -> str:
+        """The argument that says how long a period is."""
+        return "time_factor" if self.signal == CSV else "frequency"
+
 
 @dataclass(frozen=True)
 class Span:
-    """A time in s, or in periods of a signal's frequency."""
+    """A time in s, or in periods of a signal: of its frequency, or the length of a CSV."""
 
     seconds: float = 0.0
     periods: float = 0.0
@@ -276,7 +285,11 @@ def _source(name: str, table: object) -> Source:
     arguments = entry.rest()
     if signal == CSV:
         entry = Keys(f"signal.{name}: ", arguments)
-        arguments = {"file": entry.take("file", str), "column": entry.take("column", str)}
+        arguments = {
+            "file": entry.take("file", str),
+            "column": entry.take("column", str),
+            **{key: entry.take(key, float, default) for key, default in CSV_NUMBERS.items()},
+        }
         entry.done()
         return Source(name, signal, arguments)
     known = list(inspect.signature(excitations.SIGNALS[signal]).parameters)[1:]
@@ -286,6 +299,15 @@ def _source(name: str, table: object) -> Source:
                 f"signal.{name}: {signal!r} has no argument {key!r}; {known_names(key, known)}"
             )
     return Source(name, signal, arguments)
+
+
+def check_csv_number(key: str, value: object) -> None:
+    """Check one of `CSV_NUMBERS`."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not number or not math.isfinite(value):
+        raise InputError(f"{key} is {value!r}; it must be a finite number")
+    if key == "time_factor" and not value > 0.0:
+        raise InputError(f"{key} is {value:g}; it must be positive")
 
 
 def _connections(place: str, entries: list) -> tuple[Connection, ...]:
@@ -326,7 +348,7 @@ def _vary(number: int, table: object, folder: Path) -> list[Vary]:
         raise InputError(f"{place}of is empty; name what is varied")
     intervals = entry.take("intervals", str | dict, None)
     if intervals is not None:
-        method = entry.choose("method", METHODS[2:], METHODS[3])
+        method = entry.choose("method", DRAWN, DRAWN[1])
         only = tuple(_texts(f"{place}only", entry.take("only", list, [])))
         width = entry.take("width", float, 1.0)
         entry.done()
@@ -402,7 +424,7 @@ def _identified(place: str, path: Path) -> dict:
 
 
 def _check_vary(vary: Vary) -> None:
-    place, drawn = vary.place, vary.method in METHODS[2:]
+    place, drawn = vary.place, vary.method in DRAWN
     given = [bool(vary.values), vary.range is not None, vary.normal is not None]
     if sum(given) != 1:
         raise InputError(f"{place}give one of values, range and normal")

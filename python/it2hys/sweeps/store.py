@@ -14,16 +14,20 @@ from collections.abc import Collection
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
+
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
 from it2hys.packaging import make_directory
-from it2hys.sweeps.plan import Plan
+from it2hys.sweeps.plan import Axis, Plan
 
 RESULTS = "results.parquet"
 PARTS = "parts"
 KEY = "it2hys"
 #: Room beside the estimate, bytes: reports and figures.
 ROOM = 20_000_000
+#: Rows that are read together to get at one of them, bytes.
+ROW_GROUP = 16_000_000
 
 
 class Store:
@@ -84,12 +88,8 @@ class Store:
         return self.results.exists() and not self._restart
 
     def _check_room(self) -> None:
-        plan = self.plan
-        cases = range(0, plan.cases, max(plan.cases // 100, 1))
-        steps = sum(plan.steps(plan.values(case))[1] for case in cases) / len(cases)
-        numbers = len(plan.axes) + len(plan.metrics) + len(plan.keep) * steps / plan.keep_every
         # parts and table are both there for a moment
-        needed = 2 * plan.cases * (8 * numbers + 200) + ROOM
+        needed = 2 * self.plan.cases * self._row_size() + ROOM
         place = self.directory.absolute()
         while not place.exists():
             place = place.parent
@@ -99,6 +99,12 @@ class Store:
                 f"{self.directory}: {free / 1e6:.0f} MB are free, {needed / 1e6:.0f} MB may be needed; "
                 "make room, keep fewer outputs or raise keep_every"
             )
+
+    def _row_size(self) -> float:
+        """Return what a row of the table may take, bytes."""
+        plan = self.plan
+        kept = len(plan.keep) * plan.lengths().mean() / plan.keep_every
+        return 8 * (len(plan.axes) + len(plan.metrics) + kept) + 200
 
     def _part(self, chunk: int) -> Path:
         return self._parts / f"{chunk:06d}.parquet"
@@ -119,7 +125,9 @@ class Store:
         parts = [self._part(chunk) for chunk in range(chunks)]
         try:
             pl.scan_parquet(parts).sink_parquet(
-                temporary, metadata={KEY: json.dumps(metadata(self.plan))}
+                temporary,
+                row_group_size=int(np.clip(ROW_GROUP // self._row_size(), 1, 100_000)),
+                metadata={KEY: json.dumps(metadata(self.plan))},
             )
             count = pl.scan_parquet(temporary).select(pl.len()).collect().item()
             if count != self.plan.cases:
@@ -149,7 +157,7 @@ def metadata(plan: Plan) -> dict:
         "step": plan.step,
         "keep_every": plan.keep_every,
         "variants": [setup.name for setup in plan.setups],
-        "axes": [{"name": a.name, "unit": a.unit} for a in plan.axes],
+        "axes": [_axis(axis, values) for axis, values in zip(plan.axes, plan.matrix.T, strict=True)],
         "metrics": [
             {"name": m.name, "kind": m.kind, "unit": unit, "of": m.of, "against": m.against}
             for m, unit in zip(plan.metrics, plan.metric_units, strict=True)
@@ -159,6 +167,12 @@ def metadata(plan: Plan) -> dict:
         ],
         "figures": [asdict(figure) for figure in plan.figures],
     }
+
+
+def _axis(axis: Axis, values: np.ndarray) -> dict:
+    """Return what a report needs to know of an axis; no logarithm of what is not positive."""
+    scale = axis.scale if values.min() > 0.0 else "linear"
+    return {"name": axis.name, "unit": axis.unit, "method": axis.method, "scale": scale}
 
 
 def read_metadata(path: Path) -> dict:

@@ -14,13 +14,18 @@ import numpy as np
 
 from it2hys.errors import InputError
 from it2hys.slave import Slave
-from it2hys.stepping import System
+from it2hys.stepping import System, named
 from it2hys.sweeps.metrics import KINDS
 from it2hys.sweeps.plan import Plan, Setup, signal_values
 
 OK, FAILED = "ok", "failed"
-#: Signals kept for cases that share them; a grid over the signals themselves would fill the memory.
-KEPT_SIGNALS = 8
+#: Between the messages of a case.
+MESSAGES_APART = " | "
+#: Output of a plant that is true beyond what its parameters hold for.
+OUT_OF_RANGE = "outOfRange"
+#: Signals kept for cases that share them, and their samples; a grid over the signals themselves would
+#: fill the memory, and so would a few that last for hours.
+KEPT_SIGNALS, KEPT_SAMPLES = 8, 20_000_000
 #: Against 3.0000000000000004 ticks where 3 are meant.
 _ROUNDING = 1e-9
 
@@ -83,7 +88,7 @@ def format_rows(plan: Plan, rows: list[dict]) -> bytes:
         **{axis.name: pl.Float64 for axis in plan.axes},
         **{metric.name: pl.Float64 for metric in plan.metrics},
         **{name: pl.List(pl.Float64) for name in plan.keep},
-        "status": pl.String, "message": pl.String,
+        "status": pl.String, "warned": pl.Boolean, "out_of_range": pl.Int64, "message": pl.String,
     }  # fmt: skip
     columns = {name: [row.get(name) for row in rows] for name in schema}
     for name in plan.keep:  # as series: polars would make arrays of traces of one length
@@ -101,6 +106,11 @@ def _columns(plan: Plan, case: int) -> dict:
         "variant": variant or None,
         **dict(zip(names, plan.matrix[case].tolist(), strict=True)),
     }
+
+
+def _range_flags(slaves: Mapping[str, Slave]) -> list[str]:
+    """Return the outputs that tell whether an FMU is beyond what its parameters hold for."""
+    return [f"{name}.{OUT_OF_RANGE}" for name, s in slaves.items() if OUT_OF_RANGE in s.names("output")]
 
 
 class Runner:
@@ -138,7 +148,8 @@ class Runner:
         except Exception as error:  # whatever a case does, the others go on
             text = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
             for name in self.plan.files:
-                text = text.replace(str(self._path(name)), name)
+                model = self._slaves[name].model if name in self._slaves else ""
+                text = text.replace(str(self._path(name)), named(name, model))
             return failure(self.plan, case, text)
 
     def _path(self, fmu: str) -> Path:
@@ -153,7 +164,8 @@ class Runner:
     def _system(self, setup: Setup) -> System:
         if setup.name not in self._systems:
             slaves = {name: self._slave(name) for name in setup.fmus}
-            self._systems[setup.name] = System(slaves, setup.connections, self._recorded)
+            recorded = dict.fromkeys([*self._recorded, *_range_flags(slaves)])
+            self._systems[setup.name] = System(slaves, setup.connections, list(recorded))
         return self._systems[setup.name]
 
     def _run(self, case: int) -> dict:
@@ -167,7 +179,13 @@ class Runner:
             {name: signal[0] for name, signal in signals.items()},
         )
         records = system.run(signals, count, step)
-        row = {"status": OK, "message": " | ".join(system.messages) or None}
+        flags = [records[name] != 0 for name in _range_flags(system.slaves)]
+        row = {
+            "status": OK,
+            "warned": any(slave.warned for slave in system.slaves.values()),
+            "out_of_range": int(np.count_nonzero(np.any(flags, axis=0))) if flags else None,
+            "message": MESSAGES_APART.join(system.messages) or None,
+        }
         for metric in plan.metrics:
             of, against = (
                 self._output(name, records, values, step, count, metric.of)
@@ -215,7 +233,10 @@ class Runner:
         late = tick is not None and abs(tick / step - 1.0) > _ROUNDING
         key = (name, own, step, count, tick if late else None)
         if key not in self._signals:
-            while len(self._signals) >= KEPT_SIGNALS:
+            while self._signals and (
+                len(self._signals) >= KEPT_SIGNALS
+                or sum(map(len, self._signals.values())) + count > KEPT_SAMPLES
+            ):
                 del self._signals[next(iter(self._signals))]
             begins = np.arange(count) * step
             times = begins

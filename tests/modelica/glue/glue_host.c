@@ -5,7 +5,8 @@
  *     tick ID TIME INPUT FORCE TEMPERATURE
  *     free ID
  *
- * Answers, one a line: `ok`, the outputs, or `error: ...`; `warning: ...` lines come before. */
+ * Answers, one a line: `ok`, the outputs (three: of the inverse with a 0 before the flag), or `error: ...`;
+ * `warning: ...` lines come before. */
 #include <setjmp.h>
 #include <stdarg.h>
 
@@ -77,7 +78,7 @@ static void construct(int id, int inverse)
 
 static void tick(int id)
 {
-    double number[4], first, second;
+    double number[4], first, second = 0.0;
     int flag;
 
     for (int i = 0; i < 4; i++)
@@ -85,12 +86,11 @@ static void tick(int id)
             exit(2);
     if (setjmp(on_error) != 0)
         return;
-    if (object[id].inverse) {
+    if (object[id].inverse)
         inverseTick(object[id].instance, number[0], number[1], number[2], number[3], &first, &flag);
-        second = flag;
-    } else
-        plantTick(object[id].instance, number[0], number[1], number[2], number[3], &first, &second);
-    printf("%.17g %.17g\n", first, second);
+    else
+        plantTick(object[id].instance, number[0], number[1], number[2], number[3], &first, &second, &flag);
+    printf("%.17g %.17g %d\n", first, second, flag);
 }
 
 int main(void)

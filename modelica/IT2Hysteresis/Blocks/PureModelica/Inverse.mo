@@ -85,7 +85,7 @@ equation
       playThreshold,
       playWeight,
       pre(p),
-      IT2Hysteresis.Functions.inverse(
+      IT2Hysteresis.Functions.coreInverse(
         parameters.ruleSigmaLower,
         parameters.ruleSigmaUpper,
         parameters.ruleCentre,
@@ -93,7 +93,9 @@ equation
         parameters.ruleQ2,
         parameters.ruleQ3,
         if bare then pre(reached) else pre(aim),
-        aim));
+        aim,
+        lowerEnd,
+        upperEnd));
     wanted = IT2Hysteresis.Functions.Effects.lagInverse(lagRate, pre(lagged), lagged);
     possible = IT2Hysteresis.Functions.Effects.saturation(lowest, highest, wanted);
     allowed = IT2Hysteresis.Functions.Effects.saturation(
@@ -113,7 +115,7 @@ equation
       pre(reachedLag),
       IT2Hysteresis.Functions.Effects.saturation(lowest, highest, slewed)) else lagged;
     p = IT2Hysteresis.Functions.Effects.playStates(playThreshold, pre(p), nowLag);
-    now = if followed then IT2Hysteresis.Functions.step(
+    now = if followed then IT2Hysteresis.Functions.core(
       parameters.ruleSigmaLower,
       parameters.ruleSigmaUpper,
       parameters.ruleCentre,
@@ -121,7 +123,9 @@ equation
       parameters.ruleQ2,
       parameters.ruleQ3,
       pre(reached),
-      IT2Hysteresis.Functions.Effects.play(playWeight, p, nowLag)) else aim;
+      IT2Hysteresis.Functions.Effects.play(playWeight, p, nowLag),
+      lowerEnd,
+      upperEnd) else aim;
     stroke = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, now, forceInternal)
       - parameters.displacementZero;
     s = IT2Hysteresis.Functions.Effects.creepStates(creepRate, pre(s), stroke);
@@ -150,7 +154,7 @@ equation
 <p>
 At every tick t<sub>k</sub> = k <code>parameters.sampleTime</code> the reference walks the
 <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">chain</a> backwards: through the inverses of the effects behind the fuzzy
-system, through (30) by <a href=\"modelica://IT2Hysteresis.Functions.inverse\">inverse</a>, and through the inverses of the effects in
+system, through (30) by <a href=\"modelica://IT2Hysteresis.Functions.coreInverse\">coreInverse</a>, and through the inverses of the effects in
 front of it.
 </p>
 <p>

@@ -37,7 +37,7 @@ equation
     limited = IT2Hysteresis.Functions.Effects.saturation(lowest, highest, slewed);
     lagged = IT2Hysteresis.Functions.Effects.lag(lagRate, pre(lagged), limited);
     p = IT2Hysteresis.Functions.Effects.playStates(playThreshold, pre(p), lagged);
-    core = IT2Hysteresis.Functions.step(
+    core = IT2Hysteresis.Functions.core(
       parameters.ruleSigmaLower,
       parameters.ruleSigmaUpper,
       parameters.ruleCentre,
@@ -45,7 +45,9 @@ equation
       parameters.ruleQ2,
       parameters.ruleQ3,
       pre(core),
-      IT2Hysteresis.Functions.Effects.play(playWeight, p, lagged));
+      IT2Hysteresis.Functions.Effects.play(playWeight, p, lagged),
+      lowerEnd,
+      upperEnd);
     loaded = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, core, forceInternal);
     s = IT2Hysteresis.Functions.Effects.creepStates(
       creepRate,
@@ -76,23 +78,24 @@ equation
       parameters.humFrequency,
       parameters.humPhase,
       time);
-    left = pre(left) or voltage < parameters.voltageMin or voltage > parameters.voltageMax
-      or core < parameters.displacementMin or core > parameters.displacementMax;
+    outOfRange = abs(voltage - voltageMiddle) > voltageReach or abs(core - coreMiddle) > coreReach;
+    left = pre(left) or outOfRange;
     assert(pre(left) or not left,
       "The voltage left voltageMin .. voltageMax, or the displacement displacementMin .. displacementMax, "
-      + "the range that the parameters are valid for; beyond it the model may diverge. This is said once.",
+      + "the range that the parameters are valid for; beyond it the model is extrapolated. This is said once.",
       AssertionLevel.warning);
   end when;
   annotation (defaultComponentName="plant", Documentation(info="<html>
 <p>
 At every tick t<sub>k</sub> = k <code>parameters.sampleTime</code> the voltage walks along the
 <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">chain</a>: through the effects in front of the fuzzy system, through the
-fuzzy system itself, (10), by <a href=\"modelica://IT2Hysteresis.Functions.step\">step</a>, and through the effects behind it. Every stage is a
+fuzzy system itself, (10), by <a href=\"modelica://IT2Hysteresis.Functions.core\">core</a>, and through the effects behind it. Every stage is a
 function of <a href=\"modelica://IT2Hysteresis.Functions.Effects\">Effects</a>. Those that the parameter set does not have
 pass their input on.
 </p>
 <p>
-Leaving the range that the parameters are valid for is a warning, which is given once.
+Leaving the range that the parameters are valid for is a warning, which is given once; <code>outOfRange</code> is true as
+long as it is left.
 </p>
 </html>", revisions="<html>
 <ul>

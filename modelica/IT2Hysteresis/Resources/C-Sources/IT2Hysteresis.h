@@ -21,6 +21,7 @@
 #include "it2_gradient.c"
 #include "it2_inverse.c"
 #include "it2_model.c"
+#include "it2_range.c"
 
 #include "creep.c"
 #include "delay.c"
@@ -44,12 +45,15 @@
 #include "fmu_step.c"
 #include "fmu_variables.c"
 
-/* The constructor sets every parameter: there is no set to load. */
+/* The constructor sets every parameter: there is no set to load, but room for as much as there can be. */
 bool fmu_load_parameters(const struct fmu_model *model, const char *guid, const char *resources,
                          struct chain_parameters *parameters, char *message, size_t size)
 {
     (void)model, (void)guid, (void)resources, (void)message, (void)size;
     memset(parameters, 0, sizeof *parameters);
+    parameters->ruleCount = IT2_MAX_RULES;
+    parameters->playCount = PLAY_MAX;
+    parameters->creepCount = CREEP_MAX;
     return true;
 }
 
@@ -382,13 +386,15 @@ static void IT2Inverse_destruct(void *object)
 }
 
 static void IT2Plant_tick(void *object, double time, double voltage, double force, double temperature,
-                          double *displacement, double *measured)
+                          double *displacement, double *measured, int *out_of_range)
 {
     const double inputs[] = { voltage, force, temperature };
+    const fmi2ValueReference flag = it2m_find(&IT2M_PLANT, "outOfRange");
 
     it2m_tick(object, time, inputs);
     *displacement = it2m_real(object, "displacement");
     *measured = it2m_real(object, "measured");
+    IT2Plant_fmi2GetBoolean(((struct it2m_object *)object)->component, &flag, 1, out_of_range);
 }
 
 static void IT2Inverse_tick(void *object, double time, double reference, double force,

@@ -9,6 +9,7 @@ static void plant_start(const struct chain *chain, const struct chain_state *sta
     (void)chain, (void)state;
     outputs->displacement = parameters->initialDisplacement;
     outputs->measured = parameters->initialDisplacement;
+    outputs->outOfRange = 0;
 }
 
 static void plant_start_tangent(const struct chain *chain, const struct chain_state *state,
@@ -31,10 +32,11 @@ static unsigned plant_tick(const struct chain *chain, struct chain_state *state,
 
     outputs->displacement = displacement;
     outputs->measured = chain_measure(chain, displacement, inputs->time);
-    if (!(voltage >= parameters->voltageMin && voltage <= parameters->voltageMax))
+    if (chain_outside(voltage, parameters->voltageMin, parameters->voltageMax))
         findings |= FMU_VOLTAGE_RANGE;
-    if (!(state->core.y >= parameters->displacementMin && state->core.y <= parameters->displacementMax))
+    if (chain_outside(state->core.y, parameters->displacementMin, parameters->displacementMax))
         findings |= FMU_DISPLACEMENT_RANGE;
+    outputs->outOfRange = findings != 0;
     return findings;
 }
 

@@ -25,7 +25,8 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
 {
     const unsigned effects = effects_of(p);
 
-    it2_prepare(&chain->core, p->rule, p->ruleCount);
+    it2_prepare(&chain->core, p->rule, p->ruleCount,
+                (struct it2_range){ p->displacementMin, p->displacementMax });
     chain->displacement = (struct it2_range){ p->displacementMin, p->displacementMax };
     chain->voltage = (struct saturation_parameters){ p->voltageMin, p->voltageMax };
     chain->zero = p->displacementZero;

@@ -258,6 +258,7 @@ static double core_equilibrium_tangent(const struct chain *chain, double y, doub
 
     it2_gradient(&chain->core, y, it2_solve(&chain->core, y, y), gradient, &f);
     d -= f.dy * d_y;
+    d -= f.end * (y < chain->core.lower.y ? d_parameters->displacementMin : d_parameters->displacementMax);
     for (int l = 0; l < chain->core.rules; l++) {
         const double *by_rule = gradient + IT2_RULE_PARAMETERS * l;
         const struct it2_rule *rule = &d_parameters->rule[l];

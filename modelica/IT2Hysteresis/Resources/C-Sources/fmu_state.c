@@ -14,7 +14,7 @@ struct header {
     uint64_t checksum;
 };
 
-static const char MAGIC[8] = "it2hys1";
+static const char MAGIC[8] = "it2hys2";
 static const uint64_t ORDER = 0x0102030405060708u;
 
 uint64_t fmu_hash(const void *bytes, size_t size)
@@ -54,10 +54,14 @@ fmi2Status fmu_get_state(struct fmu *fmu, fmi2FMUstate *state)
 
 static void adopt(struct fmu *fmu, const struct fmu_snapshot *snapshot)
 {
+    /* a master that goes back to try again does so with the same parameters: they are prepared */
+    const bool prepared = !fmu->outputs_stale && memcmp(&fmu->now.values.parameter, &snapshot->values.parameter,
+                                                        sizeof snapshot->values.parameter) == 0;
+
     memcpy(&fmu->now, snapshot, sizeof fmu->now);
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
     fmu->outputs_stale = fmu->now.phase < FMU_STEP_COMPLETE;
-    if (!fmu->outputs_stale)
+    if (!fmu->outputs_stale && !prepared)
         chain_prepare(&fmu->chain, &fmu->now.values.parameter);
 }
 
@@ -117,35 +121,35 @@ static bool doubles_finite(const void *first, size_t size)
     return true;
 }
 
-/* Ticks follow from time: a step from invented ones would not return. */
+/* A step or a derivative from invented ticks would not return. */
 static bool ticks_plausible(const struct fmu_snapshot *s)
 {
-    const double sample_time = s->values.parameter.sampleTime;
     const struct fmu_span *last = &s->last_step.span;
-    const int64_t due = fmu_first_tick(s->time, sample_time);
-    const int64_t last_due = fmu_first_tick(last->start, sample_time);
+    const double ticks = (double)last->end_tick - (double)last->first_tick;
 
-    if (s->next_tick < due || s->next_tick > due + 1)
-        return false;
-    if (last->first_tick == last->end_tick)
-        return true;
-    return last->end_tick == s->next_tick && last->first_tick >= last_due - 1 &&
-           last->first_tick <= last_due + 1;
+    return fmu_clock_plausible(&s->clock, s->values.parameter.sampleTime) && ticks >= 0.0 &&
+           ticks <= 2.0 * CLOCK_LONGEST_STEP && fabs((double)last->tick) <= CLOCK_LARGEST_TICK &&
+           last->rest >= 0.0 && last->rest < 1.0 &&
+           (ticks == 0.0 || last->end_tick == s->clock.next_tick);
 }
 
+/* What is neither a variable nor the clock's. */
 static bool all_finite(const struct fmu_snapshot *s)
 {
-    return isfinite(s->time) && isfinite(s->stop_time) &&
-           doubles_finite(&s->values.input, sizeof s->values.input) &&
-           doubles_finite(&s->slope, sizeof s->slope) && doubles_finite(&s->chain, sizeof s->chain);
+    const struct fmu_span *last = &s->last_step.span;
+
+    return isfinite(s->values.input.time) && doubles_finite(&s->slope, sizeof s->slope) &&
+           doubles_finite(&s->chain, sizeof s->chain) && isfinite(last->rest) &&
+           doubles_finite(&last->input, sizeof last->input) &&
+           doubles_finite(&last->slope, sizeof last->slope) &&
+           doubles_finite(&s->last_step.chain, sizeof s->last_step.chain);
 }
 
-/* A checksum stops damage, not invention: what a step relies on is checked too. Returns what cannot be,
- * or NULL; `message` is room for it. */
-static const char *invented(const struct fmu_snapshot *s, char *message, size_t size)
+/* A checksum stops damage, not invention: what a step relies on and what is handed out is checked too.
+ * Returns what cannot be, or NULL; `message` is room for it. */
+static const char *invented(const struct fmu *fmu, const struct fmu_snapshot *s, char *message, size_t size)
 {
     const struct chain_parameters *p = &s->values.parameter;
-    const struct fmu_span *last = &s->last_step.span;
     const bool one_phase = s->phase == FMU_INSTANTIATED || s->phase == FMU_INITIALIZATION ||
                            s->phase == FMU_STEP_COMPLETE || s->phase == FMU_TERMINATED;
 
@@ -153,10 +157,10 @@ static const char *invented(const struct fmu_snapshot *s, char *message, size_t 
         return "no such phase or status";
     if (!all_finite(s))
         return "a number is not finite";
-    if (last->end_tick < last->first_tick)
-        return "the last step ends before it begins";
+    if (!fmu_values_possible(fmu, &s->values, message, size))
+        return message;
     if (s->phase < FMU_STEP_COMPLETE)
-        return NULL;
+        return isfinite(s->clock.time) && s->clock.stop_time > -INFINITY ? NULL : "no such time";
     if (!fmu_within_bounds(p, message, size) || !chain_check(p, message, size))
         return message;
     return ticks_plausible(s) ? NULL : "the ticks are not those of the time";
@@ -183,7 +187,7 @@ fmi2Status fmu_deserialize(struct fmu *fmu, const fmi2Byte bytes[], size_t size,
     header = header_of(fmu, snapshot);
     const char *reason = memcmp(&header, bytes, sizeof header) != 0
                              ? "header or checksum is wrong"
-                             : invented(snapshot, message, sizeof message);
+                             : invented(fmu, snapshot, message, sizeof message);
     if (reason) {
         free(snapshot);
         return fmu_say(fmu, fmi2Error, "%s: these bytes are damaged or not a state of this version of "

@@ -198,6 +198,7 @@ static const struct fmu_variable FMU_TABLE[] = {
     { "initialCreep", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct fmu_values, parameter.initialCreep), -0.1, 0.1, 0, 0 },
     { "nonlinearity.minimum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct fmu_values, parameter.nonlinearity.minimum), -0.1, 0.1, 0, 0 },
     { "nonlinearity.maximum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct fmu_values, parameter.nonlinearity.maximum), -0.1, 0.1, 0, 0 },
+    { "outOfRange", FMU_BOOLEAN, FMU_OUTPUT, FMU_PLANT, offsetof(struct fmu_values, output.outOfRange), 0, 0, 0, 0 },
     { "displacementZero", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct fmu_values, parameter.displacementZero), -0.1, 0.1, 0, 0 },
 };
 #define FMU_INPUT_START ((struct fmu_inputs){ .voltage = 0.0, .reference = 0.0, .force = 0.0, .temperature = 293.15 })

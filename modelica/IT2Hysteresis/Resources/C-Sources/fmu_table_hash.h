@@ -1,3 +1,3 @@
 /* Generated from variables.toml by codegen.py. */
-#define FMU_TABLE_HASH_PLANT 0xd14c198a40e55f1bu
-#define FMU_TABLE_HASH_INVERSE 0xc14ae232e58b247du
+#define FMU_TABLE_HASH_PLANT 0x6f47eb75cb592cbbu
+#define FMU_TABLE_HASH_INVERSE 0x34765cc746d92d9cu

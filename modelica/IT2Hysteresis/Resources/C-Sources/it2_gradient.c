@@ -31,6 +31,9 @@ double it2_gradient(const struct it2 *stage, double y_previous, double x, double
     double dx = 0.0;
     double dy = 0.0;
 
+    const struct it2_end *end = it2_beyond(stage, y_previous);
+    if (end)
+        return it2_gradient_beyond(stage, end, y_previous, x, gradient, partials);
     it2_memberships(stage, y_previous, &m);
     for (int l = 0; l < stage->rules; l++) {
         const struct it2_rule *rule = &stage->rule[l];
@@ -47,7 +50,7 @@ double it2_gradient(const struct it2 *stage, double y_previous, double x, double
         dy += rule->q1 * m.weight[l] - by_centre * excess;
     }
     if (partials)
-        *partials = (struct it2_partials){ .dx = dx / m.sum, .dy = dy / m.sum };
+        *partials = (struct it2_partials){ .dx = dx / m.sum, .dy = dy / m.sum, .end = 0.0 };
     return y;
 }
 

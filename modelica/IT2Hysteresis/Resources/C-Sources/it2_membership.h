@@ -22,10 +22,10 @@ struct it2_memberships {
 /* A membership with a scaled exponent above this is above IT2_SUM_UNDERFLOW. */
 #define IT2_NO_UNDERFLOW -59000.0
 
-/* Then nothing can underflow, and neither exponentials nor their sum need be checked. */
-static inline bool it2_cannot_underflow(const struct it2 *stage, double y_previous)
+/* Within the range, where nothing can underflow either: neither exponentials nor their sum need be checked. */
+static inline bool it2_is_plain(const struct it2 *stage, double y_previous)
 {
-    return y_previous >= stage->no_underflow.minimum && y_previous <= stage->no_underflow.maximum;
+    return y_previous >= stage->plain.minimum && y_previous <= stage->plain.maximum;
 }
 
 static inline void it2_exponents(const struct it2 *stage, int l, double y_previous, double scaled[2])
@@ -37,7 +37,7 @@ static inline void it2_exponents(const struct it2 *stage, int l, double y_previo
     scaled[1] = square * stage->exponent[l][1];
 }
 
-/* (8), (11) and (9), (12) for one rule, where it2_cannot_underflow; returns f_l + F_l. */
+/* (8), (11) and (9), (12) for one rule, where it2_is_plain; returns f_l + F_l. */
 static inline double it2_membership(const struct it2 *stage, int l, double y_previous, double *lower,
                                     double *upper)
 {
@@ -54,12 +54,19 @@ static inline double it2_membership(const struct it2 *stage, int l, double y_pre
 HIDDEN_BEGIN
 /* it2_memberships for any y_{k-1}. */
 void it2_memberships_anywhere(const struct it2 *stage, double y_previous, struct it2_memberships *m);
+
+/* An end of the range at y, from a stage that is (10) there; of an infinite one only that. */
+struct it2_end it2_end_at(const struct it2 *stage, double y);
+
+/* it2_gradient for y_{k-1} beyond an end. */
+double it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, double y_previous, double x,
+                           double *gradient, struct it2_partials *partials);
 HIDDEN_END
 
 static inline void it2_memberships(const struct it2 *stage, double y_previous,
                                    struct it2_memberships *m)
 {
-    if (!it2_cannot_underflow(stage, y_previous)) {
+    if (!it2_is_plain(stage, y_previous)) {
         it2_memberships_anywhere(stage, y_previous, m);
         return;
     }

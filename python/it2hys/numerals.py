@@ -1,0 +1,21 @@
+"""Numbers as files write them."""
+
+import re
+
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?|[+-]?(inf|infinity|nan)", re.I)
+
+
+def parse_number(text: str) -> float:
+    """Return the number that a text is, infinities and NaN included.
+
+    `float` also takes underscores and the digits of all scripts, which no file format means.
+
+    Raises
+    ------
+    ValueError
+        If the text is not a number.
+    """
+    text = text.strip(" \t\r\n")
+    if not _NUMBER.fullmatch(text):
+        raise ValueError(f"{text!r} is not a number")
+    return float(text)

@@ -1,0 +1,47 @@
+"""Samples beyond the range that a model holds for, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+_UM = 1e6
+
+
+def out_of_range_sentence(
+    ends: Mapping[str, float],
+    outside: np.ndarray,
+    voltage: np.ndarray,
+    displacement: np.ndarray,
+    um: str = "µm",
+) -> str | None:
+    """Return how many samples of a run are beyond the range, which range that is, and how far they are.
+
+    Parameters
+    ----------
+    ends : mapping of str to float
+        `voltageMin`, `voltageMax`, `displacementMin` and `displacementMax`, such as a `ParameterSet`.
+    outside : ndarray of bool, shape (N,)
+        `outOfRange` of the plant FMU.
+    voltage, displacement : ndarray, shape (N,)
+        In V and m.
+    um : str
+        How the unit is written.
+
+    Returns
+    -------
+    str or None
+        None where no sample is.
+    """
+    outside = np.asarray(outside, dtype=bool)
+    if not outside.any():
+        return None
+    x, y = np.asarray(voltage)[outside], _UM * np.asarray(displacement)[outside]
+    low, high = _UM * ends["displacementMin"], _UM * ends["displacementMax"]
+    return (
+        f"{np.count_nonzero(outside)} of {len(outside)} samples are beyond what the model holds for, "
+        f"{ends['voltageMin']:.6g} to {ends['voltageMax']:.6g} V and {low:.6g} to {high:.6g} {um} of "
+        f"its core: there the voltage is {x.min():.6g} to {x.max():.6g} V and the displacement, which "
+        f"is extrapolated, {y.min():.4g} to {y.max():.4g} {um}."
+    )

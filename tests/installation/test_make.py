@@ -1,0 +1,216 @@
+"""The Makefile's stages and messages, and that a build needs nothing that it does not name."""
+
+import os
+import pty
+import re
+import shutil
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import pytest
+from compilers import HEADERS
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+STAGES = ("pyvenv.cfg", ".runtime", ".installed", ".tools")
+
+pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="make is missing")
+
+
+def make(folder, *arguments, **environment):
+    """Return a finished `make`, which must not find Maven: it would fetch."""
+    return subprocess.run(
+        ["make", *arguments],
+        cwd=folder,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """Return a copy of what the Makefile looks at, with a space in its path, not yet installed."""
+    folder = tmp_path / "Kopie für make"
+    for name in ("fmu_src", "scenarios", "python", "tools"):
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    for name in ("Makefile", "pyproject.toml", "LICENSE", "requirements.lock", "requirements-dev.lock"):
+        shutil.copy(ROOT / name, folder)
+    return folder
+
+
+@pytest.fixture
+def installed(tree):
+    """Return the same as it is after an installation."""
+    (tree / ".venv").mkdir()
+    for name in STAGES:
+        (tree / ".venv" / name).touch()
+    return tree
+
+
+def touch(path):
+    """Make a file younger than all others."""
+    later = time.time() + 10
+    os.utime(path, (later, later))
+
+
+def test_make_alone_prints_its_goals_and_does_nothing(tree):
+    before = sorted(tree.iterdir())
+    done = make(tree)
+    assert done.returncode == 0
+    assert [line.split()[:2] for line in done.stdout.splitlines()] == [
+        ["make", goal] for goal in ("demo", "test", "bench", "clean")
+    ]
+    assert sorted(tree.iterdir()) == before
+
+
+def test_the_demo_installs_no_tools_of_the_tests(tree):
+    done = make(tree, "--dry-run", "demo")
+    assert "-r requirements.lock" in done.stdout and "run demo" in done.stdout
+    assert "requirements-dev" not in done.stdout
+    assert "requirements-dev.lock" in make(tree, "--dry-run", "test").stdout
+
+
+def test_an_edit_of_a_python_file_installs_nothing_anew(installed):
+    assert make(installed, "--question", "install").returncode == 0
+    touch(installed / "python/it2hys/api.py")
+    touch(installed / "fmu_src/tests/test_it2.c")
+    assert make(installed, "--question", "install").returncode == 0
+
+
+@pytest.mark.parametrize(
+    "name", ["fmu_src/core/chain.c", "python/it2hys/variables.toml", "scenarios/demo.toml"]
+)
+def test_an_edit_of_what_is_compiled_or_copied_does(installed, name):
+    touch(installed / name)
+    assert make(installed, "--question", "install").returncode == 1
+    assert "install -v --no-deps" in make(installed, "--dry-run", "install").stdout
+
+
+def fake_python(folder, script):
+    path = folder / "fake_python"
+    path.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+    path.chmod(0o755)
+    return path.name
+
+
+def test_an_old_python_is_refused_in_a_sentence(tree):
+    done = make(tree, "demo", f"PYTHON=./{fake_python(tree, 'exit 1')}")
+    assert done.returncode == 2
+    assert "it2hys needs Python 3.11 or newer, which ./fake_python is not" in done.stderr
+    assert "make PYTHON=python3.12" in done.stderr
+    assert not (tree / ".venv").exists()
+
+
+def test_a_python_without_venv_is_told_of_debians_package(tree):
+    script = 'test "$1" = -c && exit 0; mkdir -p .venv; exit 1'
+    done = make(tree, "demo", f"PYTHON=./{fake_python(tree, script)}")
+    assert done.returncode == 2
+    assert "Debian and Ubuntu have that in the package python3-venv" in done.stderr
+    assert not (tree / ".venv").exists()
+
+
+def test_clean_removes_what_was_built(installed):
+    for name in ("build", "dist", "out"):
+        (installed / name).mkdir()
+    kept = {p.name for p in installed.iterdir()} - {".venv", "build", "dist", "out"}
+    assert make(installed, "clean").returncode == 0
+    assert {p.name for p in installed.iterdir()} == kept
+
+
+def test_the_makefile_leaves_the_systems_packages_alone():
+    assert "apt" not in (ROOT / "Makefile").read_text(encoding="utf-8").split()
+
+
+# --- what is installed -------------------------------------------------------------------------
+
+
+def pins(name):
+    lines = (ROOT / name).read_text(encoding="utf-8").split()
+    return {canonicalize_name(n): version for n, _, version in (line.partition("==") for line in lines)}
+
+
+def test_what_runs_and_what_tests_is_pinned_apart():
+    runtime, tools = pins("requirements.lock"), pins("requirements-dev.lock")
+    assert not set(runtime) & set(tools)
+    needed = {canonicalize_name(Requirement(r).name) for r in PROJECT["project"]["dependencies"]}
+    assert needed <= set(runtime)
+    tested = PROJECT["project"]["optional-dependencies"]["test"]
+    assert {canonicalize_name(Requirement(r).name) for r in tested} <= set(tools)
+
+
+def test_developers_build_with_the_tools_of_an_isolated_build():
+    both = pins("requirements.lock") | pins("requirements-dev.lock")
+    for text in PROJECT["build-system"]["requires"]:
+        requirement = Requirement(text)
+        assert str(requirement.specifier) == f"=={both[canonicalize_name(requirement.name)]}"
+
+
+def test_the_generator_of_the_c_tables_needs_the_standard_library_alone(tmp_path):
+    """As CMake runs it in an isolated build; -S leaves out all that is installed."""
+    command = [sys.executable, "-E", "-S", "-m", "it2hys.codegen", str(tmp_path)]
+    subprocess.run(command, cwd=ROOT / "python", check=True)
+    assert {p.name for p in tmp_path.iterdir()} == {
+        "fmu_table.h", "fmu_table_hash.h", "chain_table.h", "fmu_start.h"
+    }  # fmt: skip
+    cmake = (ROOT / "fmu_src" / "CMakeLists.txt").read_text(encoding="utf-8")
+    assert "${Python_EXECUTABLE} -E -m it2hys.codegen" in cmake
+    assert "PYTHONPATH" not in cmake
+
+
+def test_the_headers_of_fmi_are_the_standards():
+    ours = sorted((ROOT / "fmu_src/fmi2/standard").iterdir())
+    assert [p.name for p in ours] == sorted(p.name for p in HEADERS.glob("fmi2*.h"))
+    assert all(p.read_bytes() == (HEADERS / p.name).read_bytes() for p in ours)
+
+
+# --- what is shown meanwhile -------------------------------------------------------------------
+
+WATCH = [sys.executable, str(ROOT / "tools" / "watch.py")]
+SLOW = "for i in range(4): print(f'[{i}/4] step', flush=True); time.sleep(0.4)"
+
+
+def shown(code, terminal=False):
+    command = [*WATCH, "building", sys.executable, "-c", f"import sys, time\n{code}"]
+    if not terminal:
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+    master, screen = pty.openpty()
+    with subprocess.Popen(command, stdout=screen, stderr=screen) as process:
+        os.close(screen)
+        text = b""
+        try:
+            while piece := os.read(master, 4096):
+                text += piece
+        except OSError:  # how Linux says that the other side is closed
+            pass
+    os.close(master)
+    return subprocess.CompletedProcess(command, process.returncode, text.decode(), "")
+
+
+def test_a_pipe_gets_few_lines():
+    done = shown(SLOW)
+    assert done.returncode == 0
+    lines = done.stdout.splitlines()
+    assert lines[0] == "building ..." and re.fullmatch(r"building: done after \d+ s", lines[-1])
+    assert len(lines) <= 3  # one every ten seconds
+
+
+def test_a_terminal_gets_one_line_that_changes():
+    done = shown(SLOW, terminal=True)
+    assert done.returncode == 0
+    assert re.search(r"building: \d s  \[\d/4\] step", done.stdout)
+    assert done.stdout.count("\n") == 1 and done.stdout.count("\r\033[K") > 2
+
+
+def test_all_is_shown_of_a_build_that_fails():
+    done = shown("print('first'); print('why', file=sys.stderr); sys.exit(3)")
+    assert done.returncode == 3
+    assert "building: failed after" in done.stdout
+    assert {"first", "why"} <= set(done.stderr.splitlines())

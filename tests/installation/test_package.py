@@ -1,0 +1,198 @@
+"""The package in all the ways that pip has: a checkout, an sdist, a wheel of it, an editable checkout.
+
+Every environment is a fresh one with the newest pip, which isolates builds most strictly. Nothing is on
+the path where it says so: no compiler, no CMake, no ninja.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from it2hys.packaging import package
+from it2hys.parameters import table_1
+
+ROOT = Path(__file__).parents[2]
+NOT_TRACKED = (".git", ".venv", "build", "dist", "out", "__pycache__", ".*_cache", ".hypothesis")
+BINARIES = {"linux64": "so", "win64": "dll", "win32": "dll", "darwin64": "dylib"}
+FMUS = ("IT2Plant", "IT2Inverse", "PIController")
+
+pytestmark = [
+    pytest.mark.installation,
+    pytest.mark.skipif(sys.platform != "linux", reason="paths of a virtual environment on Linux"),
+]
+
+
+class Environment:
+    """A virtual environment with the newest pip."""
+
+    def __init__(self, folder):
+        venv.create(folder, with_pip=True)
+        self.folder = folder
+        self.pip("install", "--upgrade", "pip")
+
+    def run(self, *command, cwd=None, path=None):
+        """Run a program of the environment; return what it prints."""
+        variables = {
+            n: v for n, v in os.environ.items() if n not in ("CC", "PYTHONPATH", "VIRTUAL_ENV")
+        }
+        variables["PATH"] = os.environ["PATH"] if path is None else str(path)
+        program, *arguments = map(str, command)
+        done = subprocess.run(
+            [self.folder / "bin" / program, *arguments],
+            cwd=cwd or self.folder,
+            env=variables,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    def pip(self, *arguments, **options):
+        return self.run("python", "-m", "pip", *arguments, **options)
+
+
+@pytest.fixture(scope="module")
+def folder():
+    """Return a folder with a space and an umlaut in its path, which does not stay: it is large."""
+    with tempfile.TemporaryDirectory(prefix="Prüf Stand ") as path:
+        yield Path(path)
+
+
+@pytest.fixture(scope="module")
+def empty_path(folder):
+    """Return a search path on which there is no program at all."""
+    (folder / "nothing").mkdir()
+    return folder / "nothing"
+
+
+@pytest.fixture(scope="module")
+def checkout(folder):
+    """Return a copy of this repository as a clone has it."""
+    ignored = shutil.ignore_patterns(*NOT_TRACKED)
+    return Path(shutil.copytree(ROOT, folder / "it2hys", ignore=ignored))
+
+
+@pytest.fixture(scope="module")
+def fresh(folder):
+    """Return the environment that builds."""
+    return Environment(folder / "fresh")
+
+
+@pytest.fixture(scope="module")
+def sdist(checkout, folder):
+    """Return the sdist of the checkout."""
+    command = [sys.executable, "-m", "build", "--sdist", "--no-isolation", "--outdir", folder / "dist"]
+    subprocess.run(command, cwd=checkout, check=True, capture_output=True)
+    [path] = (folder / "dist").glob("*.tar.gz")
+    return path
+
+
+@pytest.fixture(scope="module")
+def wheel(sdist, fresh, folder, empty_path):
+    """Return the wheel of the sdist, built where there is no compiler."""
+    fresh.pip("wheel", "--no-deps", "--wheel-dir", folder / "dist", sdist, path=empty_path)
+    [path] = (folder / "dist").glob("*.whl")
+    return path
+
+
+@pytest.fixture(scope="module")
+def installed(fresh, checkout):
+    """Return an environment with what `pip install .` installs, dependencies too."""
+    fresh.pip("install", "--constraint", ROOT / "requirements.lock", ".", cwd=checkout)
+    fresh.pip("check")
+    return fresh
+
+
+def files_of_python():
+    """Return the files of the package as the repository has them."""
+    found = (ROOT / "python" / "it2hys").rglob("*")
+    return {
+        p.relative_to(ROOT / "python").as_posix()
+        for p in found
+        if p.is_file() and not {"__pycache__", "native", "fmus"} & set(p.parts)
+    }
+
+
+def assert_works(environment, folder, empty_path):
+    """Build FMUs and run one, where there is no compiler; they are those of this installation."""
+    shutil.rmtree(folder / "used", ignore_errors=True)
+    environment.run("it2hys", "build", "-o", folder / "used", path=empty_path)
+    signal = folder / "used" / "u.csv"
+    signal.write_text("time_s,voltage_V\n0.0000,0\n0.0001,40\n0.0002,40\n", encoding="utf-8")
+    plant, output = folder / "used" / "IT2Plant.fmu", folder / "used" / "y.csv"
+    environment.run("it2hys", "simulate", plant, "--input", signal, "-o", output, path=empty_path)
+    assert len(output.read_text(encoding="utf-8").splitlines()) == 4
+    package(table_1(), folder / "ours")
+    for name in ("IT2Plant.fmu", "IT2Inverse.fmu"):
+        with (
+            zipfile.ZipFile(folder / "used" / name) as its,
+            zipfile.ZipFile(folder / "ours" / name) as ours,
+        ):
+            assert its.namelist() == ours.namelist()
+            for member in ("modelDescription.xml", "resources/parameters.ssv"):
+                assert its.read(member) == ours.read(member)
+
+
+def test_the_sdist_holds_what_a_build_needs_and_nothing_built(sdist):
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    assert {"pyproject.toml", "README.md", "LICENSE", "PKG-INFO", "Makefile"} <= names
+    assert {f"python/{name}" for name in files_of_python()} <= names
+    sources = (p.relative_to(ROOT).as_posix() for p in (ROOT / "fmu_src").rglob("*.[ch]"))
+    assert set(sources) <= names
+    assert not any(name.startswith((".ci", "build", "dist", "out", ".venv")) for name in names)
+
+
+def test_the_wheel_holds_what_it_needs(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+        scripts = next(name for name in names if name.endswith("entry_points.txt"))
+        assert b"it2hys.cli:main" in archive.read(scripts)
+    assert files_of_python() <= names
+    assert {f"it2hys/scenarios/{p.name}" for p in (ROOT / "scenarios").glob("*.toml")} <= names
+    native = {name.removeprefix("it2hys/native/") for name in names if "/native/" in name}
+    assert {"it2core.so", "LICENSE", "controller/PIController.c"} <= native
+    for platform, suffix in BINARIES.items():
+        assert {f"binaries/{platform}/{fmu}.{suffix}" for fmu in FMUS} <= native
+    for kind, folders in {"sources": ("core", "fmi2"), "embedded": ("core", "embedded")}.items():
+        for folder in folders:
+            found = (ROOT / "fmu_src" / folder).glob("*.[ch]")
+            assert {f"{kind}/{p.name}" for p in found} <= native
+    assert any(name.endswith("dist-info/licenses/LICENSE") for name in names)
+    assert not [name for name in names if name.startswith("it2hys/fmus/") or "__pycache__" in name]
+
+
+def test_twine_is_content(sdist, wheel):
+    command = [sys.executable, "-m", "twine", "check", "--strict", sdist, wheel]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.count("PASSED") == 2
+
+
+def test_a_checkout_is_installed(installed, folder, empty_path):
+    assert_works(installed, folder, empty_path)
+
+
+def test_the_wheel_is_installed_and_runs_without_a_compiler(installed, wheel, folder, empty_path):
+    installed.pip("install", "--no-deps", "--force-reinstall", wheel, path=empty_path)
+    assert_works(installed, folder, empty_path)
+
+
+def test_an_editable_installation_follows_the_checkout(installed, checkout, folder, empty_path):
+    """Without a compiler; edits and new files of Python need no new installation."""
+    installed.pip("install", "--no-deps", "--editable", ".", cwd=checkout, path=empty_path)
+    assert_works(installed, folder, empty_path)
+    with (checkout / "python" / "it2hys" / "errors.py").open("a", encoding="utf-8") as file:
+        file.write('\nEDITED = "seen"\n')
+    (checkout / "python" / "it2hys" / "brand_new.py").write_text("NEW = 'too'\n", encoding="utf-8")
+    code = "from it2hys import brand_new, errors; print(errors.EDITED, brand_new.NEW)"
+    assert installed.run("python", "-c", code).split() == ["seen", "too"]

@@ -1,0 +1,63 @@
+"""How a given model does on records: with all its effects, begun as each record begins."""
+
+import numpy as np
+import pytest
+from conftest import TS
+from effects import with_effects
+
+from it2hys import core
+from it2hys.chain import EFFECTS
+from it2hys.diagnosis.evaluation import evaluate
+from it2hys.identification_report import record_section
+from it2hys.parameters import ParameterSet, table_1
+from it2hys.records import Record
+
+#: Of what a record can show by itself: the rest needs other channels, or begins at time 0.
+SHOWN = [e for e in EFFECTS if e not in ("drift", "load")]
+SAMPLES = 2000
+
+
+def record_of(parameters: ParameterSet, high: float = 90.0) -> Record:
+    """Return what the set itself makes of a sine after long rest at its lowest voltage."""
+    time = np.arange(SAMPLES) * TS
+    voltage = 10.0 + (high - 10.0) / 2 * (1.0 - np.cos(2 * np.pi * 100 * time))
+    held = core.chain_free_run(parameters, np.full(20_000, voltage[0]))[0][-1]
+    rested = parameters.replace(initialDisplacement=held)
+    return Record("own", time, voltage, core.chain_free_run(rested, voltage)[1], TS)
+
+
+@pytest.mark.parametrize("effects", [(), *((e,) for e in SHOWN), ("lag", "play", "creep", "resonance")])
+def test_a_set_explains_what_it_made_itself(effects):
+    changes = dict.fromkeys(("initialRestOffset", "initialExcursion", "initialCreep"), 0.0)
+    parameters = with_effects(effects, 5, **changes)
+    record = record_of(parameters)
+    (result,) = evaluate(parameters, [record])
+    travel = np.ptp(record.displacement)
+    assert result.e_rms < 1e-3 * travel
+    # the FMU begun so makes this run
+    again = core.chain_free_run(parameters.replace(**result.start), record.voltage)[1]
+    assert again.tobytes() == result.y_free.tobytes()
+    assert np.isnan(result.e_rms_one_step) == bool(effects)
+    if effects:
+        (alone,) = evaluate(table_1(), [record])
+        assert alone.e_rms > 3.0 * result.e_rms
+
+
+def test_samples_beyond_the_range_are_counted():
+    parameters = table_1()
+    inside, outside = (evaluate(parameters, [record_of(parameters, v)])[0] for v in (100.0, 140.0))
+    assert not inside.out_of_range.any()
+    assert 100 < np.count_nonzero(outside.out_of_range) < SAMPLES
+    assert np.abs(outside.y_free).max() < 20e-6
+
+
+def test_the_report_says_how_many_samples_of_a_record_are_beyond_the_model():
+    parameters, record = table_1(), record_of(table_1(), 140.0)
+    (result,) = evaluate(parameters, [record])
+    count = np.count_nonzero(result.out_of_range)
+    text = " ".join(record_section(record, result, parameters).text)
+    assert f"{count} of {SAMPLES} samples are beyond what the model holds for, 0 to 110 V" in text
+    assert "to 140 V" in text
+    within = record_of(table_1(), 100.0)
+    (result,) = evaluate(parameters, [within])
+    assert "beyond" not in " ".join(record_section(within, result, parameters).text)
