@@ -119,7 +119,7 @@ def overview_section(
     i = next(i for i, judgement in enumerate(diagnosis.after) if judgement.role == role)
     record, before, after = records[i], diagnosis.before[i], diagnosis.after[i]
     compared = figures.Compared(
-        f"Model error: {change(before.e_mr, after.e_mr)}",
+        f"Model error e_mr: {change(before.e_mr, after.e_mr)}",
         *(a[after.skip :] for a in (record.time, record.voltage, record.displacement)),
         *(j.y[after.skip :] for j in (before, after)),
     )
@@ -185,7 +185,8 @@ def found(diagnosis: Diagnosis, start: str = START) -> str:
         start += f" with {', '.join(diagnosis.declared)} declared"
     if not diagnosis.effects:
         return f"No effect was found that {start} lacks."
-    named = " and ".join(f"{effect} ({EFFECTS[effect].MEANING})" for effect in diagnosis.effects)
+    *others, last = (f"{effect} ({EFFECTS[effect].MEANING})" for effect in diagnosis.effects)
+    named = f"{', '.join(others)} and {last}" if others else last
     return f"Found and added to {start}: {named}."
 
 
