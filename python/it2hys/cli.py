@@ -147,6 +147,11 @@ def _add_records(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow-lead", action="store_true", help="accept a displacement that leads the voltage"
     )
+    parser.add_argument(
+        "--invert-displacement",
+        action="store_true",
+        help="flip the sign of the displacement, of a sensor that counts the other way",
+    )
     parser.add_argument("--json", action="store_true", help="print report.json")
     _add_columns(parser)
 
@@ -171,7 +176,13 @@ def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
     stems = [path.stem for path in paths]
 
     def read(path: Path):
-        record = read_record(path, columns, options.resample, check_swapped=not options.allow_lead)
+        record = read_record(
+            path,
+            columns,
+            options.resample,
+            check_swapped=not options.allow_lead,
+            invert_displacement=options.invert_displacement,
+        )
         name = path.stem if stems.count(path.stem) == 1 else f"{path.parent.name}_{path.stem}"
         return replace(record, name=name)
 
@@ -220,7 +231,12 @@ def _package(options: argparse.Namespace) -> int:
 
 def _identify(options: argparse.Namespace) -> int:
     from it2hys.identification import Options, identify
-    from it2hys.identification_report import error_table, straight_line_errors, write_identification
+    from it2hys.identification_report import (
+        error_table,
+        inversion,
+        straight_line_errors,
+        write_identification,
+    )
     from it2hys.progress import progress_bar
 
     train, validate, test = _read_records(options)
@@ -237,6 +253,8 @@ def _identify(options: argparse.Namespace) -> int:
     _say(options, error_table(identification, before).text())
     for warning in identification.warnings:
         _say(options, f"note: {warning}")
+    for text in inversion(records):
+        _say(options, text)
     _say(options, f"\nreport: {report}")
     return 0
 
@@ -250,6 +268,7 @@ def _diagnose(options: argparse.Namespace) -> int:
         write_diagnosis,
     )
     from it2hys.identification import Options
+    from it2hys.identification_report import inversion
     from it2hys.parameters import read_ssv
     from it2hys.progress import progress_bar
 
@@ -263,7 +282,7 @@ def _diagnose(options: argparse.Namespace) -> int:
             test,
             model,
             declared,
-            options.rules or RULES,
+            RULES if options.rules is None else options.rules,
             Options(seed=options.seed),
             progress,
             options.workers,
@@ -274,7 +293,7 @@ def _diagnose(options: argparse.Namespace) -> int:
         return 0
     _say(options, error_table(diagnosis).text(), "\n")
     _say(options, evidence_overview(diagnosis).text(), "\n")
-    for text in summary(diagnosis):
+    for text in [*summary(diagnosis), *inversion([*train, *validate, *test])]:
         _say(options, text)
     _say(options, f"\nreport: {report}")
     return 0

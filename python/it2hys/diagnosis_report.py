@@ -12,8 +12,8 @@ from it2hys import core, figures
 from it2hys.diagnosis.result import Diagnosis, Judgement
 from it2hys.excitations import time_grid, tracking_reference
 from it2hys.files import write_atomically
-from it2hys.identification_report import ROLES, UM, parameter_row
-from it2hys.metrics import max_relative_error, rms_error
+from it2hys.identification_report import ROLES, UM, inversion, parameter_row, records_json
+from it2hys.metrics import max_relative_error, noise_size, rms_error
 from it2hys.packaging import make_directory, package
 from it2hys.records import Record
 from it2hys.report import Picture, Section, Table, write_report
@@ -55,7 +55,7 @@ def write_diagnosis(
     package(diagnosis.parameters, directory)
     train = [r for r, j in zip(records, diagnosis.after, strict=True) if j.role == "train"]
     sections = [
-        Section("Summary", summary(diagnosis), [error_table(diagnosis)]),
+        Section("Summary", [*summary(diagnosis), *inversion(records)], [error_table(diagnosis)]),
         evidence_section(diagnosis),
         *_step_sections(diagnosis, train),
         *_record_sections(diagnosis, records),
@@ -63,7 +63,8 @@ def write_diagnosis(
         *extra,
         _parameter_section(diagnosis),
     ]
-    document = json.dumps(summary_json(diagnosis), indent=1) + "\n"
+    outcome = summary_json(diagnosis) | {"records": records_json(records)}
+    document = json.dumps(outcome, indent=1) + "\n"
     write_atomically(directory / "report.json", document.encode())
     return write_report(directory, title, sections)
 
@@ -73,15 +74,15 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     before, after = (_rms_of(j, "train") for j in (diagnosis.before, diagnosis.after))
     texts = [
         f"{_found(diagnosis)} A model is judged by its free run, from voltage alone. On the training "
-        f"records its error goes from {before * UM:.4g} to {after * UM:.4g} µm rms; the noise is "
-        f"{diagnosis.noise_rms * UM:.3g} µm."
+        f"records its error goes from {before * UM:.4g} to {after * UM:.4g} µm rms; noise: "
+        f"{noise_size(diagnosis.noise_rms)}."
     ]
     for b, a in zip(diagnosis.before, diagnosis.after, strict=True):
         if b.role == "test":
             texts.append(
                 f"On the test record {b.name}, which decided nothing, it goes from "
                 f"{b.e_rms * UM:.4g} to {a.e_rms * UM:.4g} µm rms (e_mr {100 * b.e_mr:.2f} to "
-                f"{100 * a.e_mr:.2f} %), with a noise of {b.noise * UM:.2g} µm."
+                f"{100 * a.e_mr:.2f} %), noise: {noise_size(b.noise)}."
             )
     for group, experiment in zip(diagnosis.indistinguishable, diagnosis.experiments, strict=True):
         texts.append(
@@ -225,6 +226,7 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
         text = [f"The plant FMU gives this run with {start} (SI units)."]
         if after.skip:
             text.append(f"The first {after.skip} samples, a start-up transient, are left out.")
+        text += [f"Note: {note}" for note in record.notes]
         pictures = [
             Picture(
                 f"{record.name}_time",

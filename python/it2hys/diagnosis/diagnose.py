@@ -26,6 +26,7 @@ from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.preparation import (
     Prepared,
+    check_rule_count,
     check_sample_times,
     data_scaling,
     prepare,
@@ -98,10 +99,11 @@ def diagnose(
     ------
     InputError
         If records are too few or too short, differ in their sample time, lack the channel of a declared
-        effect, or do not suit the given model.
+        effect, or do not suit the given model; or if `rules` is no number of rules.
     """
     if not train:
         raise InputError("no training record is given")
+    check_rule_count(rules)
     session = _Session(train, validation, test, declared, options or Options(), progress)
     with parallel_map(workers) as each:
         return session.run(model, rules, each)
