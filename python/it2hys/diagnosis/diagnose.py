@@ -20,12 +20,14 @@ from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_tr
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.result import Diagnosis, Judgement, Stage
 from it2hys.diagnosis.selection import Node, Search
+from it2hys.diagnosis.windows import Window, searched_text, windows_of
 from it2hys.effects._statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.preparation import (
     Prepared,
+    check_rule_count,
     check_sample_times,
     data_scaling,
     prepare,
@@ -97,10 +99,11 @@ def diagnose(
     ------
     InputError
         If records are too few or too short, differ in their sample time, lack the channel of a declared
-        effect, or do not suit the given model.
+        effect, or do not suit the given model; or if `rules` is no number of rules.
     """
     if not train:
         raise InputError("no training record is given")
+    check_rule_count(rules)
     session = _Session(train, validation, test, declared, options or Options(), progress)
     with parallel_map(workers) as each:
         return session.run(model, rules, each)
@@ -125,6 +128,8 @@ class _Session:
         self._declared = _checked_effects(declared, self._extent)
         prepared = [prepare(r, options) for r in train]
         self._scaling = data_scaling(prepared)
+        self._whole = [Window(i, 0, p) for i, p in enumerate(prepared)]
+        self._windows = windows_of(prepared)
         self._prepared = [
             *(("train", p) for p in prepared),
             *(("validation", prepare(r, options)) for r in validation),
@@ -134,7 +139,9 @@ class _Session:
         one_tone = holds_one_tone(prepared)
         self._inseparable = tuple(e for e in ONE_LOOP if e not in self._declared) if one_tone else ()
         self._seconds: dict[str, float] = {}
-        self._warnings: list[str] = []
+        searched = searched_text(self._windows, self._whole)
+        self._is_whole = not searched
+        self._warnings = [searched] if searched else []
 
     def run(self, given: ParameterSet | None, rules: int, each: Callable) -> Diagnosis:
         """Run all phases."""
@@ -173,7 +180,7 @@ class _Session:
         return Model(
             dict(identification.parameters),
             (),
-            np.array([r.offset for r in records]),
+            np.array([records[w.record].offset for w in self._windows]),
             {},
         )
 
@@ -183,12 +190,12 @@ class _Session:
         unknown = [e for e in self._declared if e in effects]
         self._declared = tuple(e for e in self._declared if e not in unknown)
         own = {
-            name: np.full(len(self._train), given[name])
+            name: np.full(len(self._windows), given[name])
             for name in BY_RECORD
             if _effect_of(name) in effects
         }
         self._has_offset = self._options.offsets is True
-        traces = self._traces("train")
+        traces = self._searched()
         bench = Bench(traces, traces, self._scaling, self._extent)
         start = Model(dict(given), effects, np.zeros(len(traces)), own)
         return bench.fit_own(start, traces)
@@ -232,10 +239,20 @@ class _Session:
             if role in roles
         ]
 
+    def _searched(self) -> list[Trace]:
+        """Return the windows as traces."""
+        return [to_trace(w.prepared, "train", self._has_offset and w.record > 0) for w in self._windows]
+
+    def _on_whole(self, model: Model, bench: Bench) -> Model:
+        """Return the model of the windows as one of the whole training records."""
+        if self._is_whole:
+            return model
+        return bench.fit_own(model, self._traces("train"))
+
     def _bench(self, base: Model) -> Bench:
         self._has_offset = bool(np.any(base.offsets != 0.0))
-        traces, deciding = self._traces("train"), self._traces("validation")
-        self._all_fitted = traces
+        traces, deciding = self._searched(), self._traces("validation")
+        self._all_fitted = self._traces("train")
         parts = not deciding
         if parts:
             traces, deciding = set_aside(traces)
@@ -267,7 +284,7 @@ class _Session:
         """Fit everything that may be fitted to the end, with a core that is usable."""
         self._progress(0.87, "final fit")
         whole = replace(bench, traces=self._all_fitted)
-        fit = whole.fit(node.fit.model, _FINAL)
+        fit = whole.fit(self._on_whole(node.fit.model, bench), _FINAL)
         for strength in (1e1, 1e2, 1e3):
             if self._usable_range(fit.model) is not None:
                 break
@@ -299,6 +316,7 @@ class _Session:
             groups = (*groups, self._inseparable)
         verdict = Verdict(search, node, named, groups, self._declared, self._inseparable)
         judged = [within(t, self._extent.voltage) for t in self._traces("train", "validation")]
+        base = self._on_whole(base, bench)
         left = self._left_over(bench, fit.model, judged, len(self._train))
         return Diagnosis(
             parameters=parameters,
@@ -354,24 +372,27 @@ class _Session:
 
     def _stages(self, search: Search, node: Node, fit: ChainFit, bench: Bench) -> tuple[Stage, ...]:
         """Return the first model, those after each addition if there are any, and the last."""
+        searched = list(zip(self._windows, self._searched(), strict=True))
         order = [e for e in node.fit.model.effects if e in node.effects]
-        stages = [self._stage("before", search.root, bench)]
+        stages = [self._stage("before", search.root, searched)]
         for count in range(1, len(order)):
             found = [n for n in search.nodes.values() if n.effects == frozenset(order[:count])]
             if found:
                 best = min(found, key=lambda n: n.rms)
-                stages.append(self._stage(" + ".join(order[:count]), best, bench))
+                stages.append(self._stage(" + ".join(order[:count]), best, searched))
         if order:
-            last = Node(node.added, fit, bench.errors(fit.model))
-            stages.append(self._stage(" + ".join(order), last, bench))
+            deciding = None if self._is_whole else bench.deciding
+            last = Node(node.added, fit, bench.errors(fit.model, deciding))
+            whole = list(zip(self._whole, self._all_fitted, strict=True))
+            stages.append(self._stage(" + ".join(order), last, whole))
         return tuple(stages)
 
-    def _stage(self, label: str, node: Node, bench: Bench) -> Stage:
-        model = node.fit.model
-        residuals = [
-            np.where(t.judged, t.y - model.predict(t, i), np.nan)
-            for i, t in enumerate(self._all_fitted)
-        ]
+    def _stage(self, label: str, node: Node, parts: Sequence[tuple[Window, Trace]]) -> Stage:
+        """Return what a model leaves of the training records, as far as parts of them show it."""
+        residuals = [np.full(len(r), np.nan) for r in self._train]
+        for i, (window, t) in enumerate(parts):
+            error = np.where(t.judged, t.y - node.fit.model.predict(t, i), np.nan)
+            residuals[window.record][window.first : window.first + len(window)] = error
         return Stage(label, residuals, node.rms)
 
 

@@ -43,10 +43,25 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
     -------
     NoiseEstimate
         From the differences of repeated periods where the drive is periodic; otherwise from fourth
-        differences, in which a smooth motion cancels. The second sees only what is fast.
+        differences, in which a smooth motion cancels. The second sees only what is fast. Not below
+        what the step of the numbers makes.
     """
-    if used is not None:
-        y = np.where(used, y, np.nan)
+    floor = quantisation(y if used is None else y[used])
+    estimate = _estimate(x, y if used is None else np.where(used, y, np.nan))
+    if estimate.rms > floor:
+        return estimate
+    return NoiseEstimate(floor, "the step of its numbers (no noise shows)")
+
+
+def quantisation(y: np.ndarray) -> float:
+    """Return the deviation that the smallest step between values makes, at least that of rounding."""
+    values = np.unique(y)
+    step = np.min(np.diff(values), initial=np.inf) if len(values) > 1 else 0.0
+    return float(max(step, np.finfo(float).eps * np.max(np.abs(values))) / np.sqrt(12.0))
+
+
+def _estimate(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:
+    """Return the estimate from differences; samples that are not to be used are NaN."""
     period = find_period(x)
     if period is not None:
         rms = _between_periods(y, period)

@@ -15,6 +15,7 @@ from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.transient import transient_length
 from it2hys.records import Record
+from it2hys.variables import load_table
 
 #: Least share of a record's samples that can be trusted.
 _TRUSTED = 0.5
@@ -68,6 +69,21 @@ def prepare(record: Record, options: Options) -> Prepared:
             f"record '{record.name}': {skip} leading samples are to be skipped of {len(record)}"
         )
     return Prepared(record, skip, estimate_noise(x[skip:], y[skip:], trusted[skip:]))
+
+
+def check_rule_count(rule_count: int | None) -> None:
+    """Refuse a number of rules that no model can have; None stands for one to be chosen.
+
+    Raises
+    ------
+    InputError
+        If it is not a whole number from 1 to the largest that the FMUs take.
+    """
+    most = load_table().counts["rule"]["maximum"]
+    whole = isinstance(rule_count, int | np.integer)
+    if rule_count is None or (whole and 1 <= rule_count <= most):
+        return
+    raise InputError(f"the number of rules must be a whole number from 1 to {most}, not {rule_count}")
 
 
 def largest_rule_count(prepared: Sequence[Prepared]) -> int:
