@@ -116,7 +116,8 @@ def summary(
         *first,
         f"The interval type-2 fuzzy model with {_count(count, 'rule')} was identified on "
         f"{_count(len(identification.by_role('train')), 'training record')}. The noise: "
-        f"{noise_size(identification.noise_rms)}. A model is judged by its free run, from voltage alone.",
+        f"{noise_size(identification.noise_rms)}. A model is judged by its free run, from voltage "
+        "alone.",
     ]
     if ratio > FAR_ABOVE_NOISE:
         texts.append(
