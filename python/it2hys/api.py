@@ -19,7 +19,7 @@ from it2hys import diagnosis, identification, packaging, simulation
 from it2hys.errors import InputError
 from it2hys.parameters import ParameterSet, read_ssv
 from it2hys.progress import progress_bar
-from it2hys.records import Record, check_roles, read_record
+from it2hys.records import Record, check_response, check_roles, read_record
 from it2hys.slave import Slave
 
 __all__ = ["diagnose", "identify", "package", "simulate", "sweep", "track"]
@@ -36,6 +36,7 @@ def identify(
     test: Sequence[Frame] = (),
     rules: int | None = None,
     seed: int = 0,
+    invert_displacement: bool = False,
 ) -> identification.Identification:
     """Identify the paper's model from records.
 
@@ -50,6 +51,8 @@ def identify(
         Number of rules; chosen on the validation records by default.
     seed : int
         Of the random starts.
+    invert_displacement : bool
+        Flip the sign of the displacement of all records: that of a sensor which counts the other way.
 
     Returns
     -------
@@ -77,7 +80,7 @@ def identify(
     >>> bool(abs(found.parameters["rule[1].q1"] - 0.9) < 1e-3)
     True
     """
-    records = _records(train, validate, test)
+    records = _records(train, validate, test, invert_displacement)
     with progress_bar(quiet=True) as progress:
         return identification.identify(*records, rules, identification.Options(seed=seed), progress)
 
@@ -91,6 +94,7 @@ def diagnose(
     rules: int = diagnosis.RULES,
     seed: int = 0,
     workers: int = 1,
+    invert_displacement: bool = False,
 ) -> diagnosis.Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -112,6 +116,8 @@ def diagnose(
     workers : int
         Processes that share the fits; a script that asks for several must do so under
         ``if __name__ == "__main__"``.
+    invert_displacement : bool
+        As for `identify`.
 
     Returns
     -------
@@ -148,7 +154,7 @@ def diagnose(
     >>> round(found.parameters["load.compliance"] * 1e9)
     20
     """
-    records = _records(train, validate, test)
+    records = _records(train, validate, test, invert_displacement)
     if isinstance(model, str | Path):
         model = read_ssv(model)
     with progress_bar(quiet=True) as progress:
@@ -383,32 +389,40 @@ def _path(model: Model, identifier: str) -> Iterator[Path]:
 
 
 def _records(
-    train: Frame | Sequence[Frame], validate: Sequence[Frame], test: Sequence[Frame]
+    train: Frame | Sequence[Frame],
+    validate: Sequence[Frame],
+    test: Sequence[Frame],
+    invert_displacement: bool,
 ) -> list[list[Record]]:
     """Return training, validation and test records."""
     single = isinstance(train, str | Path | Record | Mapping) or hasattr(train, "columns")
     roles = ([train] if single else train, validate, test)
     with tempfile.TemporaryDirectory(prefix="it2hys-") as folder:
         records = [
-            [_record(item, f"{role}_{i}", Path(folder)) for i, item in enumerate(items, start=1)]
+            [
+                _record(item, f"{role}_{i}", Path(folder), invert_displacement)
+                for i, item in enumerate(items, start=1)
+            ]
             for role, items in zip(("train", "validate", "test"), roles, strict=True)
         ]
     check_roles(*records)
     return records
 
 
-def _record(item: Frame, name: str, folder: Path) -> Record:
+def _record(item: Frame, name: str, folder: Path, invert_displacement: bool) -> Record:
     """Return a record; a frame is held to the rules of a CSV file by being made one."""
     if isinstance(item, Record):
-        return item
+        record = item.invert() if invert_displacement else item
+        check_response(record)
+        return record
     if isinstance(item, str | Path):
-        return read_record(Path(item))
+        return read_record(Path(item), invert_displacement=invert_displacement)
     columns = _columns(item)
     table = np.column_stack(list(columns.values()))
     lines = [",".join(columns), *(",".join(map(repr, row)) for row in table.tolist())]
     path = folder / f"{name}.csv"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     try:
-        return read_record(path)
+        return read_record(path, invert_displacement=invert_displacement)
     except InputError as error:
         raise InputError(str(error).replace(str(path), name)) from None

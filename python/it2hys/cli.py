@@ -157,6 +157,11 @@ def _add_records(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow-lead", action="store_true", help="accept a displacement that leads the voltage"
     )
+    parser.add_argument(
+        "--invert-displacement",
+        action="store_true",
+        help="flip the sign of the displacement, of a sensor that counts the other way",
+    )
     parser.add_argument("--json", action="store_true", help="print report.json")
     _add_columns(parser)
 
@@ -181,7 +186,13 @@ def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
     stems = [path.stem for path in paths]
 
     def read(path: Path):
-        record = read_record(path, columns, options.resample, check_swapped=not options.allow_lead)
+        record = read_record(
+            path,
+            columns,
+            options.resample,
+            check_swapped=not options.allow_lead,
+            invert_displacement=options.invert_displacement,
+        )
         name = path.stem if stems.count(path.stem) == 1 else f"{path.parent.name}_{path.stem}"
         return replace(record, name=name)
 
@@ -230,7 +241,12 @@ def _package(options: argparse.Namespace) -> int:
 
 def _identify(options: argparse.Namespace) -> int:
     from it2hys.identification import Options, identify
-    from it2hys.identification_report import error_table, summary, write_identification
+    from it2hys.identification_report import (
+        error_table,
+        inversion,
+        summary,
+        write_identification,
+    )
     from it2hys.progress import progress_bar
     from it2hys.verdict import straight_line_errors
 
@@ -246,7 +262,7 @@ def _identify(options: argparse.Namespace) -> int:
         return 0
     lines = straight_line_errors(records, identification.records)
     _say(options, error_table(identification, lines).text(), "\n")
-    for text in summary(identification, lines):
+    for text in [*summary(identification, lines), *inversion(records)]:
         _say(options, text)
     _say(options, f"\nreport: {report}")
     return 0
@@ -262,6 +278,7 @@ def _diagnose(options: argparse.Namespace) -> int:
         write_diagnosis,
     )
     from it2hys.identification import Options
+    from it2hys.identification_report import inversion
     from it2hys.parameters import read_ssv
     from it2hys.progress import progress_bar
     from it2hys.verdict import straight_line_errors
@@ -276,7 +293,7 @@ def _diagnose(options: argparse.Namespace) -> int:
             test,
             model,
             declared,
-            options.rules or RULES,
+            RULES if options.rules is None else options.rules,
             Options(seed=options.seed),
             progress,
             options.workers,
@@ -289,7 +306,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     lines = straight_line_errors(records, diagnosis.after)
     _say(options, error_table(diagnosis, lines).text(), "\n")
     _say(options, evidence_overview(diagnosis).text(), "\n")
-    for text in [*conclusion(diagnosis, lines), *details(diagnosis)]:
+    for text in [*conclusion(diagnosis, lines), *details(diagnosis), *inversion(records)]:
         _say(options, text)
     _say(options, f"\nreport: {report}")
     return 0

@@ -13,8 +13,8 @@ from it2hys.chain import EFFECTS
 from it2hys.diagnosis.result import Diagnosis, Judgement
 from it2hys.excitations import time_grid, tracking_reference
 from it2hys.files import write_atomically
-from it2hys.identification_report import ROLES, UM, parameter_row
-from it2hys.metrics import Errors, max_relative_error, rms_error
+from it2hys.identification_report import ROLES, UM, inversion, parameter_row, records_json
+from it2hys.metrics import Errors, max_relative_error, noise_size, rms_error
 from it2hys.packaging import make_directory, package
 from it2hys.progress import Progress
 from it2hys.records import Record
@@ -82,7 +82,11 @@ def write_diagnosis(
         first = [overview_section(diagnosis, records, conclusion(diagnosis, lines))]
     sections = [
         *first,
-        Section("What was found", details(diagnosis), [error_table(diagnosis, lines), inverse_table(diagnosis)]),
+        Section(
+            "What was found",
+            [*details(diagnosis), *inversion(records)],
+            [error_table(diagnosis, lines), inverse_table(diagnosis)],
+        ),
         evidence_section(diagnosis),
         *_step_sections(diagnosis, train),
         *_record_sections(diagnosis, records),
@@ -90,7 +94,12 @@ def write_diagnosis(
         *extra,
         _parameter_section(diagnosis),
     ]
-    document = json.dumps({**summary_json(diagnosis, lines), **(more or {})}, indent=1) + "\n"
+    outcome = {
+        **summary_json(diagnosis, lines),
+        "records": records_json(records),
+        **(more or {}),
+    }
+    document = json.dumps(outcome, indent=1) + "\n"
     write_atomically(directory / "report.json", document.encode())
     return write_report(directory, title, sections, progress)
 
@@ -119,7 +128,7 @@ def overview_section(
     i = next(i for i, judgement in enumerate(diagnosis.after) if judgement.role == role)
     record, before, after = records[i], diagnosis.before[i], diagnosis.after[i]
     compared = figures.Compared(
-        f"Model error: {change(before.e_mr, after.e_mr)}",
+        f"Model error e_mr: {change(before.e_mr, after.e_mr)}",
         *(a[after.lead :] for a in (record.time, record.voltage, record.displacement)),
         *(j.y[after.lead :] for j in (before, after)),
     )
@@ -153,15 +162,15 @@ def details(diagnosis: Diagnosis) -> list[str]:
     before, after = (_rms_of(j, "train") for j in (diagnosis.before, diagnosis.after))
     texts = [
         f"A model is judged by its free run, from voltage alone. On the training "
-        f"records its error goes from {before * UM:.4g} to {after * UM:.4g} µm rms; the noise is "
-        f"{diagnosis.noise_rms * UM:.3g} µm.",
+        f"records its error goes from {before * UM:.4g} to {after * UM:.4g} µm rms; noise: "
+        f"{noise_size(diagnosis.noise_rms)}.",
     ]
     for b, a in zip(diagnosis.before, diagnosis.after, strict=True):
         if b.role == "test":
             texts.append(
                 f"On the test record {b.name}, which decided nothing, it goes from "
                 f"{b.e_rms * UM:.4g} to {a.e_rms * UM:.4g} µm rms (e_mr {100 * b.e_mr:.2f} to "
-                f"{100 * a.e_mr:.2f} %), with a noise of {b.noise * UM:.2g} µm."
+                f"{100 * a.e_mr:.2f} %), noise: {noise_size(b.noise)}."
             )
     for group, experiment in zip(diagnosis.indistinguishable, diagnosis.experiments, strict=True):
         texts.append(
@@ -185,7 +194,8 @@ def found(diagnosis: Diagnosis, start: str = START) -> str:
         start += f" with {', '.join(diagnosis.declared)} declared"
     if not diagnosis.effects:
         return f"No effect was found that {start} lacks."
-    named = " and ".join(f"{effect} ({EFFECTS[effect].MEANING})" for effect in diagnosis.effects)
+    *others, last = (f"{effect} ({EFFECTS[effect].MEANING})" for effect in diagnosis.effects)
+    named = f"{', '.join(others)} and {last}" if others else last
     return f"Found and added to {start}: {named}."
 
 
@@ -344,6 +354,7 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
             diagnosis.parameters, after.out_of_range, record.voltage, after.y - after.offset
         )
         text += [beyond] if beyond else []
+        text += [f"Note: {note}" for note in record.notes]
         pictures = [
             Picture(
                 f"{record.name}_time",

@@ -238,7 +238,7 @@ def _drawn(tracked: Feedforward | None) -> Compared | None:
     if not tracked:
         return None
     before, after = tracked.inverse.values()
-    title = f"Tracking error: {change(before.errors.e_mr, after.errors.e_mr)}"
+    title = f"Tracking error e_mr: {change(before.errors.e_mr, after.errors.e_mr)}"
     courses = (after.voltage, tracked.reference, before.displacement, after.displacement)
     return Compared(title, tracked.time, *courses)
 

@@ -10,11 +10,12 @@ from it2hys import figures
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
 from it2hys.identification.result import Identification, RecordResult
-from it2hys.metrics import Errors, max_relative_error
+from it2hys.metrics import Errors, max_relative_error, noise_size, times_the_noise
 from it2hys.packaging import make_directory, package
 from it2hys.parameters import ParameterSet
 from it2hys.progress import Progress
 from it2hys.records import Record
+from it2hys.records.record import INVERTED
 from it2hys.report import Picture, Section, Table, write_report
 from it2hys.simulation import track
 from it2hys.validity import out_of_range_sentence
@@ -87,7 +88,7 @@ def write_identification(
     lines = straight_line_errors(records, results)
     texts = summary(identification, lines, first)
     sections = [
-        Section("Summary", texts, [error_table(identification, lines)]),
+        Section("Summary", [*texts, *inversion(records)], [error_table(identification, lines)]),
         *(
             record_section(record, result, identification.parameters)
             for record, result in zip(records, results, strict=True)
@@ -98,7 +99,8 @@ def write_identification(
         _method_section(identification),
         _use_section(),
     ]
-    document = json.dumps(summary_json(identification, lines), indent=1) + "\n"
+    outcome = summary_json(identification, lines) | {"records": records_json(records)}
+    document = json.dumps(outcome, indent=1) + "\n"
     write_atomically(directory / "report.json", document.encode())
     return write_report(directory, title, sections, progress)
 
@@ -108,37 +110,47 @@ def summary(
 ) -> list[str]:
     """Return what was found, in plain words; first of all if it is of no use."""
     count = identification.parameters.counts["rule"]
-    noise = identification.noise_rms * UM
     ratio = identification.error_over_noise
     texts = [
         *model_verdict(identification.records, lines, ADVICE),
         *first,
         f"The interval type-2 fuzzy model with {_count(count, 'rule')} was identified on "
-        f"{_count(len(identification.by_role('train')), 'training record')}. The noise of the "
-        f"measurement is {noise:.3g} µm rms. A model is judged by its free run, from voltage alone.",
+        f"{_count(len(identification.by_role('train')), 'training record')}. The noise: "
+        f"{noise_size(identification.noise_rms)}. A model is judged by its free run, from voltage "
+        "alone.",
     ]
     if ratio > FAR_ABOVE_NOISE:
         texts.append(
-            f"On the training records the free-run error is {ratio:.1f} times the noise: far above it. "
+            f"On the training records the free-run error is {times_the_noise(ratio)}: far above it. "
             "The records contain something that this model does not describe; `it2hys diagnose` with "
             "the same records looks for it. " + NO_MEMORY
         )
     else:
         texts.append(
-            f"On the training records the free-run error is {ratio:.2f} times the noise: the model "
+            f"On the training records the free-run error is {times_the_noise(ratio)}: the model "
             "explains what can be explained."
         )
     for result in identification.by_role("test"):
         texts.append(
             f"On the test record {result.name}, which decided nothing, it is "
-            f"{result.e_rms * UM:.3g} µm rms, {result.e_rms / result.noise_rms:.1f} times that "
-            f"record's noise of {result.noise_rms * UM:.2g} µm."
+            f"{result.e_rms * UM:.3g} µm rms, {times_the_noise(result.e_rms / result.noise_rms)} of "
+            f"that record ({noise_size(result.noise_rms)})."
         )
     return texts + [f"Note: {warning}" for warning in identification.warnings]
 
 
 def _count(number: int, thing: str) -> str:
     return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def inversion(records: Sequence[Record]) -> list[str]:
+    """Return the sentence on records whose sign was flipped, if there are any."""
+    return [f"Note: {INVERTED}"] if any(r.inverted for r in records) else []
+
+
+def records_json(records: Sequence[Record]) -> dict:
+    """Return what `report.json` says of the records themselves, by name."""
+    return {r.name: {"displacement_inverted": r.inverted, "notes": list(r.notes)} for r in records}
 
 
 def error_table(identification: Identification, lines: Sequence[Errors]) -> Table:

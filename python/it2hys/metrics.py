@@ -9,6 +9,11 @@ from numpy.typing import ArrayLike
 
 from it2hys.errors import InputError
 
+#: From this multiple of the noise on the multiple itself says nothing more.
+_MANY_TIMES = 1000.0
+#: A noise below this, m, is none that a sensor has.
+_NO_NOISE = 1e-12
+
 
 def max_relative_error(y: ArrayLike, y_hat: ArrayLike) -> float:
     """Return e_mr, the largest error relative to the range of the measurement, eq. (24).
@@ -88,3 +93,13 @@ def _comparable(y: ArrayLike, y_hat: ArrayLike) -> tuple[np.ndarray, np.ndarray]
         if bad.size:
             raise InputError(f"the {name} output is not finite, first at sample {bad[0]}")
     return y, y_hat
+
+
+def times_the_noise(ratio: float) -> str:
+    """Return in words how many times the noise an error is."""
+    return f"{ratio:.1f} times the noise" if ratio < _MANY_TIMES else "over a thousand times the noise"
+
+
+def noise_size(rms: float) -> str:
+    """Return a noise, in m rms, in words."""
+    return f"{1e6 * rms:.2g} µm rms" if rms > _NO_NOISE else "none that shows"

@@ -236,7 +236,7 @@ def read_description(path: Path) -> ModelDescription:
         raise InputError(f"{path}: an FMU of FMI {description.fmiVersion}; it must be FMI 2.0")
     if description.coSimulation is None:
         raise InputError(f"{path}: not an FMU for co-simulation")
-    identifier = description.coSimulation.modelIdentifier
+    identifier = description.coSimulation.modelIdentifier or ""
     if not is_plain_name(identifier):
         raise InputError(f"{path}: modelIdentifier is {identifier!r}; it must be the name of a binary")
     if fmpy.platform not in platforms:

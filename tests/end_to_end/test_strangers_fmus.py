@@ -115,6 +115,11 @@ def test_a_model_identifier_is_a_name_and_no_path(stranger, capsys, name):
     assert_refused(capsys, f"modelIdentifier is {name!r}; it must be the name of a binary")
 
 
+def test_a_model_identifier_must_be_there(stranger, capsys):
+    edit_description(stranger, 'modelIdentifier="IT2Plant"', "")
+    assert_refused(capsys, "modelIdentifier is ''")
+
+
 def test_a_library_outside_the_fmu_is_not_loaded(stranger, capsys, monkeypatch):
     monkeypatch.setattr(slave.fmi2, "FMU2Slave", lambda **_: pytest.fail("a library is loaded"))
     edit_description(stranger, 'modelIdentifier="', 'modelIdentifier="../../../../')

@@ -46,11 +46,7 @@ def model_with(effects: tuple[str, ...], seed: int, records: int) -> Model:
     }
     known = load_table().parameters()
     assert set(spans) == set(BY_RECORD)
-    own = {
-        n: rng.uniform(*spans[n], records)
-        for n in BY_RECORD
-        if known[n].effect in (None, *effects)
-    }
+    own = {n: rng.uniform(*spans[n], records) for n in BY_RECORD if known[n].effect in (None, *effects)}
     offsets = np.array([0.0, *rng.uniform(-0.1, 0.1, records - 1)]) * UM
     return Model(parameters, tuple(active_effects(parameters)), offsets, own)
 

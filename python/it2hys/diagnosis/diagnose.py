@@ -22,6 +22,7 @@ from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_tr
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.result import Diagnosis, InverseJudgement, Judgement, Stage
 from it2hys.diagnosis.selection import Node, Search
+from it2hys.diagnosis.windows import Window, searched_text, windows_of
 from it2hys.effects import Extent
 from it2hys.effects._statistics import FEWEST
 from it2hys.errors import InputError
@@ -29,11 +30,12 @@ from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.preparation import (
     Prepared,
+    check_rule_count,
     check_sample_times,
     data_scaling,
     prepare,
 )
-from it2hys.identification.result import Identification
+from it2hys.identification.result import Identification, RecordResult
 from it2hys.identification.usability import widest_range
 from it2hys.metrics import max_relative_error, rms_error
 from it2hys.parameters import ParameterSet
@@ -103,10 +105,11 @@ def diagnose(
     ------
     InputError
         If records are too few or too short, differ in their sample time, lack the channel of a declared
-        effect, or do not suit the given model.
+        effect, or do not suit the given model; or if `rules` is no number of rules.
     """
     if not train:
         raise InputError("no training record is given")
+    check_rule_count(rules)
     session = _Session(train, validation, test, declared, excluded, options or Options(), progress)
     with parallel_map(workers) as each:
         return session.run(model, rules, each)
@@ -135,6 +138,8 @@ class _Session:
             raise InputError(f"{min(both)} is both declared and excluded")
         prepared = [prepare(r, options) for r in train]
         self._scaling = data_scaling(prepared)
+        self._whole = [Window(i, 0, p) for i, p in enumerate(prepared)]
+        self._windows = windows_of(prepared)
         self._prepared = [
             *(("train", p) for p in prepared),
             *(("validation", prepare(r, options)) for r in validation),
@@ -144,7 +149,9 @@ class _Session:
         one_tone = holds_one_tone(prepared)
         self._inseparable = tuple(e for e in ONE_LOOP if e not in self._declared) if one_tone else ()
         self._seconds: dict[str, float] = {}
-        self._warnings: list[str] = []
+        searched = searched_text(self._windows, self._whole)
+        self._is_whole = not searched
+        self._warnings = [searched] if searched else []
 
     def run(self, given: ParameterSet | None, rules: int, each: Callable) -> Diagnosis:
         """Run all phases."""
@@ -184,9 +191,17 @@ class _Session:
         return Model(
             {**identification.parameters, "displacementZero": _zero_of(identification.parameters)},
             (),
-            np.array([r.offset for r in records]),
-            {"initialDisplacement": np.array([r.initial_displacement for r in records])},
+            np.array([records[w.record].offset for w in self._windows]),
+            {"initialDisplacement": np.array([self._begin(w, records) for w in self._windows])},
         )
+
+    @staticmethod
+    def _begin(window: Window, records: Sequence[RecordResult]) -> float:
+        """Return the displacement with which the paper's model begins a window."""
+        result = records[window.record]
+        if window.first == 0:
+            return result.initial_displacement
+        return float(window.prepared.record.displacement[0]) - result.offset
 
     def _given(self, given: ParameterSet) -> Model:
         self._check_given(given)
@@ -194,12 +209,12 @@ class _Session:
         unknown = [e for e in self._declared if e in effects]
         self._declared = tuple(e for e in self._declared if e not in unknown)
         own = {
-            name: np.full(len(self._train), given[name])
+            name: np.full(len(self._windows), given[name])
             for name in BY_RECORD
             if _effect_of(name) in (None, *effects)
         }
         self._has_offset = self._options.offsets is True
-        traces = self._traces("train")
+        traces = self._searched()
         bench = Bench(traces, traces, self._scaling, self._extent)
         start = Model(dict(given), effects, np.zeros(len(traces)), own)
         return bench.fit_own(start, traces)
@@ -243,11 +258,21 @@ class _Session:
             if role in roles
         ]
 
+    def _searched(self) -> list[Trace]:
+        """Return the windows as traces."""
+        return [to_trace(w.prepared, "train", self._has_offset and w.record > 0) for w in self._windows]
+
+    def _on_whole(self, model: Model, bench: Bench) -> Model:
+        """Return the model of the windows as one of the whole training records."""
+        if self._is_whole:
+            return model
+        return bench.fit_own(model, self._traces("train"))
+
     def _bench(self, base: Model) -> Bench:
         self._has_offset = bool(np.any(base.offsets != 0.0))
         self._extent = replace(self._extent, zero=base.values["displacementZero"])
-        traces, deciding = self._traces("train"), self._traces("validation")
-        self._all_fitted = traces
+        traces, deciding = self._searched(), self._traces("validation")
+        self._all_fitted = self._traces("train")
         parts = not deciding
         if parts:
             traces, deciding = set_aside(traces)
@@ -279,7 +304,7 @@ class _Session:
         """Fit everything that may be fitted to the end, with a core that is usable."""
         self._progress(0.87, "final fit")
         whole = replace(bench, traces=self._all_fitted)
-        fit = whole.fit(node.fit.model, _FINAL)
+        fit = whole.fit(self._on_whole(node.fit.model, bench), _FINAL)
         for strength in (1e1, 1e2, 1e3):
             if self._usable_range(fit.model) is not None:
                 break
@@ -310,9 +335,7 @@ class _Session:
         self, base: Model, bench: Bench, search: Search, chosen: Node, node: Node, fit: ChainFit
     ) -> Diagnosis:
         parameters = self._parameters(fit.model, "diagnosed")
-        traces = [
-            bench.with_lead_in(fit.model, t) for t in self._traces("train", "validation", "test")
-        ]
+        traces = [bench.with_lead_in(fit.model, t) for t in self._traces("train", "validation", "test")]
         named = tuple(e for e in fit.model.effects if e in node.effects)
         groups = indistinguishable(chosen, search.rivals)
         if self._inseparable:
@@ -321,6 +344,7 @@ class _Session:
             search, node, named, groups, self._declared, self._inseparable, self._excluded
         )
         judged = [within(t, self._extent.voltage) for t in self._traces("train", "validation")]
+        base = self._on_whole(base, bench)
         left = self._left_over(bench, fit.model, judged, len(self._train))
         return Diagnosis(
             parameters=parameters,
@@ -374,24 +398,27 @@ class _Session:
 
     def _stages(self, search: Search, node: Node, fit: ChainFit, bench: Bench) -> tuple[Stage, ...]:
         """Return the first model, those after each addition if there are any, and the last."""
+        searched = list(zip(self._windows, self._searched(), strict=True))
         order = [e for e in node.fit.model.effects if e in node.effects]
-        stages = [self._stage("before", search.root, bench)]
+        stages = [self._stage("before", search.root, searched)]
         for count in range(1, len(order)):
             found = [n for n in search.nodes.values() if n.effects == frozenset(order[:count])]
             if found:
                 best = min(found, key=lambda n: n.rms)
-                stages.append(self._stage(" + ".join(order[:count]), best, bench))
+                stages.append(self._stage(" + ".join(order[:count]), best, searched))
         if order:
-            last = Node(node.added, fit, bench.errors(fit.model))
-            stages.append(self._stage(" + ".join(order), last, bench))
+            deciding = None if self._is_whole else bench.deciding
+            last = Node(node.added, fit, bench.errors(fit.model, deciding))
+            whole = list(zip(self._whole, self._all_fitted, strict=True))
+            stages.append(self._stage(" + ".join(order), last, whole))
         return tuple(stages)
 
-    def _stage(self, label: str, node: Node, bench: Bench) -> Stage:
-        model = node.fit.model
-        residuals = [
-            np.where(t.judged, t.y - model.predict(t, i), np.nan)
-            for i, t in enumerate(self._all_fitted)
-        ]
+    def _stage(self, label: str, node: Node, parts: Sequence[tuple[Window, Trace]]) -> Stage:
+        """Return what a model leaves of the training records, as far as parts of them show it."""
+        residuals = [np.full(len(r), np.nan) for r in self._train]
+        for i, (window, t) in enumerate(parts):
+            error = np.where(t.judged, t.y - node.fit.model.predict(t, i), np.nan)
+            residuals[window.record][window.first : window.first + len(window)] = error
         return Stage(label, residuals, node.rms)
 
 
@@ -513,9 +540,7 @@ def _judge_inverse(trace: Trace, parameters: ParameterSet, offset: float) -> Inv
     )
 
 
-def _errors(
-    trace: Trace, parameters: ParameterSet, offset: float
-) -> tuple[float, float, np.ndarray]:
+def _errors(trace: Trace, parameters: ParameterSet, offset: float) -> tuple[float, float, np.ndarray]:
     """Return (24), (25) behind the lead-in, and the reading."""
     drive = trace.drive
     _, reading = core.chain_free_run(parameters, drive.voltage, drive.force, drive.temperature)

@@ -197,8 +197,10 @@ def behind_creep(model: Model, traces: Sequence[Trace]) -> Model:
     count = int(model.values["creepCount"])
     total = sum(model.values[f"creep[{i}].gain"] for i in range(1, count + 1))
     readings = [(t.y - o)[t.judged] for t, o in zip(traces, model.offsets, strict=True)]
-    distance = total / (1.0 + total) * (
-        float(np.mean(np.concatenate(readings))) - model.values["displacementZero"]
+    distance = (
+        total
+        / (1.0 + total)
+        * (float(np.mean(np.concatenate(readings))) - model.values["displacementZero"])
     )
     return with_rules(model, moved(model.rules, -distance))
 
@@ -481,9 +483,15 @@ class Bench:
         counts = [np.count_nonzero(t.judged) for t in traces]
         level = np.sqrt(np.average([t.importance**2 for t in traces], weights=counts))
         weights = [t.importance / level for t in traces]
-        free = [w * self._error(fitted, t, i)[t.judged] for i, (w, t) in enumerate(zip(weights, traces, strict=True))]
+        free = [
+            w * self._error(fitted, t, i)[t.judged]
+            for i, (w, t) in enumerate(zip(weights, traces, strict=True))
+        ]
         band, wide = (
-            [w * self._inverse_error(fitted, t, i, name) for i, (w, t) in enumerate(zip(weights, traces, strict=True))]
+            [
+                w * self._inverse_error(fitted, t, i, name)
+                for i, (w, t) in enumerate(zip(weights, traces, strict=True))
+            ]
             for name in ("band", "wide")
         )
         return Errors(free, band, wide)

@@ -116,7 +116,9 @@ def applied_voltage(values: Mapping, drive: Drive) -> np.ndarray:
     return core.chain_predict(core.pack_chain(plain), drive)[1]
 
 
-def ask_inverse(values: Mapping, drive: Drive, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def ask_inverse(
+    values: Mapping, drive: Drive, displacement: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the voltage that the inverse asks for, V, and where it cannot follow, both of shape (N,).
 
     Parameters
@@ -129,7 +131,9 @@ def ask_inverse(values: Mapping, drive: Drive, displacement: np.ndarray) -> tupl
         As measured, without the record's constant, m. What the model says is picked up (`hum`) is taken off.
     """
     free, measured = core.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
-    return core.chain_inverse_run(values, displacement - (measured - free), drive.force, drive.temperature)
+    return core.chain_inverse_run(
+        values, displacement - (measured - free), drive.force, drive.temperature
+    )
 
 
 def inverse_error(values: Mapping, drive: Drive, displacement: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from it2hys.effects import Clue, Clues
 from it2hys.effects._statistics import FEWEST, UM, coherence_with_voltage, rms, spectral_variance
 from it2hys.errors import InputError
 from it2hys.identification.uncertainty import correlation_time
+from it2hys.metrics import noise_size, times_the_noise
 
 #: Residuals up to so many times the noise may be the noise and a little misfit: of all records ...
 _LITTLE = 1.25
@@ -310,7 +311,7 @@ def _coherence(clues: Clues) -> tuple[tuple[float, float, float], ...]:
 def _verdict(found: LeftOver, large: bool) -> str:
     greatest = max(found.records, key=lambda n: n.size)
     noise = rms(np.array([n.noise for n in found.records]))
-    head = f"The residual is {found.size:.2g} times the noise of {noise * UM:.2g} µm rms"
+    head = f"The residual is {times_the_noise(found.size)} ({noise_size(noise)})"
     if found.significant:
         chance = f"of {found.p_value:.1g}" if found.p_value > 1e-12 else "below 1e-12"
         return f"{head} and is not noise: by chance it would look so with a probability {chance}."

@@ -339,7 +339,9 @@ class Search:
     def _predicts_better(one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
         gains = Gains.of(other.errors, one.errors)
-        return any(g.gain > _TELLING and g.p_value * len(EFFECTS) < LEVEL for g in (gains.free, gains.band))
+        return any(
+            g.gain > _TELLING and g.p_value * len(EFFECTS) < LEVEL for g in (gains.free, gains.band)
+        )
 
     def _beats(self, one: Node, other: Node) -> bool:
         return one is not other and self.improves(Gains.of(other.errors, one.errors), 1)

@@ -27,7 +27,8 @@ def excerpt(series: Sequence[Series]) -> tuple[list[Series], np.ndarray]:
     -------
     windows : list of Series
         The series themselves unless they are long; otherwise at least one window of each, with an
-        offset and an initial state of its own.
+        offset and an initial state of its own. No window begins before the first sample that is
+        fitted, and half of a window's samples are, as far as the series has such windows.
     records : ndarray of int, shape (W,)
     """
     lengths = np.array([len(s.x) for s in series])
@@ -36,12 +37,21 @@ def excerpt(series: Sequence[Series]) -> tuple[list[Series], np.ndarray]:
     counts = np.maximum(1, np.rint(_WINDOWS * lengths / lengths.sum())).astype(int)
     windows, records = [], []
     for i, (s, count) in enumerate(zip(series, counts, strict=True)):
-        first = int(np.argmax(s.weight > 0))
-        last = max(len(s.x) - _WINDOW, first)
-        for start in np.unique(np.linspace(first, last, count).astype(int)):
+        for start in _starts(s, count):
             windows.append(_window(s, start))
             records.append(i)
     return windows, np.array(records)
+
+
+def _starts(series: Series, count: int) -> np.ndarray:
+    """Return where so many windows begin, or fewer, spread over those that are mostly fitted."""
+    fitted = series.weight > 0
+    first = int(np.argmax(fitted))
+    before = np.concatenate([[0], np.cumsum(fitted)])
+    candidates = np.arange(first, max(len(fitted) - _WINDOW, first) + 1)
+    inside = before[np.minimum(candidates + _WINDOW, len(fitted))] - before[candidates]
+    allowed = candidates[inside >= min(_WINDOW // 2, inside.max())]
+    return np.unique(allowed[np.linspace(0, len(allowed) - 1, count).astype(int)])
 
 
 def _window(series: Series, start: int) -> Series:

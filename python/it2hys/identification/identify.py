@@ -18,6 +18,7 @@ from it2hys.identification.order import choose_rule_count, split
 from it2hys.identification.prediction import explains_lead, judge, judge_new
 from it2hys.identification.preparation import (
     Prepared,
+    check_rule_count,
     check_sample_times,
     data_scaling,
     guess_offsets,
@@ -36,6 +37,7 @@ from it2hys.identification.result import (
 )
 from it2hys.identification.uncertainty import assess
 from it2hys.identification.weights import weigh
+from it2hys.metrics import noise_size, times_the_noise
 from it2hys.parameters import ParameterSet
 from it2hys.progress import Progress
 from it2hys.records import Record
@@ -84,13 +86,14 @@ def identify(
     Raises
     ------
     InputError
-        If there are no training records, their sample times differ, or they have too few samples
-        that can be trusted.
+        If there are no training records, their sample times differ, they have too few samples
+        that can be trusted, or `rules` is no number of rules.
     IdentificationError
         If no usable model was found.
     """
     if not train:
         raise InputError("no training record is given")
+    check_rule_count(rules)
     options = options or Options()
     progress = progress or (lambda share, text: None)
     check_sample_times([*train, *validation, *test])
@@ -346,8 +349,8 @@ def _with_lack(identification: Identification) -> Identification:
         return identification
     error = ratio * identification.noise_rms
     text = (
-        f"The free-run error on the training records, {error * 1e6:.3g} µm rms, is {ratio:.1f} "
-        f"times the noise, {identification.noise_rms * 1e6:.3g} µm: the model lacks something that "
-        "the records contain."
+        f"The free-run error on the training records, {error * 1e6:.3g} µm rms, is "
+        f"{times_the_noise(ratio)} ({noise_size(identification.noise_rms)}): the model lacks something "
+        "that the records contain."
     )
     return replace(identification, warnings=(*identification.warnings, text))

@@ -55,11 +55,25 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
         From the differences of repeated periods where the drive is periodic. Otherwise the least of two
         that see only what is fast: from fourth differences, in which a smooth motion cancels, and from
         the quietest band of the upper half of the spectrum. Where the second is far below the first, the
-        stage moves at those frequencies: the noise is at most that, and not known.
+        stage moves at those frequencies: the noise is at most that, and not known. Never below what
+        the step of the numbers makes.
     """
-    whole = y
-    if used is not None:
-        y = np.where(used, y, np.nan)
+    floor = quantisation(y if used is None else y[used])
+    estimate = _estimate(x, y if used is None else np.where(used, y, np.nan))
+    if estimate.rms > floor:
+        return estimate
+    return NoiseEstimate(floor, "the step of its numbers (no noise shows)", estimate.certain)
+
+
+def quantisation(y: np.ndarray) -> float:
+    """Return the deviation that the smallest step between values makes, at least that of rounding."""
+    values = np.unique(y)
+    step = np.min(np.diff(values), initial=np.inf) if len(values) > 1 else 0.0
+    return float(max(step, np.finfo(float).eps * np.max(np.abs(values))) / np.sqrt(12.0))
+
+
+def _estimate(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:
+    """Return the estimate from differences; samples that are not to be used are NaN."""
     period = find_period(x)
     if period is not None:
         rms = _between_periods(y, period)
@@ -68,7 +82,7 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
     difference = np.diff(y, _DIFFERENCE_ORDER)
     deviation = _MAD_TO_DEVIATION * np.nanmedian(np.abs(difference - np.nanmedian(difference)))
     fast = float(deviation / _DIFFERENCE_GAIN)
-    quiet = _quietest_band(whole if used is None else _straight(whole, used))
+    quiet = _quietest_band(_straight(y))
     if fast <= _MOVES * quiet:
         return NoiseEstimate(fast, "fourth differences (fast noise only)")
     return NoiseEstimate(
@@ -78,8 +92,9 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
     )
 
 
-def _straight(y: np.ndarray, used: np.ndarray) -> np.ndarray:
-    places = np.flatnonzero(used)
+def _straight(y: np.ndarray) -> np.ndarray:
+    """Return the series, straight across what is not known."""
+    places = np.flatnonzero(np.isfinite(y))
     return np.interp(np.arange(len(y)), places, y[places])
 
 

@@ -14,6 +14,7 @@ from it2hys.identification.noise import NoiseEstimate, estimate_noise
 from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling
 from it2hys.records import Record
+from it2hys.variables import load_table
 
 #: Least share of a record's samples that can be trusted.
 _TRUSTED = 0.5
@@ -76,6 +77,21 @@ def _falling_in(voltage: np.ndarray) -> int:
     """Return how many samples are left out at first: a model begins at rest, the record may not have."""
     in_motion = abs(voltage[1] - voltage[0]) > _AT_REST * np.ptp(voltage)
     return min(_FALLING_IN, int(_FALLING_IN_SHARE * len(voltage))) if in_motion else 0
+
+
+def check_rule_count(rule_count: int | None) -> None:
+    """Refuse a number of rules that no model can have; None stands for one to be chosen.
+
+    Raises
+    ------
+    InputError
+        If it is not a whole number from 1 to the largest that the FMUs take.
+    """
+    most = load_table().counts["rule"]["maximum"]
+    whole = isinstance(rule_count, int | np.integer)
+    if rule_count is None or (whole and 1 <= rule_count <= most):
+        return
+    raise InputError(f"the number of rules must be a whole number from 1 to {most}, not {rule_count}")
 
 
 def largest_rule_count(prepared: Sequence[Prepared]) -> int:

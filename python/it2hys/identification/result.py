@@ -34,6 +34,11 @@ class Options:
         Limit of the final free-run fit; a fit that reaches it has not converged.
     seed : int
         Seed of the random starts: the same data give the same model.
+
+    Raises
+    ------
+    InputError
+        If the seed is not a whole number from 0 up.
     """
 
     offsets: bool | None = None
@@ -42,6 +47,11 @@ class Options:
     max_rules: int = 6
     max_iterations: int = 600
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse a seed that no generator takes."""
+        if not isinstance(self.seed, int | np.integer) or self.seed < 0:
+            raise InputError(f"the seed must be a whole number from 0 up, not {self.seed}")
 
 
 @dataclass(frozen=True, eq=False)

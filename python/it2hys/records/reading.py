@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from it2hys.errors import InputError
 from it2hys.records.columns import ColumnChoice
 from it2hys.records.plausibility import check_order, check_ranges, inspect
-from it2hys.records.record import Record
+from it2hys.records.record import INVERTED, SIGNED, Record
 from it2hys.records.resampling import resample as resampled
+from it2hys.records.response import check_response
 from it2hys.records.table import Table, read_table
 from it2hys.records.time_base import (
     check_rising,
@@ -29,6 +31,7 @@ def read_record(
     resample: bool = False,
     sample_time: float | None = None,
     check_swapped: bool = True,
+    invert_displacement: bool = False,
 ) -> Record:
     """Read a CSV file, convert it to SI units and check it.
 
@@ -49,6 +52,8 @@ def read_record(
     check_swapped : bool
         Refuse a displacement that leads its voltage; otherwise only note it. Turn it off for a
         voltage that was measured behind a filter slower than the stage.
+    invert_displacement : bool
+        Flip the sign of the displacement about zero: that of a sensor which counts the other way.
 
     Returns
     -------
@@ -63,13 +68,15 @@ def read_record(
     """
     path = Path(path)
     table = read_table(path, REQUIRED, OPTIONAL, columns)
+    if invert_displacement:
+        table = _inverted(table)
     if len(table) < MINIMUM_SAMPLES:
         raise _too_few(table, f"{len(table)} samples are too few")
     check_rising(table)
     check_ranges(table)
     order_notes = check_order(table, refuse=check_swapped)
     outliers, findings = inspect(table)
-    notes = [*table.notes, *findings, *order_notes]
+    notes = [*table.notes, *([INVERTED] if invert_displacement else []), *findings, *order_notes]
 
     signals = table.values
     base = fit_time_base(signals["time"])
@@ -84,14 +91,21 @@ def read_record(
         notes.append(note)
         if len(outliers) < MINIMUM_SAMPLES:
             raise _too_few(table, f"{len(outliers)} samples are left after resampling")
-    return Record(
+    record = Record(
         name=path.stem,
         sample_time=sample_time,
         path=path,
         notes=tuple(notes),
         outliers=outliers,
+        inverted=invert_displacement,
         **signals,
     )
+    check_response(record)
+    return record
+
+
+def _inverted(table: Table) -> Table:
+    return replace(table, values={q: -v if q in SIGNED else v for q, v in table.values.items()})
 
 
 def _too_few(table: Table, complaint: str) -> InputError:

@@ -10,6 +10,13 @@ import numpy as np
 from it2hys.errors import InputError
 from it2hys.records.units import UNITS
 
+#: What a reversed sensor gives the wrong sign, and what is said of a record whose sign was flipped.
+SIGNED = ("displacement", "reference")
+INVERTED = (
+    "The displacement was inverted: it has the opposite sign of what was measured, and so have the "
+    "references that the inverse takes."
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Record:
@@ -36,6 +43,8 @@ class Record:
     outliers : numpy.ndarray of bool, shape (n,)
         True where the displacement is not to be trusted: a spike, a clipped or stuck reading, a
         sample filled in by resampling. A fit gives these samples the weight zero.
+    inverted : bool
+        Whether the sign of `displacement` and `reference` is not the one that was measured.
 
     Raises
     ------
@@ -55,6 +64,7 @@ class Record:
     path: Path | None = None
     notes: tuple[str, ...] = ()
     outliers: np.ndarray = None  # stands for no outlier; always an array once constructed
+    inverted: bool = False
 
     def __post_init__(self) -> None:
         """Turn the signals into arrays of float and check that they belong together."""
@@ -93,6 +103,11 @@ class Record:
         """
         part = slice(start, stop)
         return replace(self, **{name: values[part] for name, values in self._arrays().items()})
+
+    def invert(self) -> Record:
+        """Return the record with the sign of the displacement, and of the reference, flipped."""
+        flipped = {name: -values for name, values in self._arrays().items() if name in SIGNED}
+        return replace(self, notes=(*self.notes, INVERTED), inverted=not self.inverted, **flipped)
 
     def _arrays(self) -> dict[str, np.ndarray]:
         found = {item.name: getattr(self, item.name) for item in fields(self)}

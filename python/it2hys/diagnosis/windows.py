@@ -1,0 +1,104 @@
+"""Windows of long records: what a search among models works on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from it2hys.identification.preparation import Prepared
+
+#: Training samples that a search works on: a fit takes as much time as it has samples, and a search
+#: makes hundreds of them.
+_SEARCHED = 60_000
+#: Windows, in all records together.
+_WINDOWS = 8
+#: Share of a window by which the place that it is to show may be behind its beginning.
+_BEFORE = 0.8
+_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A part of a training record, or all of it.
+
+    Parameters
+    ----------
+    record : int
+        Number of the training record.
+    first : int
+        Its sample with which the window begins.
+    prepared : Prepared
+        The part.
+    """
+
+    record: int
+    first: int
+    prepared: Prepared
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return len(self.prepared.record)
+
+
+def windows_of(prepared: Sequence[Prepared]) -> list[Window]:
+    """Return what a search works on: the records themselves unless they are long in all.
+
+    Parameters
+    ----------
+    prepared : sequence of Prepared
+        The training records.
+
+    Returns
+    -------
+    list of Window
+        In the order of the records, at least one of each, none that overlap.
+    """
+    total = sum(len(p.record) for p in prepared)
+    if total <= _SEARCHED:
+        return [Window(i, 0, p) for i, p in enumerate(prepared)]
+    windows = []
+    for i, p in enumerate(prepared):
+        share = len(p.record) / total
+        count = max(1, round(_WINDOWS * share))
+        length = int(_SEARCHED * share / count)
+        windows += [Window(i, first, _part(p, first, length)) for first in _firsts(p, count, length)]
+    return windows
+
+
+def _firsts(prepared: Prepared, count: int, length: int) -> list[int]:
+    """Return where windows begin, spread over time and over the travel of the voltage by halves.
+
+    Steps that are far apart in time are found by the travel, holds by the time. The first window begins
+    where the record does, of whose start the most is known.
+    """
+    begin, last = prepared.skip, len(prepared.record) - length
+    voltage = prepared.record.voltage[begin:]
+    travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(voltage)))])
+    progress = np.linspace(0.0, 1.0, len(voltage)) + travel / max(travel[-1], np.finfo(float).tiny)
+    shown = begin + np.searchsorted(progress, 2.0 * (np.arange(count) + 0.5) / count)
+    # what is shown stands at another place in each: parts of windows are kept from fits
+    ahead = _BEFORE * (_GOLDEN * np.arange(count) % 1.0) * length
+    firsts = [begin]
+    for first in np.sort(shown - ahead).astype(int)[1:]:
+        first = min(max(int(first), firsts[-1] + length), last)
+        if first >= firsts[-1] + length:
+            firsts.append(first)
+    return firsts
+
+
+def _part(prepared: Prepared, first: int, length: int) -> Prepared:
+    record = prepared.record.slice(first, first + length)
+    return replace(prepared, record=record, skip=max(0, prepared.skip - first))
+
+
+def searched_text(windows: Sequence[Window], whole: Sequence[Window]) -> str:
+    """Return in words what a search works on, of the whole records; empty if it is all of them."""
+    used, samples = (sum(map(len, parts)) for parts in (windows, whole))
+    if used == samples:
+        return ""
+    return (
+        f"Effects were sought on {len(windows)} windows of the training records, {used} of their "
+        f"{samples} samples; the final fit and all errors are those of the whole records."
+    )
