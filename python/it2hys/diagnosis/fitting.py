@@ -26,6 +26,7 @@ from it2hys.identification.criteria import Series
 from it2hys.identification.fitting import search_rules
 from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling, moved
+from it2hys.identification.uncertainty import correlation_time
 from it2hys.parameters import RULE_FIELDS
 from it2hys.variables import load_table
 
@@ -438,24 +439,35 @@ class Bench:
         """Return a record with a lead-in that is as long as the model's start needs.
 
         The errors of a start that was fitted on the lead-in, propagated to the samples behind it by the
-        exact sensitivities, are then no more than a small part of the noise.
+        exact sensitivities, are then no more than a small part of the noise. What the model misses counts
+        as noise too, and as much as its correlation in time makes of it.
         """
         fitted = self._fit_own_to_one(model, trace)
         criterion = self._of_start(fitted, replace(trace, weight=1.0 * (trace.weight > 0.0)))
         rows, _ = criterion.jacobian(criterion.pack(fitted))
+        missed, correlated = self._missed(model)
+        missed /= trace.noise**2
         rows = rows[:, criterion.start_columns] / (trace.noise / self.scaling.y_unit)
         samples = np.flatnonzero(trace.weight > 0.0)
         for share in _LEADS:
             lead = max(int(share * len(trace.y)), _SHORTEST_LEAD)
             first = samples < lead
-            information = rows[first].T @ rows[first] + START_PRIOR**2 * np.eye(rows.shape[1])
+            information = rows[first].T @ rows[first] / (1.0 + missed * correlated)
+            information += START_PRIOR**2 * np.eye(rows.shape[1])
             behind = rows[~first]
             variance = np.mean(np.sum((behind @ np.linalg.inv(information)) * behind, axis=1))
-            if variance <= _START_ERROR**2:
+            if variance <= _START_ERROR**2 * (1.0 + missed):
                 break
         judged = trace.weight > 0.0
         judged[:lead] = False
         return replace(trace, lead=lead, judged=judged)
+
+    def _missed(self, model: Model) -> tuple[float, float]:
+        """Return what a model misses of the training records, m^2, and its correlation time in samples."""
+        residuals = [(clue.residual - np.mean(clue.residual[clue.used])) for clue in self.clues(model).records]
+        power = [np.mean(r[t.weight > 0.0] ** 2) for r, t in zip(residuals, self.traces, strict=True)]
+        missed = np.mean(power) - np.mean([t.noise**2 for t in self.traces])
+        return max(float(missed), 0.0), float(np.mean([correlation_time(r) for r in residuals]))
 
     def _of_start(self, model: Model, trace: Trace) -> ChainCriterion:
         """Return the criterion of what belongs to one record, all else held."""
@@ -473,13 +485,14 @@ class Bench:
         fits = [minimise(self._of_start(s, trace), 30, 1e-8) for s in starts]
         return min(fits, key=lambda fit: fit.minimum.cost).model
 
-    def errors(self, model: Model) -> Errors:
-        """Return the errors on the judged samples of the records that decide.
+    def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> Errors:
+        """Return the errors on the judged samples of records, by default of those that decide.
 
         They are weighted as the records are, with a mean square weight of 1.
         """
-        traces = self.deciding
-        fitted = model if self.parts else self.fit_own(model, traces)
+        known = self.parts and traces is None
+        traces = self.deciding if traces is None else traces
+        fitted = model if known else self.fit_own(model, traces)
         counts = [np.count_nonzero(t.judged) for t in traces]
         level = np.sqrt(np.average([t.importance**2 for t in traces], weights=counts))
         weights = [t.importance / level for t in traces]
