@@ -335,7 +335,9 @@ class _Session:
         self, base: Model, bench: Bench, search: Search, chosen: Node, node: Node, fit: ChainFit
     ) -> Diagnosis:
         parameters = self._parameters(fit.model, "diagnosed")
-        traces = [bench.with_lead_in(fit.model, t) for t in self._traces("train", "validation", "test")]
+        whole = replace(bench, traces=self._all_fitted)
+        judged = self._traces("train", "validation", "test")
+        traces = [whole.with_lead_in(fit.model, t) for t in judged]
         named = tuple(e for e in fit.model.effects if e in node.effects)
         groups = indistinguishable(chosen, search.rivals)
         if self._inseparable:

@@ -36,6 +36,8 @@ _SPOILS = 0.1
 #: Share by which the free run may get worse where the inverse gets better, and by how much that has to: of
 #: a delay and a quick core beside a slow core, which wait alike, one inverse waits and one differentiates.
 _EQUAL, INVERSE_GAIN = 0.03, 0.25
+#: The effect that waits as a slow core does.
+WAITING = "delay"
 #: Least gain by which one of two equally simple models is the better one.
 _TELLING = 0.02
 #: Least gain, and largest probability of it by chance, for a variant of a model to be taken.
@@ -178,14 +180,22 @@ class Search:
             if self.bench.leaves_noise(grown[0].fit):
                 break
             beam = [n for n in grown[:BEAM] if n.rms < BEAM_RATIO * grown[0].rms]
+        self._grow_waiting()
         return self.choose()
+
+    def _grow_waiting(self) -> None:
+        """Try a delay beside what was found: where the free run is as good, its inverse may still be better."""
+        best = min(self.nodes.values(), key=lambda n: n.rms)
+        for node in self._grow(best, True, (WAITING,)):
+            self._keep(node)
 
     def _keep(self, node: Node) -> None:
         self.nodes[node.added] = node
 
-    def _grow(self, node: Node, thorough: bool) -> list[Node]:
+    def _grow(self, node: Node, thorough: bool, only: tuple[str, ...] = ()) -> list[Node]:
         """Return the models with one addition more that are better than this one."""
         additions = [a for a in self._additions(node) if node.added | {a} not in self.nodes]
+        additions = [a for a in additions if not only or a in only]
         extend = partial(_extended, self.bench, node.fit.model)
         fits = {}
         for addition, fit in zip(additions, self.each(extend, additions), strict=True):
@@ -228,7 +238,7 @@ class Search:
         effects = [e for e in IMITATED if e in fits]
         best = min([node.fit, *fits.values()], key=lambda fit: fit.minimum.cost)
         if self.bench.is_near_noise(best):
-            return {}
+            effects = [e for e in effects if e == WAITING]
         better = {}
         found = self.each(partial(self.bench.add_anew, node.fit.model), effects)
         for effect, fit in zip(effects, found, strict=True):
@@ -366,7 +376,7 @@ def _extended(bench: Bench, model: Model, addition: str) -> ChainFit | None:
 def _finished(bench: Bench, base: frozenset[str], addition: str, fit: ChainFit, rank: int) -> Node:
     """Return the model with an addition, fitted to the end if it ranks among the best."""
     if rank < FINALISTS:
-        fit = bench.fit(fit.model, FINISHING)
+        fit = bench.finish(fit.model, FINISHING)
     return _node(bench, base | {addition}, fit)
 
 
