@@ -238,7 +238,7 @@ class Search:
         effects = [e for e in IMITATED if e in fits]
         best = min([node.fit, *fits.values()], key=lambda fit: fit.minimum.cost)
         if self.bench.is_near_noise(best):
-            effects = [e for e in effects if e == WAITING]
+            effects = [e for e in effects if {*fits} == {WAITING}]
         better = {}
         found = self.each(partial(self.bench.add_anew, node.fit.model), effects)
         for effect, fit in zip(effects, found, strict=True):
