@@ -567,7 +567,7 @@ def test_columns_in_order_are_never_called_exchanged(save_record, make):
 
 def test_a_reversed_sensor_is_called_that_and_not_exchanged(save_record):
     voltage, displacement = rig(25.0)
-    with pytest.raises(InputError, match="falls by 14.* the sensor's sign is reversed"):
+    with pytest.raises(InputError, match=r"falls by 14.* the sensor's sign is reversed"):
         read_record(save_record(voltage, -displacement))
 
 

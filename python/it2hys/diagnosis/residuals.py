@@ -282,7 +282,7 @@ def _cross_correlation(clues: Clues, take: Callable[[Clue], np.ndarray]) -> tupl
     for clue in clues.records:
         x = take(clue) - np.mean(take(clue))
         z = np.where(clue.used, clue.residual - np.mean(clue.residual[clue.used]), 0.0)
-        unit = max(rms(x) * rms(z), np.finfo(float).tiny)
+        unit = max(rms(x) * rms(z), np.sqrt(np.finfo(float).tiny))
         size = 2 * len(x)
         cross = np.fft.irfft(np.fft.rfft(z, size) * np.conj(np.fft.rfft(x, size)), size)
         total += cross[lags] / unit

@@ -214,7 +214,10 @@ def _by_prediction(seen: _Seen) -> float:
     target = seen.displacement[rows]
     surprise = target - known @ (known.T @ target)
     drift = _basis(seen.disturbances(1)[rows])
-    if np.linalg.norm(surprise) < _REGULAR * np.linalg.norm(target - drift @ (drift.T @ target)):
+    rest = target - drift @ (drift.T @ target)
+    if np.linalg.norm(rest) < _ROUNDING * np.linalg.norm(target):
+        return 1.0
+    if np.linalg.norm(surprise) < _REGULAR * np.linalg.norm(rest):
         return 0.0
     best = _best_lag(surprise, scaled[rows])
     lags = [k for k in sorted({*_PAST, best, best + 1}) if k < count // 4]
