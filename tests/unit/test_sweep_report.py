@@ -50,6 +50,8 @@ def make_table(path, vary, top=lambda high, _: 1e-7 * high, message=None, kept=0
             "top": top(*axes.values()),
             **traces,
             "status": ["ok"] * plan.cases,
+            "warned": [False] * plan.cases,
+            "out_of_range": [0] * plan.cases,
             "message": pl.Series([message] * plan.cases, dtype=pl.String),
         }
     )

@@ -87,6 +87,8 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
     heights = (2.0, 1.0, -1.0, -2.0)
     shapes = [(1e-4, 1e-4, 1e-4), *(tuple(h * c for c in wave) for wave in waves for h in heights)]
     readings = np.concatenate([modelled(c)[c.used] for c in clues.records])
+    if np.ptp(readings) == 0.0:  # of a model that stands still there is no curve
+        return []
     margin = _MARGIN * np.ptp(readings)
     ends = {
         "nonlinearity.minimum": float(readings.min() - margin),

@@ -11,6 +11,8 @@ _DIFFERENCE_ORDER = 4
 #: Standard deviation of the fourth difference of white noise of unit deviation: sqrt(C(8, 4)).
 _DIFFERENCE_GAIN = np.sqrt(70.0)
 _MAD_TO_DEVIATION = 1.4826
+#: Finest resolution of a sensor, as a share of the travel: 23 bits.
+_FINEST = 1e-7
 
 
 @dataclass(frozen=True)
@@ -44,20 +46,24 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
     NoiseEstimate
         From the differences of repeated periods where the drive is periodic; otherwise from fourth
         differences, in which a smooth motion cancels. The second sees only what is fast. Not below
-        what the step of the numbers makes.
+        what the step of the numbers makes, or a ten-millionth of the travel.
     """
-    floor = quantisation(y if used is None else y[used])
+    floor = noise_floor(y if used is None else y[used])
     estimate = _estimate(x, y if used is None else np.where(used, y, np.nan))
     if estimate.rms > floor:
         return estimate
-    return NoiseEstimate(floor, "the step of its numbers (no noise shows)")
+    return NoiseEstimate(floor, "the resolution of its numbers (no noise shows)")
 
 
-def quantisation(y: np.ndarray) -> float:
-    """Return the deviation that the smallest step between values makes, at least that of rounding."""
+def noise_floor(y: np.ndarray) -> float:
+    """Return the least noise that a record can be said to have.
+
+    It is the deviation that the smallest step between its values makes, and no less than what the best
+    of sensors resolve.
+    """
     values = np.unique(y)
-    step = np.min(np.diff(values), initial=np.inf) if len(values) > 1 else 0.0
-    return float(max(step, np.finfo(float).eps * np.max(np.abs(values))) / np.sqrt(12.0))
+    step = float(np.min(np.diff(values))) if len(values) > 1 else 0.0
+    return max(step / np.sqrt(12.0), _FINEST * float(np.ptp(values)), np.finfo(float).tiny)
 
 
 def _estimate(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:

@@ -14,6 +14,9 @@ _BINS = 40
 _OUTSIDE = 0.03
 #: Share of the voltage's range within which an extreme counts as reached.
 _REACHED = 0.05
+#: Share of it that the voltage still travels after both extremes: what stays at one of them, as after a
+#: single step, shows no loops.
+_TRAVELLED = 0.5
 
 
 def transient_length(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None) -> int:
@@ -30,10 +33,10 @@ def transient_length(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = Non
     -------
     int
         0 unless the record starts outside the band of displacements that are met at the same
-        voltage after the drive has passed both of its extremes.
+        voltage after the drive has passed both of its extremes, and goes on to travel.
     """
     wiped = _extremes_passed(x)
-    if wiped > len(x) // 2:
+    if wiped > len(x) // 2 or np.ptp(x[wiped:]) < _TRAVELLED * np.ptp(x):
         return 0
     edges = np.linspace(x.min(), x.max(), _BINS + 1)
     bins = np.clip(np.digitize(x, edges) - 1, 0, _BINS - 1)
