@@ -95,6 +95,7 @@ def _result(
         noise_method=prepared.noise.method,
         y_free=judged.y,
         y_one_step=np.full(len(judged.y), np.nan),
+        used=judged.used,
         out_of_range=judged.out_of_range,
         start=judged.start,
     )
