@@ -36,6 +36,7 @@ EXPORT size_t it2core_chain_run(const void *parameters, const double *voltage, c
 EXPORT size_t it2core_chain_inverse(const void *parameters, const double *reference,
                                     const double *force, const double *temperature,
                                     int64_t first_tick, size_t n, double *voltage, int *limits);
+EXPORT double it2core_chain_equilibrium(const void *parameters);
 EXPORT size_t it2core_chain_predict(const void *parameters, const struct chain_record *record,
                                     double *measured, double *core_input, double *core_output);
 EXPORT size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,
@@ -165,6 +166,17 @@ size_t it2core_chain_inverse(const void *parameters, const double *reference, co
             return k;
     }
     return n;
+}
+
+/* The voltage that holds the plant where it begins. */
+double it2core_chain_equilibrium(const void *parameters)
+{
+    struct chain chain;
+    struct chain_state state;
+
+    chain_prepare(&chain, parameters);
+    chain_reset(&chain, &state, parameters);
+    return chain_equilibrium(&chain, &state);
 }
 
 size_t it2core_chain_predict(const void *parameters, const struct chain_record *record,

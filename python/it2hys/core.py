@@ -77,6 +77,8 @@ def _library() -> ctypes.CDLL:
     library.it2core_chain_inverse.argtypes = [
         _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES, ctypes.c_int64, ctypes.c_size_t, _DOUBLES, _INTEGERS,
     ]  # fmt: skip
+    library.it2core_chain_equilibrium.restype = ctypes.c_double
+    library.it2core_chain_equilibrium.argtypes = [_DOUBLES]
     library.it2core_chain_predict.restype = ctypes.c_size_t
     library.it2core_chain_predict.argtypes = [
         _DOUBLES, ctypes.POINTER(_Record), _DOUBLES, _DOUBLES, _DOUBLES,
@@ -326,7 +328,8 @@ def chain_inverse_run(
     voltage : ndarray, shape (N,)
         In V.
     saturated : ndarray of bool, shape (N,)
-        Where the reference was out of reach.
+        Where the plant does not follow: reference or voltage are kept to their limits, or the plant is
+        not yet back from where they left it.
     """
     packed = parameters if isinstance(parameters, np.ndarray) else pack_chain(parameters)
     reference, force, temperature = _channels(reference, force, temperature)
@@ -336,6 +339,14 @@ def chain_inverse_run(
     )
     voltage[done:] = np.nan
     return voltage, limits != 0
+
+
+def chain_equilibrium(parameters: Mapping[str, float | int | bool]) -> float:
+    """Return the voltage in V that holds the chain at `initialDisplacement`.
+
+    It is what the inverse FMU puts out before its first tick.
+    """
+    return _library().it2core_chain_equilibrium(pack_chain(parameters))
 
 
 # --- the whole chain, as an identification needs it ----------------------------------------------
@@ -398,7 +409,7 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
     ----------
     packed : ndarray
         Parameters, from `pack_chain`. `initialDisplacement` is where the search for the displacement at
-        rest begins; the history before it is that of `initialRestVoltage`, `initialExcursion` and
+        rest begins; the history before it is that of `initialRestOffset`, `initialExcursion` and
         `initialCreep`.
     drive : Drive
 

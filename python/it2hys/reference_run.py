@@ -65,17 +65,24 @@ def reference_run(model: str, parameters: ParameterSet) -> tuple[dict, dict]:
     The displacement goes from where it starts to the far end of its range and back. A row of the
     outputs is what is read at its time: the result of the tick before.
     """
-    rules, start = parameters.rules, parameters["initialDisplacement"]
     target = _quantised(_excursion(parameters))
-    before = np.concatenate([[start], target[:-1]])
-    voltage = core.solve(rules, before, target)
-    rest = core.solve(rules, np.array([start]), np.array([start]))
+    voltage, saturated = core.chain_inverse_run(parameters, target)
     if model == "inverse":
-        read = np.concatenate([rest, voltage[:-1]])
-        return {"reference": target}, {"voltage": read, "saturated": np.zeros(TICKS, dtype=int)}
-    voltage = _quantised(voltage)
-    read = np.concatenate([[start], core.free_run(rules, voltage, start)[:-1]])
-    return {"voltage": voltage}, {"displacement": read, "measured": read}
+        return {"reference": target}, {
+            "voltage": _read_later(core.chain_equilibrium(parameters), voltage),
+            "saturated": _read_later(0, saturated.astype(int)),
+        }
+    voltage, start = _quantised(voltage), parameters["initialDisplacement"]
+    displacement, measured = core.chain_free_run(parameters, voltage)
+    return {"voltage": voltage}, {
+        "displacement": _read_later(start, displacement),
+        "measured": _read_later(start, measured),
+    }
+
+
+def _read_later(before: float, ticks: np.ndarray) -> np.ndarray:
+    """Return what a master reads at the ticks' times: before the first tick, then the tick before."""
+    return np.concatenate([[before], ticks[:-1]])
 
 
 def _excursion(parameters: ParameterSet) -> np.ndarray:
