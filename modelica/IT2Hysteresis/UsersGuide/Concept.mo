@@ -33,7 +33,7 @@ A parameter set is valid for <code>voltageMin</code> to <code>voltageMax</code> 
 <code>displacementMin</code> to <code>displacementMax</code>. In that range the model is invertible and
 contracting: a wrong initial displacement is forgotten. Beyond it the model may diverge, as Table 1 does above
 about 18 &#181;m. A block that leaves the range says so with a warning. The inverse keeps its reference in the
-displacement range and shows on <code>saturated</code> that it had to.
+displacement range and its voltage in the voltage range, and shows on <code>saturated</code> that it had to.
 </p>
 </html>", revisions="<html>
 <ul>

@@ -112,9 +112,14 @@ static fmi2Status warn(struct fmu *fmu, unsigned findings, double time)
                                "saturation.maximum let through; the nearest voltage is given "
                                "(saturated is true)" },
     };
+    const struct chain_parameters *p = &fmu->now.values.parameter;
     const unsigned fresh = findings & ~fmu->now.warned;
 
     fmu->now.warned |= findings;
+    if (fresh & FMU_VOLTAGE_LIMIT)
+        fmu_say(fmu, fmi2Warning, "fmi2DoStep to %g s: the reference asks for a voltage outside voltageMin.."
+                "voltageMax, %g V to %g V; the nearest is given (saturated is true). This is said once.",
+                time, p->voltageMin, p->voltageMax);
     for (size_t i = 0; i < sizeof WARNINGS / sizeof WARNINGS[0]; i++)
         if (fresh & WARNINGS[i].finding)
             fmu_say(fmu, fmi2Warning, "fmi2DoStep to %g s: %s. This is said once.", time,
