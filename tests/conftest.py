@@ -316,10 +316,9 @@ def ticks(count: int) -> np.ndarray:
 def tick_values(model: str, signal, count: int) -> np.ndarray:
     """Return what the C core makes of a signal at every tick."""
     inputs = np.array([signal(k * TS) for k in range(count)])
-    rules, limits = table_1().rules, table_1().displacement_range
     if model == "plant":
-        return core.free_run(rules, inputs, 0.0, limits)
-    return core.solve(rules, np.concatenate([[0.0], inputs[:-1]]), inputs, limits)
+        return core.free_run(table_1().rules, inputs, 0.0, table_1().displacement_range)
+    return core.chain_inverse_run(table_1(), inputs)[0]
 
 
 def trajectory(unpacked: Unpacked, library: Path | None = None) -> bytes:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from it2hys.chain import EFFECTS
 from it2hys.parameters import ParameterSet, table_1
 
-#: Effects that lose nothing: the inverse undoes them. Those of the reading leave the displacement.
+#: Effects that lose nothing: the inverse undoes them. Hum leaves the displacement as it is.
 INVERTIBLE = ("lag", "play", "load", "creep", "resonance", "drift", "nonlinearity", "hum")
 
 
@@ -39,7 +39,7 @@ def _values(effect: str, rng: np.random.Generator) -> dict[str, float]:
         "lag": lambda: {"lag.timeConstant": uniform(1e-5, 1e-3)},
         "play": lambda: {
             **_play(rng),
-            "initialRestVoltage": uniform(0.0, 50.0), "initialExcursion": uniform(-30.0, 50.0),
+            "initialRestOffset": uniform(-40.0, 40.0), "initialExcursion": uniform(-30.0, 50.0),
         },
         "load": lambda: {"load.compliance": uniform(1e-9, 5e-8)},
         "creep": lambda: {**_creep(rng), "initialCreep": uniform(-1.0, 1.0) * UM},
@@ -62,7 +62,7 @@ def _values(effect: str, rng: np.random.Generator) -> dict[str, float]:
 def with_effects(effects: tuple[str, ...], seed: int, **changes: float) -> ParameterSet:
     """Return Table 1 with effects of random parameters; the same for the same seed."""
     rng = np.random.default_rng(seed)
-    values = {**table_1(), "initialDisplacement": 5 * UM}
+    values = {**table_1(), "initialDisplacement": 5 * UM, "displacementZero": 0.3 * UM}
     for effect in effects:
         values.update({name: float(v) for name, v in _values(effect, rng).items()})
     for group in ("play", "creep"):
@@ -79,6 +79,17 @@ def effect_sets(effects: tuple[str, ...] = tuple(EFFECTS)) -> st.SearchStrategy[
     return st.builds(with_effects, one | some | st.just(effects), st.integers(0, 2**32 - 1))
 
 
+def moved(parameters: ParameterSet, distance: float) -> ParameterSet:
+    """Return the set for a sensor that reads `distance` more, in m."""
+    names = ("initialDisplacement", "displacementMin", "displacementMax", "displacementZero")
+    values = {name: parameters[name] + distance for name in names}
+    for i in range(1, parameters.counts["rule"] + 1):
+        values[f"rule[{i}].centre"] = parameters[f"rule[{i}].centre"] + distance
+        own = distance * (1.0 - parameters[f"rule[{i}].q1"])
+        values[f"rule[{i}].q3"] = parameters[f"rule[{i}].q3"] + own
+    return parameters.replace(**values).validate()
+
+
 def signals(samples: int, low: float, high: float) -> np.ndarray:
     """Return a signal with turning points at several levels, between two values."""
     t = np.arange(samples) * TS
@@ -92,7 +103,14 @@ def surroundings(samples: int) -> tuple[np.ndarray, np.ndarray]:
     return 10.0 * np.sin(190.0 * t), 293.0 + 5.0 * np.cos(80.0 * t)
 
 
+def rough_reference(rng: np.random.Generator, samples: int) -> np.ndarray:
+    """Return a reference in m with steps, in parts noisy, in parts out of the range 0 to 16 um."""
+    steps = np.repeat(rng.uniform(-4 * UM, 20 * UM, samples // 100 + 1), 100)[:samples]
+    noisy = np.repeat(rng.random(samples // 100 + 1) < 0.3, 100)[:samples]
+    return steps + np.where(noisy, rng.normal(0.0, 0.1 * UM, samples), 0.0)
+
+
 def gentle_reference(samples: int) -> np.ndarray:
-    """Return a reference in m that begins at rest at 5 um: a jump would leave the range."""
+    """Return a reference in m that begins at rest at 5 um: a jump would ask for too much voltage."""
     fade = 1.0 - np.exp(-0.01 * np.arange(samples) ** 2)
     return 5 * UM + fade * (signals(samples, 5 * UM, 9 * UM) - 5 * UM)

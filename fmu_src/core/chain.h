@@ -1,19 +1,24 @@
 /* The plant as a chain of invertible stages, walked forwards by the plant and backwards by the inverse.
  *
  *     voltage -> [delay] -> [slew] -> [saturation] -> [lag] -> [play] -> IT2 core
- *             -> [load] -> [creep] -> [resonance] -> [drift] -> displacement
- *             -> [nonlinearity] -> [hum] -> measured
+ *             -> [load] -> [creep] -> [resonance] -> [drift] -> [nonlinearity] -> displacement
+ *             -> [hum] -> measured
  *
  * Stages in brackets are effects (effect.h). Those that are off are passed by: the chain without
  * effects is the IT2 core bit for bit. Constants are set once by chain_prepare; the state is a small
  * value that can be copied. Nothing is allocated and nothing is global.
  *
- * Delay, slew limit and saturation lose information, and the inverse aims at nothing beyond the range of
- * the core, which is extrapolated there. Where they cut off what a reference asks for, the inverse gives
- * the nearest voltage. What remembers for long is then kept on what the plant really reaches: the
- * amplifier's voltage, the play operators and creep. The inverses of core, lag and resonance remember one or two ticks, and of those what was
- * aimed at: the plant comes back to it by its own contraction. (To take the plant back in one tick from
- * what it reached would make a limit cycle of lag, core and slew limit.) So nothing winds up. */
+ * A displacement is what the sensor reads, in the core too. What scales with the stroke (creep,
+ * nonlinearity) acts on what of it lies above displacementZero.
+ *
+ * Delay, slew limit and saturation lose information, and the inverse keeps to the displacements and the
+ * voltages that the parameters hold for: beyond them the core is extrapolated. Where that cuts off what a reference asks for, the inverse
+ * gives the nearest. Without effects it goes on from what the plant reaches. With effects, what remembers
+ * for long is kept on what the plant reaches: the amplifier's voltage, the play operators and creep. The
+ * inverses of core, lag and resonance remember one or two ticks, and of those what was aimed at: the plant
+ * comes back to it by its own contraction. (To take the plant back in one tick from what it reached would
+ * make a limit cycle of lag, core and slew limit.) So nothing winds up. Until the plant is back, it is
+ * followed in `reached`, and the inverse says so. */
 #ifndef IT2HYS_CHAIN_H
 #define IT2HYS_CHAIN_H
 
@@ -34,13 +39,14 @@
 struct chain_parameters {
     double sampleTime;
     double initialDisplacement;
-    double initialRestVoltage;
+    double initialRestOffset;
     double initialExcursion;
     double initialCreep;
     double voltageMin;
     double voltageMax;
     double displacementMin;
     double displacementMax;
+    double displacementZero;
     int ruleCount;
     int playCount;
     int creepCount;
@@ -70,13 +76,16 @@ enum chain_effect {
     CHAIN_DRIFT = 256,
     CHAIN_NONLINEARITY = 512,
     CHAIN_HUM = 1024,
-    CHAIN_READING = CHAIN_NONLINEARITY | CHAIN_HUM
+    CHAIN_READING = CHAIN_HUM
 };
 
 struct chain {
     unsigned effects; /* that are on, between voltage and displacement (enum chain_effect, or-ed) */
     unsigned reading; /* that are on, between displacement and measured */
     struct it2 core;
+    struct it2_range displacement;       /* that a reference is kept to */
+    struct saturation_parameters voltage; /* that the inverse keeps to */
+    double zero;                          /* displacementZero */
     struct delay delay;
     struct slew slew;
     struct saturation_parameters saturation;
@@ -90,6 +99,14 @@ struct chain {
     struct hum_parameters hum;
 };
 
+/* What the plant reached, in the inverse, whose other states are what it aimed at. Only for a time after
+ * something was cut off are they different. */
+struct chain_reached {
+    struct it2_state core;
+    struct lag_state lag;
+    struct resonance_state resonance;
+};
+
 /* Doubles only. The core's comes first: without effects it is the only one in use. */
 struct chain_state {
     struct it2_state core;
@@ -99,10 +116,7 @@ struct chain_state {
     struct play_state play;
     struct creep_state creep;
     struct delay_state delay;
-    struct { /* by the plant, in the inverse; its other states are what it aimed at */
-        struct it2_state core;
-        struct lag_state lag;
-    } reached;
+    struct chain_reached reached;
 };
 
 /* What acts on the chain beside its input. */
@@ -112,10 +126,12 @@ struct chain_surroundings {
     double time; /* of the tick */
 };
 
-/* Why the inverse could not give what was asked for. */
+/* Why the plant does not get to where it should. */
 enum chain_limit {
-    CHAIN_CORE_RANGE = 1, /* displacementMin..displacementMax */
-    CHAIN_AMPLIFIER = 2   /* slew limit or saturation */
+    CHAIN_REFERENCE_RANGE = 1, /* displacementMin..displacementMax */
+    CHAIN_AMPLIFIER = 2,       /* slew limit or saturation */
+    CHAIN_VOLTAGE_RANGE = 4,   /* voltageMin..voltageMax */
+    CHAIN_RETURNING = 8        /* it is not yet back from where one of these left it */
 };
 
 /* A state and what the last step made of it, or their derivatives along one direction. */
@@ -138,16 +154,20 @@ HIDDEN_BEGIN
 
 static inline struct play_history chain_history(const struct chain_parameters *parameters)
 {
-    return (struct play_history){ parameters->initialRestVoltage, parameters->initialExcursion };
+    return (struct play_history){ parameters->initialRestOffset, parameters->initialExcursion };
 }
 
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
 void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
 
 /* At rest at initialDisplacement, without force, at drift's reference temperature, time 0: for long if
- * initialCreep is 0, after the play operators' history of initialRestVoltage and initialExcursion. */
+ * initialCreep is 0, after the play operators' history of initialRestOffset and initialExcursion. */
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
+
+/* The part of it behind the core; returns the core's output. */
+double chain_reset_response(const struct chain *chain, struct chain_state *state,
+                            const struct chain_parameters *parameters);
 
 /* Copies what is in use: without effects the core's state only, and of the rest what is long only where it
  * is needed. doStep copies twice. */
@@ -185,14 +205,20 @@ double chain_drive(const struct chain *chain, struct chain_state *state, double 
 double chain_respond(const struct chain *chain, struct chain_state *state, double y,
                      const struct chain_surroundings *around);
 
-/* What the sensor reads of the displacement. */
+/* The two parts of chain_respond: the affine stages and the static curve. */
+double chain_respond_affine(const struct chain *chain, struct chain_state *state, double y,
+                            const struct chain_surroundings *around);
+double chain_bend(const struct chain *chain, double y);
+double chain_bend_tangent(const struct chain *chain, double y, double d_y);
+
+/* The displacement with what is picked up on the way to the recorder. */
 double chain_measure_effects(const struct chain *chain, double displacement, double time);
 static inline double chain_measure(const struct chain *chain, double displacement, double time)
 {
     return chain->reading ? chain_measure_effects(chain, displacement, time) : displacement;
 }
 
-/* Voltage that takes the plant to `displacement`. Where that cannot be, `*limits` says why (enum
+/* Voltage that takes the plant to `displacement`. Where it does not get there, `*limits` says why (enum
  * chain_limit, or-ed; otherwise 0), and the voltage is the nearest that can be given. */
 double chain_inverse(const struct chain *chain, struct chain_state *state, double displacement,
                      const struct chain_surroundings *around, unsigned *limits);
@@ -208,10 +234,12 @@ struct chain_point chain_inverse_tangent(const struct chain *chain, const struct
                                          struct chain_state d_state, double d_displacement,
                                          const struct chain_surroundings *d_around);
 
-/* Derivative of the reading. */
-double chain_measure_tangent(const struct chain *chain, double displacement, double d_displacement);
+/* Is the plant elsewhere than where the inverse aimed at? */
+bool chain_is_astray(const struct chain_state *state);
 
-/* Voltage that holds the plant where it is. */
+/* Voltage that holds the plant where it is, and the nearest to it that the inverse may give; not finite where
+ * none holds it. */
+double chain_hold(const struct chain *chain, const struct chain_state *state);
 double chain_equilibrium(const struct chain *chain, const struct chain_state *state);
 
 /* Derivative of chain_equilibrium right after chain_reset, in the direction of `d_parameters`. */

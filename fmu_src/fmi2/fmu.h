@@ -69,7 +69,8 @@ enum fmu_finding {
     FMU_VOLTAGE_RANGE = 1,
     FMU_DISPLACEMENT_RANGE = 2,
     FMU_OUT_OF_REACH = 4,
-    FMU_AMPLIFIER_LIMIT = 8
+    FMU_AMPLIFIER_LIMIT = 8,
+    FMU_VOLTAGE_LIMIT = 16
 };
 
 /* What distinguishes one FMU from the other. `tick` returns findings (enum fmu_finding, or-ed) that

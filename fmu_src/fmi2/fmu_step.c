@@ -54,13 +54,17 @@ static fmi2Status warn(struct fmu *fmu, unsigned findings, const struct fmu_inpu
                 "extrapolated; outOfRange is true there. %s", low, high, 1e6 * fmu->now.chain.core.y, time,
                 once);
     if (findings & FMU_OUT_OF_REACH)
-        fmu_say(fmu, fmi2Warning, "fmi2DoStep: the reference, %g um at %g s, asks the core to leave "
-                "displacementMin..displacementMax, %g to %g um; the nearest displacement within is aimed at "
-                "(saturated is true). %s", reference, time, low, high, once);
+        fmu_say(fmu, fmi2Warning, "fmi2DoStep: the reference, %g um at %g s, is outside displacementMin.."
+                "displacementMax, %g to %g um; the nearest displacement within is aimed at (saturated is "
+                "true). %s", reference, time, low, high, once);
     if (findings & FMU_AMPLIFIER_LIMIT)
         fmu_say(fmu, fmi2Warning, "fmi2DoStep: the reference, %g um at %g s, asks for more than slew.rate or "
                 "saturation.minimum..saturation.maximum let through; the nearest voltage is given, %g V "
                 "(saturated is true). %s", reference, time, voltage, once);
+    if (findings & FMU_VOLTAGE_LIMIT)
+        fmu_say(fmu, fmi2Warning, "fmi2DoStep: the reference, %g um at %g s, asks for a voltage outside "
+                "voltageMin..voltageMax, %g to %g V; the nearest is given (saturated is true). %s", reference,
+                time, p->voltageMin, p->voltageMax, once);
     fmu->now.warned |= findings;
     return fmi2Warning;
 }

@@ -51,7 +51,7 @@ static double begin_drive(struct walker *walker, const struct chain_parameters *
     if (chain->effects & CHAIN_SATURATION)
         x = saturation_step(&chain->saturation, x);
     lag_reset(&state->lag, x);
-    play_recall(&chain->play, &state->play, chain_history(parameters));
+    play_recall(&chain->play, &state->play, x, chain_history(parameters));
     return play_step(&chain->play, &state->play, x);
 }
 
@@ -86,18 +86,18 @@ static void begin_respond(struct walker *walker, const struct chain_parameters *
 
     it2_reset(&state->core, core);
     for (int i = 0; i < creep->count; i++) {
-        state->creep.s[i] = core + parameters->initialCreep;
+        state->creep.s[i] = core - parameters->displacementZero + parameters->initialCreep;
         y += creep->gain[i] * state->creep.s[i];
     }
     resonance_reset(&state->resonance, y);
 }
 
 /* Where the core is while the displacement rests at initialDisplacement. */
-static double behind_creep(const struct creep *creep, const struct chain_parameters *parameters)
+static double at_rest(const struct chain *chain, const struct chain_parameters *parameters)
 {
-    struct creep_state state;
+    struct chain_state state;
 
-    return creep_reset(creep, &state, parameters->initialDisplacement, parameters->initialCreep);
+    return chain_reset_response(chain, &state, parameters);
 }
 
 /* The core's input before the first tick, and whether the core keeps its displacement under it. */
@@ -111,7 +111,7 @@ static struct start begin(struct walker *walker, const struct chain_parameters *
 {
     const double range = parameters->displacementMax - parameters->displacementMin;
     struct start start = { .input = begin_drive(walker, parameters, voltage) };
-    double core = behind_creep(&walker->chain.creep, parameters);
+    double core = at_rest(&walker->chain, parameters);
 
     start.at_rest = equilibrium(&walker->chain.core, start.input, range, &core);
     begin_respond(walker, parameters, core);
@@ -171,7 +171,7 @@ static struct beginning begin_one(struct walker *walker, const struct chain_para
     struct beginning result = { .input = begin_drive(walker, parameters, voltage) };
 
     begin_respond(walker, parameters, core);
-    result.core = behind_creep(&walker->chain.creep, parameters);
+    result.core = at_rest(&walker->chain, parameters);
     return result;
 }
 
@@ -237,16 +237,15 @@ static void resonance_columns(const struct resonance *stage, struct columns *d, 
     }
 }
 
-/* What the stages behind the core make of derivatives of its output. `displacement` is that before the
- * reading's curve. */
-static void respond_columns(const struct chain *chain, struct columns *d, double displacement,
-                            double *row)
+/* What the stages behind the core make of derivatives of its output. `straight` is the displacement before
+ * the static curve. */
+static void respond_columns(const struct chain *chain, struct columns *d, double straight, double *row)
 {
     if (chain->effects & CHAIN_CREEP)
         creep_columns(&chain->creep, d, row);
     if (chain->effects & CHAIN_RESONANCE)
         resonance_columns(&chain->resonance, d, row);
-    const double slope = chain_measure_tangent(chain, displacement, 1.0);
+    const double slope = chain_bend_tangent(chain, straight, 1.0);
     for (int c = 0; c < d->count; c++)
         row[c] *= slope;
 }
@@ -308,9 +307,9 @@ size_t chain_sensitivity(const struct chain_parameters *parameters, const struct
                 core[rules + j] += f.dx * drive_derivative(&pairs[j], &knobs[j], &walker.state.play,
                                                            record->voltage[k]);
         memcpy(row, core, (size_t)columns * sizeof *row);
-        const double displacement = chain_respond(&walker.chain, &walker.state, y, &around);
-        measured[k] = chain_measure(&walker.chain, displacement, around.time);
-        respond_columns(&walker.chain, d, displacement, row);
+        const double straight = chain_respond_affine(&walker.chain, &walker.state, y, &around);
+        measured[k] = chain_measure(&walker.chain, chain_bend(&walker.chain, straight), around.time);
+        respond_columns(&walker.chain, d, straight, row);
         for (int j = 0; j < count; j++)
             if (!knobs[j].before_core)
                 row[rules + j] += respond_difference(&pairs[j], y, &around) / (2.0 * knobs[j].step);

@@ -28,7 +28,7 @@ enum { CHAIN_MAX_KNOBS = 96 };
 HIDDEN_BEGIN
 
 /* The readings, and the core's input and output, from rest at the first voltage after the history that
- * the parameters tell (initialRestVoltage, initialExcursion, initialCreep). initialDisplacement is
+ * the parameters tell (initialRestOffset, initialExcursion, initialCreep). initialDisplacement is
  * where the search for what the core keeps begins; if it keeps nothing within the range from there, the
  * reading begins there. Returns the number of samples computed: less than all if a reading is not
  * finite. */

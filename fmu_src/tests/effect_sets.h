@@ -10,8 +10,9 @@
 /* Table 1 without effects. */
 static inline void plain(struct chain_parameters *p)
 {
-    *p = (struct chain_parameters){ .sampleTime = 1e-4, .voltageMax = 150.0, .displacementMax = 16.0,
-                                    .ruleCount = 3, .initialDisplacement = 5.0 };
+    *p = (struct chain_parameters){ .sampleTime = 1e-4, .voltageMin = -50.0, .voltageMax = 150.0,
+                                    .displacementMax = 16.0, .ruleCount = 3,
+                                    .initialDisplacement = 5.0, .displacementZero = 0.3 };
     memcpy(p->rule, TABLE_1, sizeof TABLE_1);
 }
 

@@ -1,4 +1,5 @@
-/* The chain forwards and backwards is the identity; out of reach it does not wind up; tangents. */
+/* The chain without effects forwards and backwards is the identity; out of reach it does not wind up;
+ * tangents. */
 #include "chain.h"
 #include "check.h"
 #include "sets.h"
@@ -10,9 +11,11 @@ enum { SETS = 300, TICKS = 200 };
 static const struct chain_surroundings REST = { 0.0, 293.15, 0.0 };
 static const struct chain_surroundings STILL = { 0.0, 0.0, 0.0 };
 
+/* For any voltage: random references ask for thousands of volts. */
 static int random_set(uint64_t *seed, struct chain_parameters *p)
 {
-    *p = (struct chain_parameters){ .sampleTime = 1e-4, .voltageMax = 150.0, .displacementMax = 16.0 };
+    *p = (struct chain_parameters){ .sampleTime = 1e-4, .voltageMin = -1e9, .voltageMax = 1e9,
+                                    .displacementMax = 16.0 };
     p->ruleCount = random_usable_rules(seed, p->rule);
     p->initialDisplacement = random_between(seed, 0.0, 16.0);
     return p->ruleCount;
@@ -95,6 +98,7 @@ static void no_wind_up(void)
     unsigned saturated;
 
     table_1(&p);
+    p.voltageMin = -1e4, p.voltageMax = 1e4;
     chain_prepare(&chain, &p);
     for (size_t i = 0; i < sizeof beyond / sizeof beyond[0]; i++) {
         const double end = beyond[i] > 0.0 ? 16.0 : 0.0;
@@ -110,6 +114,48 @@ static void no_wind_up(void)
               chain_inverse(&chain, &at_end, 7.0, &REST, &saturated));
         CHECK(!saturated);
     }
+}
+
+/* The voltage stays within its limits whatever is asked for, and wherever the inverse does not say so, the
+ * plant is at the reference. */
+static void within_the_voltages(uint64_t *seed)
+{
+    struct chain_parameters p;
+    struct chain chain;
+    struct chain_state plant, inverse;
+    unsigned limits;
+    double reference = 8.0;
+    long met = 0, cut = 0;
+
+    table_1(&p);
+    p.voltageMin = random_between(seed, 0.0, 20.0);
+    p.voltageMax = random_between(seed, 60.0, 100.0);
+    p.initialDisplacement = random_between(seed, -1.0, 17.0); /* it may rest beyond them */
+    chain_prepare(&chain, &p);
+    chain_reset(&chain, &plant, &p);
+    chain_reset(&chain, &inverse, &p);
+    const double start = chain_equilibrium(&chain, &inverse);
+    CHECK(start >= p.voltageMin && start <= p.voltageMax);
+    for (int k = 0; k < 20 * TICKS; k++) {
+        if (k % 50 == 0)
+            reference = random_between(seed, 5.0, 9.0);
+        const double noise = k / TICKS % 2 ? random_between(seed, -0.5, 0.5) : 0.0;
+        const double out = k / TICKS % 5 == 4 ? 20.0 : 0.0;
+        const double aim = reference + noise + out;
+        const double voltage = chain_inverse(&chain, &inverse, aim, &REST, &limits);
+        const double reached = chain_step(&chain, &plant, voltage, &REST);
+        CHECK(voltage >= p.voltageMin && voltage <= p.voltageMax);
+        CHECK(!(limits & CHAIN_VOLTAGE_RANGE) || voltage == p.voltageMin || voltage == p.voltageMax);
+        CHECK(!out || limits & CHAIN_REFERENCE_RANGE);
+        CHECK_CLOSE(inverse.core.y, plant.core.y, 1e-13); /* it does not wind up */
+        if (!limits)
+            CHECK_CLOSE(reached, aim, 1e-12);
+        if (k / TICKS % 5 != 4 && !noise && k % 50 == 49)
+            CHECK(!limits); /* and comes back at once: a step takes some 20 ticks at full voltage */
+        met += !limits;
+        cut += (limits & CHAIN_VOLTAGE_RANGE) != 0;
+    }
+    CHECK(met > 5 * TICKS && cut > TICKS);
 }
 
 /* What `map` makes of one tick from (y, input). */
@@ -150,6 +196,8 @@ static void tangents(void)
 
     for (int i = 0; i < 200; i++) {
         random_set(&seed, &p);
+        if (i % 2)
+            p.voltageMin = 0.0, p.voltageMax = 100.0; /* most of what is asked for is beyond */
         chain_prepare(&chain, &p);
         /* within the range and beyond its ends */
         const double y = i % 3 == 0 ? random_between(&seed, 1.0, 15.0)
@@ -178,15 +226,17 @@ static double hold_voltage(const struct chain_parameters *p)
     return chain_equilibrium(&chain, &state);
 }
 
-/* The parameters that the equilibrium depends on: initialDisplacement, the ends and those of the rules. */
+/* The parameters that the equilibrium depends on: initialDisplacement, the ends of the range and the limits of the
+ * voltage where it is beyond them, and those of the rules. */
 static double *parameter(struct chain_parameters *p, int i)
 {
-    double *const first[] = { &p->initialDisplacement, &p->displacementMin, &p->displacementMax };
+    double *const first[] = { &p->initialDisplacement, &p->displacementMin, &p->displacementMax, &p->voltageMin,
+                              &p->voltageMax };
 
-    return i < 3 ? first[i] : (double *)(void *)p->rule + (i - 3);
+    return i < 5 ? first[i] : (double *)(void *)p->rule + (i - 5);
 }
 
-static void equilibrium_tangent(double start)
+static void equilibrium_tangent(double start, double voltage_min, double voltage_max)
 {
     struct chain_parameters p;
     struct chain chain;
@@ -194,11 +244,14 @@ static void equilibrium_tangent(double start)
 
     table_1(&p);
     p.initialDisplacement = start;
+    p.voltageMin = voltage_min, p.voltageMax = voltage_max;
     chain_prepare(&chain, &p);
     chain_reset(&chain, &state, &p);
-    CHECK_CLOSE(chain_step(&chain, &state, hold_voltage(&p), &REST), p.initialDisplacement, 1e-13);
+    const double hold = chain_hold(&chain, &state);
+    CHECK(hold_voltage(&p) == fmin(fmax(hold, voltage_min), voltage_max));
+    CHECK_CLOSE(chain_step(&chain, &state, hold, &REST), p.initialDisplacement, 1e-13);
     chain_reset(&chain, &state, &p);
-    for (int i = 0; i < 3 + 3 * IT2_RULE_PARAMETERS; i++) {
+    for (int i = 0; i < 5 + 3 * IT2_RULE_PARAMETERS; i++) {
         struct chain_parameters d = { .sampleTime = 0.0 }, up = p, down = p;
         const double h = 1e-5 * fmax(0.1, fabs(*parameter(&p, i)));
         *parameter(&d, i) = 1.0;
@@ -212,11 +265,19 @@ static void equilibrium_tangent(double start)
 
 int main(void)
 {
+    uint64_t seed = 5;
+
     identity();
     no_wind_up();
+    for (int i = 0; i < SETS; i++)
+        within_the_voltages(&seed);
     tangents();
-    equilibrium_tangent(1.0);
-    equilibrium_tangent(-30.0);
-    equilibrium_tangent(70.0);
+    equilibrium_tangent(1.0, 0.0, 150.0);
+    equilibrium_tangent(1.0, 10.0, 150.0);
+    equilibrium_tangent(1.0, -50.0, 1.0);
+    equilibrium_tangent(-30.0, -1e4, 1e4);
+    equilibrium_tangent(70.0, -1e4, 1e4);
+    equilibrium_tangent(-30.0, 0.0, 110.0);
+    equilibrium_tangent(70.0, 0.0, 110.0);
     return check_report("chain");
 }

@@ -66,10 +66,12 @@ static double random_set(uint64_t *seed, struct chain_parameters *p, unsigned ef
 
     plain(p);
     p->ruleCount = random_usable_rules(seed, p->rule);
+    p->displacementZero = random_between(seed, -2.0, 2.0);
+    p->voltageMin = -1e6, p->voltageMax = 1e6; /* what holds a random core where it is */
     p->initialDisplacement = random_between(seed, 5.0, 9.0);
     add_effects(seed, p, effects & ~(unsigned)CHAIN_SATURATION);
     if (effects & CHAIN_PLAY) {
-        p->initialRestVoltage = random_between(seed, 0.0, 50.0);
+        p->initialRestOffset = random_between(seed, -40.0, 30.0);
         p->initialExcursion = random_between(seed, -30.0, 50.0);
     }
     if (effects & CHAIN_CREEP)
@@ -143,11 +145,12 @@ static void every_column(struct columns *c, struct chain_parameters *p)
     ADD(saturation, 1);
     ADD(lag, 1);
     ADD(play, 1);
-    ADD(initialRestVoltage, 1);
+    ADD(initialRestOffset, 1);
     ADD(initialExcursion, 1);
     ADD(load, 0);
     ADD(creep, 0);
     ADD(initialCreep, 0);
+    ADD(displacementZero, 0);
     ADD(resonance, 0);
     ADD(drift, 0);
     ADD(nonlinearity, 0);
@@ -258,8 +261,7 @@ static void without_rest(double q1, double q2)
     chain_prepare(&chain, &p);
     signals_from(&s, 40.0);
     predict(&p, &s, &run);
-    const double core =
-        creep_reset(&chain.creep, &state.creep, p.initialDisplacement, p.initialCreep);
+    const double core = chain_reset_response(&chain, &state, &p);
     CHECK(core != p.initialDisplacement);
     CHECK(run.core_output[0] == it2_evaluate(&chain.core, core, run.core_input[0]));
     are_the_derivatives(&p, &s);

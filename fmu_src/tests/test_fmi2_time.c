@@ -203,22 +203,33 @@ static void discarded_step(void)
     PLANT.FreeInstance(c);
 }
 
+/* For voltages beyond those that the displacements in range ask for: at rest -3.2 to 110.4 V. */
+static fmi2Component make_for_any_voltage(const struct fmi2_api *m)
+{
+    fmi2Component c = make_initializing(m, 0.0);
+
+    CHECK(set_real(m, c, "voltageMin", -2000.0) == fmi2OK && set_real(m, c, "voltageMax", 2000.0) == fmi2OK);
+    CHECK(m->ExitInitializationMode(c) == fmi2OK);
+    return c;
+}
+
 /* A range is left: said once, as a warning that the step itself returns. */
 static void warnings(void)
 {
-    fmi2Component c = make_running(&INVERSE, 0.0);
+    fmi2Component c = make_for_any_voltage(&INVERSE);
     const fmi2String all = "logAll";
 
     CHECK(INVERSE.SetDebugLogging(c, fmi2True, 1, &all) == fmi2OK);
     CHECK(set_real(&INVERSE, c, "reference", 1e-3) == fmi2OK);
     forget_log();
     CHECK(INVERSE.DoStep(c, 0.0, TS, fmi2True) == fmi2Warning);
-    CHECK(logged.count >= 1 && logged.status == fmi2Warning && log_says("reference"));
+    CHECK(logged.count == 1 && logged.status == fmi2Warning);
+    CHECK(log_says("the reference, 1000 um at 0 s, is outside displacementMin..displacementMax, 0 to 16 um"));
     CHECK(get_boolean(&INVERSE, c, "saturated") == 1);
     forget_log();
     CHECK(INVERSE.DoStep(c, TS, TS, fmi2True) == fmi2OK && logged.count == 0);
     CHECK(set_real(&INVERSE, c, "reference", 8e-6) == fmi2OK);
-    CHECK(INVERSE.DoStep(c, 2 * TS, TS, fmi2True) <= fmi2Warning);
+    CHECK(INVERSE.DoStep(c, 2 * TS, 50 * TS, fmi2True) == fmi2OK);
     CHECK(get_boolean(&INVERSE, c, "saturated") == 0);
     INVERSE.FreeInstance(c);
 }
@@ -253,23 +264,59 @@ static void out_of_range(void)
     PLANT.FreeInstance(c);
 }
 
-/* The inverse may aim at the ends themselves: rounding is not beyond them. */
-static void the_ends_are_within(void)
+/* From end to end of the range and back, 5 Hz, inverse before plant. Returns how many ticks were saturated; at
+ * the others the plant is at the reference, and within its range. */
+static int there_and_back(fmi2Component inverse, fmi2Component plant)
 {
-    fmi2Component inverse = make_running(&INVERSE, 0.0), plant = make_running(&PLANT, 0.0);
+    int saturated = 0;
 
     for (int k = 0; k < 2000; k++) {
-        const double reference = 8e-6 * (1.0 - cos(0.0031415926535897932 * k));
-        CHECK(set_real(&INVERSE, inverse, "reference", fmin(reference, 16e-6)) == fmi2OK);
+        const double reference = fmin(8e-6 * (1.0 - cos(0.0031415926535897932 * k)), 16e-6);
+        CHECK(set_real(&INVERSE, inverse, "reference", reference) == fmi2OK);
         CHECK(INVERSE.DoStep(inverse, k * TS, TS, fmi2True) <= fmi2Warning);
-        CHECK(get_boolean(&INVERSE, inverse, "saturated") == 0);
-        const double voltage = get_real(&INVERSE, inverse, "voltage");
-        CHECK(set_real(&PLANT, plant, "voltage", voltage) == fmi2OK);
+        CHECK(set_real(&PLANT, plant, "voltage", get_real(&INVERSE, inverse, "voltage")) == fmi2OK);
         CHECK(PLANT.DoStep(plant, k * TS, TS, fmi2True) <= fmi2Warning);
-        CHECK(get_boolean(&PLANT, plant, "outOfRange") == (voltage < 0.0 || voltage > 110.0));
+        if (get_boolean(&INVERSE, inverse, "saturated"))
+            saturated++;
+        else
+            CHECK_NEAR(get_real(&PLANT, plant, "displacement"), reference, 16e-6, 1e-9);
+        CHECK(get_boolean(&PLANT, plant, "outOfRange") == 0);
     }
     PLANT.FreeInstance(plant);
     INVERSE.FreeInstance(inverse);
+    return saturated;
+}
+
+/* The inverse may aim at the ends of the range themselves, and gives the ends of the voltage range: rounding is
+ * not beyond them. */
+static void the_ends_are_within(void)
+{
+    const int cut = there_and_back(make_running(&INVERSE, 0.0), make_running(&PLANT, 0.0));
+
+    CHECK(there_and_back(make_for_any_voltage(&INVERSE), make_for_any_voltage(&PLANT)) == 0);
+    CHECK(cut > 0 && cut < 400); /* 0 um asks for less than 0 V, 16 um for more than 110 V */
+}
+
+/* A step of the reference within its range may ask for more than the voltages that the set holds for. */
+static void voltage_limit(void)
+{
+    fmi2Component c = make_running(&INVERSE, 0.0);
+    const fmi2String all = "logAll";
+    int saturated = 0;
+
+    CHECK(INVERSE.SetDebugLogging(c, fmi2True, 1, &all) == fmi2OK);
+    CHECK(set_real(&INVERSE, c, "reference", 15e-6) == fmi2OK);
+    forget_log();
+    CHECK(INVERSE.DoStep(c, 0.0, TS, fmi2True) == fmi2Warning && logged.count == 1);
+    CHECK(log_says("a voltage outside voltageMin..voltageMax, 0 to 110 V"));
+    for (int k = 1; k < 100; k++) {
+        forget_log();
+        CHECK(get_real(&INVERSE, c, "voltage") >= 0.0 && get_real(&INVERSE, c, "voltage") <= 110.0);
+        saturated += get_boolean(&INVERSE, c, "saturated");
+        CHECK(INVERSE.DoStep(c, k * TS, TS, fmi2True) == fmi2OK && logged.count == 0);
+    }
+    CHECK(saturated > 1 && saturated < 50);
+    INVERSE.FreeInstance(c);
 }
 
 static void of_model(const struct fmi2_api *m)
@@ -304,5 +351,6 @@ int main(void)
     warnings();
     out_of_range();
     the_ends_are_within();
+    voltage_limit();
     return check_report("fmi2 time");
 }

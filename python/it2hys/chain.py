@@ -1,8 +1,8 @@
 """The whole chain from voltage to displacement and reading as a CasADi function.
 
     voltage -> [delay] -> [slew] -> [saturation] -> [lag] -> [play] -> IT2 core
-            -> [load] -> [creep] -> [resonance] -> [drift] -> displacement
-            -> [nonlinearity] -> [hum] -> measured
+            -> [load] -> [creep] -> [resonance] -> [drift] -> [nonlinearity] -> displacement
+            -> [hum] -> measured
 
 A parameter set says which effects are on, how many elements they have and how many whole ticks the
 delay has: that is the chain's structure. Within it every Real parameter is an argument, so that CasADi
@@ -37,8 +37,10 @@ from it2hys.variables import load_table
 
 #: Effects by the name that reports use, in the order of the chain.
 BEFORE_CORE = {"delay": delay, "slew": slew, "saturation": saturation, "lag": lag, "play": play}
-BEHIND_CORE = {"load": load, "creep": creep, "resonance": resonance, "drift": drift}
-READING = {"nonlinearity": nonlinearity, "hum": hum}
+BEHIND_CORE = {
+    "load": load, "creep": creep, "resonance": resonance, "drift": drift, "nonlinearity": nonlinearity,
+}  # fmt: skip
+READING = {"hum": hum}
 EFFECTS = {**BEFORE_CORE, **BEHIND_CORE, **READING}
 
 

@@ -397,7 +397,8 @@ def chain_inverse_run(
     voltage : ndarray, shape (N,)
         In V.
     saturated : ndarray of bool, shape (N,)
-        Where the reference was out of reach.
+        Where the plant does not follow: reference or voltage are kept to their limits, or the plant is
+        not yet back from where they left it.
     """
     packed = parameters if isinstance(parameters, np.ndarray) else pack_chain(parameters)
     reference, force, temperature = _channels(reference, force, temperature)
@@ -480,7 +481,7 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
     ----------
     packed : ndarray
         Parameters, from `pack_chain`. `initialDisplacement` is where the search for the displacement at
-        rest begins; the history before it is that of `initialRestVoltage`, `initialExcursion` and
+        rest begins; the history before it is that of `initialRestOffset`, `initialExcursion` and
         `initialCreep`.
     drive : Drive
 

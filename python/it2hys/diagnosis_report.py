@@ -402,7 +402,7 @@ def _tracking_section(diagnosis: Diagnosis, records: Sequence[Record], directory
 
 def at_rest(displacement: float) -> dict[str, float]:
     """Return the parameters of a run that begins at rest at a displacement, m."""
-    rest = dict.fromkeys(("initialRestVoltage", "initialExcursion", "initialCreep"), 0.0)
+    rest = dict.fromkeys(("initialRestOffset", "initialExcursion", "initialCreep"), 0.0)
     return {"initialDisplacement": float(displacement), **rest}
 
 

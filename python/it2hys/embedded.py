@@ -140,7 +140,7 @@ _SINGLE_TEXT = """\
  *     static effects             1e-6             0.5 mV          1.5e-6
  *     lag, play, load, creep     2e-6             2 mV            2e-6
  *     resonance                  3e-6             2 mV            4e-6
- *     all of these               3e-6             10 mV           4e-6
+ *     all of these               3e-6             15 mV           4e-6
  *     creep of 1e7 ticks         1e-4             10 mV           2e-6
  * Static are saturation, load, drift and nonlinearity. Inverses of lag and resonance divide by what
  * they damped, rounding included, which is why voltages are off by more. A creep element as slow as
@@ -151,6 +151,7 @@ _SINGLE_TEXT = """\
 #ifndef IT2HYS_SINGLE_H
 #define IT2HYS_SINGLE_H
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>

@@ -20,6 +20,8 @@ from it2hys.ssv import SSV_NAMESPACE, format_set
 from it2hys.variables import INDEXED, TABLE_1, Variable, load_table
 
 RULE_FIELDS = ("sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3")
+#: Entry of older files: a voltage, where `initialRestOffset` is counted from where the stage rests.
+OLD_REST = "initialRestVoltage"
 
 
 @dataclass(frozen=True, eq=False)  # compared as the mapping that it is
@@ -197,8 +199,8 @@ def read_ssv(path: str | Path) -> ParameterSet:
     Raises
     ------
     InputError
-        If the file is missing, is not an SSV parameter set or holds an unusable model. The message
-        names the file and the parameter.
+        If the file is missing, is not an SSV parameter set, holds an unusable model or play operators
+        whose history an older version wrote. The message names the file and the parameter.
     """
     path = Path(path)
     try:
@@ -210,9 +212,20 @@ def read_ssv(path: str | Path) -> ParameterSet:
     if root.tag != f"{{{SSV_NAMESPACE}}}ParameterSet":
         raise InputError(f"{path}: not an SSP parameter set (the root element is {root.tag})")
     try:
-        return ParameterSet(dict(_entries(root)), root.get("name", path.stem)).validate()
+        entries = _up_to_date(dict(_entries(root)))
+        return ParameterSet(entries, root.get("name", path.stem)).validate()
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def _up_to_date(entries: dict[str, object]) -> dict[str, object]:
+    """Return the entries of a file without what older versions wrote and nothing depends on."""
+    if OLD_REST in entries and any(name.startswith("play[") for name in entries):
+        raise InputError(
+            f"{OLD_REST!r} was written before the history of play operators was relative to where the "
+            "stage rests: identify the set again, or remove the entry to start demagnetised"
+        )
+    return {name: value for name, value in entries.items() if name != OLD_REST}
 
 
 def _entries(root: etree._Element) -> Iterator[tuple[str, object]]:

@@ -12,6 +12,7 @@ import numpy as np
 from lxml import etree
 
 from it2hys import core
+from it2hys.chain import Chain
 from it2hys.parameters import ParameterSet
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
@@ -67,17 +68,18 @@ def reference_run(model: str, parameters: ParameterSet) -> tuple[dict, dict]:
     plant gets the voltage that would take its core there alone, which its amplifier need not let
     through. A row of the outputs is what is read at its time: the result of the tick before.
     """
-    start = parameters["initialDisplacement"]
-    begin, way = _core_start(parameters), _excursion(parameters)
+    start, limits = parameters["initialDisplacement"], parameters.displacement_range
     around = {"force": _quantised(2.0 * _wave(3)), "temperature": _quantised(293.15 + 2.0 * _wave(2))}
     if model == "inverse":
-        reference = _quantised(start - begin + way)
+        reference = _quantised(_excursion(start, limits))
         voltage, saturated = core.chain_inverse_run(parameters, reference, *around.values())
         return {"reference": reference, **around}, {
             "voltage": _read_later(core.chain_equilibrium(parameters), voltage),
             "saturated": _read_later(0, saturated.astype(int)),
         }
-    before, limits = np.concatenate([[begin], way[:-1]]), parameters.displacement_range
+    begin = _core_start(parameters)
+    way = _excursion(begin, limits)
+    before = np.concatenate([[begin], way[:-1]])
     voltage = _quantised(core.solve(parameters.rules, before, way, limits))
     displacement, measured = core.chain_free_run(parameters, voltage, *around.values())
     outside = core.chain_out_of_range(parameters, voltage, *around.values())
@@ -98,18 +100,18 @@ def _wave(periods: int) -> np.ndarray:
 
 
 def _core_start(parameters: ParameterSet) -> float:
-    """Return where the core begins: what creep has added by then is not its."""
-    gains = sum(parameters[f"creep[{i}].gain"] for i in range(1, parameters.counts["creep"] + 1))
-    return (parameters["initialDisplacement"] - gains * parameters["initialCreep"]) / (1.0 + gains)
+    """Return where the core begins, of which the stages behind it make the displacement."""
+    chain = Chain(parameters)
+    return float(chain.rest(chain.vector())[0])
 
 
-def _excursion(parameters: ParameterSet) -> np.ndarray:
-    """Return displacements of the core, from where it begins to near its farther end and back.
+def _excursion(start: float, limits: tuple[float, float]) -> np.ndarray:
+    """Return displacements from a start to near the farther end of a range and back.
 
-    Where it begins outside its range, they begin at that end.
+    Where the start is outside the range, they begin at that end.
     """
-    low, high = parameters.displacement_range
-    start = min(max(_core_start(parameters), low), high)
+    low, high = limits
+    start = min(max(start, low), high)
     share = 0.9 if start < (low + high) / 2 else 0.1
     far = low + share * (high - low)
     cycle = 2 * math.pi * np.arange(TICKS) / TICKS

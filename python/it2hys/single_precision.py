@@ -82,6 +82,7 @@ def _in_single_precision(text: str) -> str:
     text = re.sub(rf"\b({own.upper()}|TWO_PI)(?=_\w|\b)", r"SINGLE_\1", text)
     text = re.sub(r"\bclamp\(", "single_clamp(", text)
     text = re.sub(r"\bdouble\b", "float", text)
+    text = re.sub(r"\bDBL_EPSILON\b", "FLT_EPSILON", text)
     text = re.sub(rf"\b({'|'.join(MATH)})\(", r"\1f(", text)
     text = re.sub(r"[ \t]+$", "", with_float_literals(text), flags=re.MULTILINE)
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n" if text.strip() else ""

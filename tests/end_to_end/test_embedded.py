@@ -131,7 +131,7 @@ BOUNDS = {
     SLOW: (2e-6, 2e-3, 2e-6),
     ("slow creep",): (1e-4, 10e-3, 2e-6),
     ("resonance",): (3e-6, 2e-3, 4e-6),
-    (*STATIC, "lag", "play", "creep", "resonance", "slew", "hum"): (3e-6, 10e-3, 4e-6),
+    (*STATIC, "lag", "play", "creep", "resonance", "slew", "hum"): (3e-6, 15e-3, 4e-6),
 }
 
 # arithmetic that counts itself, in place of TYPE in the core's sources

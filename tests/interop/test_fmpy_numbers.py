@@ -108,7 +108,9 @@ def test_plant_and_inverse_undo_each_other_for_any_usable_set(
 ):
     _, models = packaged["sixteen_rules"]  # the most that an FMU can have, and any number below
     reference = (middle - swing * np.cos(2 * np.pi * np.arange(300) / period)) * UM
-    start = {**parameters, "initialDisplacement": reference[0]}  # all of it through FMI
+    # all of it through FMI; a quick reference asks for much
+    wide = {"voltageMin": -2000.0, "voltageMax": 2000.0}
+    start = {**parameters, **wide, "initialDisplacement": reference[0]}
     with Master(models["inverse"], start) as inverse:
         voltage = inverse.run(reference)
         assert not inverse.instance.get("saturated")
@@ -123,7 +125,7 @@ def test_plant_and_inverse_undo_each_other_for_any_usable_set(
 def test_a_reference_out_of_reach_is_clamped_said_and_left_without_wind_up(models):
     reference = np.array([15.0, 15.9, 17.0, 30.0, 17.0, 15.9, 15.0, 15.0]) * UM
     aimed = np.minimum(reference, 16 * UM)
-    start = {"initialDisplacement": 15 * UM}
+    start = {"initialDisplacement": 15 * UM, "voltageMin": -100.0, "voltageMax": 300.0}
     with Master(models["inverse"], start) as inverse, Master(models["plant"], start) as plant:
         for desired, aim in zip(reference, aimed, strict=True):
             reached = plant.advance(inverse.advance(desired))
@@ -131,6 +133,23 @@ def test_a_reference_out_of_reach_is_clamped_said_and_left_without_wind_up(model
             assert reached == pytest.approx(aim, rel=1e-9)
         (warning,) = [m for m in inverse.instance.said(WARNING) if "reference" in m]
         assert "saturated" in warning
+
+
+def test_the_voltage_stays_within_its_range_and_the_plant_follows_where_nothing_else_is_said(models):
+    steps = np.repeat([5.0, 15.0, 5.0, 12.0, 2.0], 60) * UM
+    start = {"initialDisplacement": 5 * UM, "voltageMin": 1.0, "voltageMax": 95.0}
+    limited = 0
+    with Master(models["inverse"], start) as inverse, Master(models["plant"], start) as plant:
+        for desired in steps:
+            voltage = inverse.advance(desired)
+            reached = plant.advance(voltage)
+            assert 1.0 <= voltage <= 95.0
+            limited += inverse.instance.get("saturated")
+            if not inverse.instance.get("saturated"):
+                assert reached == pytest.approx(desired, rel=1e-12)
+        (warning,) = inverse.instance.said(WARNING)
+    assert "a voltage outside voltageMin..voltageMax, 1 to 95 V" in warning
+    assert 20 < limited < 200
 
 
 def test_before_the_first_tick_the_inverse_holds_the_plant_where_it_is(models):

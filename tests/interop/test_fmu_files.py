@@ -229,32 +229,41 @@ def test_outputs_depend_on_no_input_so_that_there_is_no_algebraic_loop(model):
 
 @pytest.fixture(params=["table_1", "with_history"])
 def inverse_to_initialize(request, models, tmp_path):
-    """Return an inverse without and one with memory that was somewhere before its first tick."""
+    """Return an inverse without and one with memory that was somewhere before its first tick.
+
+    The latter has a static curve, too.
+    """
     if request.param == "table_1":
         return models["inverse"]
     # on its way to the start the voltage takes the first operator along, the second stays behind
     play = {"play[1].threshold": 2.0, "play[2].threshold": 30.0}
     play |= {"play[1].weight": 0.1, "play[2].weight": 0.1}
-    history = {"initialRestVoltage": 5.0, "initialExcursion": 60.0, "initialCreep": 1e-7}
+    history = {"initialRestOffset": -15.0, "initialExcursion": 60.0, "initialCreep": 1e-7}
     creep = {"creep[1].gain": 0.05, "creep[1].timeConstant": 0.1}
+    curve = {f"nonlinearity.{n}": 2e-7 for n in ("quadratic", "cubic", "quartic")}
+    curve |= {"displacementZero": 1e-7, "nonlinearity.minimum": -1e-6}
     values = {n: v for n, v in table_1().items() if n not in ("playCount", "creepCount")}
-    parameters = ParameterSet({**values, **play, **history, **creep}, "with history").validate()
+    values |= play | history | creep | curve
+    parameters = ParameterSet(values, "with history").validate()
     return package_models(parameters, tmp_path)["inverse"]
 
 
 def test_initial_outputs_depend_on_what_the_xml_says(inverse_to_initialize):
     """Each listed parameter moves the inverse's initial voltage; no other parameter does.
 
-    The amplifier's limits do so only where they cut it off, the ends of the range only beyond them, how
-    fast creep is only from then on.
+    Limits of the voltage do so only where they cut it off, the ends of the range only beyond them, how
+    fast creep is only from then on, and the sensor's zero and the ends of a static curve only where an
+    effect is there that counts from them.
     """
     unpacked = inverse_to_initialize
     (unknown,) = [u for u in unpacked.description.initialUnknowns if u.variable.name == "voltage"]
     listed = {v.name for v in unknown.dependencies}
     with Instance(unpacked) as instance:
         instance.fmu.setupExperiment()
-        silent = {"saturation.minimum", "saturation.maximum", "creep[1].timeConstant"}
-        silent |= {"displacementMin", "displacementMax"}
+        silent = {"saturation.minimum", "saturation.maximum", "voltageMin", "voltageMax"}
+        silent |= {"displacementMin", "displacementMax", "creep[1].timeConstant"}
+        if not float(unpacked.variables["nonlinearity.quadratic"].start):
+            silent |= {"displacementZero", "nonlinearity.minimum", "nonlinearity.maximum"}
         instance.assign({"initialDisplacement": 3e-6, "resonance.damping": 0.1, "hum.frequency": 50.0})
         instance.assign({"saturation.minimum": -100.0, "saturation.maximum": 200.0})
         instance.fmu.enterInitializationMode()
@@ -278,7 +287,7 @@ def test_beyond_the_range_the_initial_voltage_depends_on_its_end(models, start, 
     assert end in {v.name for v in unknown.dependencies}
     with Instance(models["inverse"]) as instance:
         instance.fmu.setupExperiment()
-        instance.assign({"initialDisplacement": start})
+        instance.assign({"initialDisplacement": start, "voltageMin": -2000.0, "voltageMax": 2000.0})
         instance.fmu.enterInitializationMode()
         before, value = instance.get("voltage"), instance.get(end)
         instance.assign({end: value + 1e-8})

@@ -218,7 +218,8 @@ def test_feedforward_cancels_the_plant():
 
 @pytest.mark.parametrize("count", [1, 2, 5, 16])
 def test_an_exported_record_runs(count):
-    parameters = make_set(count, count, sampleTime=2e-4, initialDisplacement=1e-6)
+    wide = {"voltageMin": -2000.0, "voltageMax": 2000.0}  # the reference is quick
+    parameters = make_set(count, count, sampleTime=2e-4, initialDisplacement=1e-6, **wide)
     source = format_record(parameters, "Stage") + model(
         f"parameter Stage p; {INVERSE} inverse(parameters=p); {PLANT} plant(parameters=p);",
         "inverse.reference = 8e-6 + 7.9e-6*sin(300*time)*cos(777*time); "
@@ -232,13 +233,35 @@ def test_an_exported_record_runs(count):
 
 
 def test_beyond_reach_the_inverse_aims_at_the_nearest_displacement():
-    at = run(model(f"{INVERSE} inverse;", "inverse.reference = 8e-6 + 14e-6*sin(300*time);"), 500)
+    wide = f"{TABLE_1}(voltageMin=-2000, voltageMax=2000)"
+    source = model(
+        f"{INVERSE} inverse(parameters={wide});", "inverse.reference = 8e-6 + 14e-6*sin(300*time);"
+    )
+    at = run(source, 500)
     reference = at("inverse.reference")
     aim = np.clip(reference, 0.0, 16e-6)
     expected = core.solve(table_1().rules, np.r_[0.0, aim[:-1]], aim)
     assert relative(at("inverse.voltage"), expected) < RTOL
     assert np.array_equal(at("inverse.saturated").astype(bool), aim != reference)
     assert set(np.sign(reference - aim)) == {-1.0, 0.0, 1.0}
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_the_inverse_of_the_fuzzy_system_alone_keeps_to_its_voltages_and_goes_on_from_there(count):
+    limits = {"voltageMin": 15.0, "voltageMax": 70.0}
+    parameters = make_set(count, count, initialDisplacement=5e-6, **limits)
+    signal = "if time < 0.01 then 12e-6*sin(700*time) elseif time < 0.015 then 6e-6 else 5e-6"
+    source = format_record(parameters, "Stage") + model(
+        f"parameter Stage p; {INVERSE} inverse(parameters=p); {PLANT} plant(parameters=p);",
+        f"inverse.reference = {signal}; connect(inverse.voltage, plant.voltage);",
+    )
+    at = run(source, 300)
+    reference, saturated = at("inverse.reference"), at("inverse.saturated").astype(bool)
+    voltage, expected = core.chain_inverse_run(parameters, reference)
+    assert relative(at("inverse.voltage"), voltage) < RTOL
+    assert np.array_equal(saturated, expected)
+    assert saturated[:100].any() and not saturated[130:150].any() and not saturated[-50:].any()
+    assert relative(at("plant.displacement")[~saturated], reference[~saturated]) < RTOL
 
 
 def test_before_the_first_tick_the_inverse_holds_the_plant():
@@ -248,6 +271,8 @@ def test_before_the_first_tick_the_inverse_holds_the_plant():
     )
     expected = core.solve(table_1().rules, 3e-6, 3e-6)
     assert run(source, 3)("v") == pytest.approx(float(expected), rel=RTOL)
+    beyond = run(source.replace("=3e-6)", "=3e-6, voltageMax=10)"), 3)("v")
+    assert np.array_equal(beyond, [10.0, 10.0, 10.0])
 
 
 @pytest.mark.parametrize("parameters", [table_1(), make_set(3, 5)], ids=["table_1", "five"])
@@ -350,8 +375,8 @@ def test_the_plant_with_effects_is_the_c_core(effects):
     parameters = with_effects(effects, seed=11)
     at, around = run_block(PLANT, parameters, "52.5 + 42*sin(250*time) + 10*sin(1700*time)")
     displacement, measured = core.chain_free_run(parameters, at("voltage"), *around)
-    assert relative(at("displacement"), displacement) < 1e-10
-    assert relative(at("measured"), measured) < 1e-10
+    assert relative(at("displacement"), displacement) < RTOL
+    assert relative(at("measured"), measured) < RTOL
     outside = core.chain_out_of_range(parameters, at("voltage"), *around)
     assert np.array_equal(at("outOfRange").astype(bool), outside)
 
@@ -362,18 +387,22 @@ def test_the_inverse_with_effects_is_the_c_core(effects):
     signal = "5e-6 + (1 - exp(-1e6*time^2))*(2e-6*sin(250*time) + 0.5e-6*sin(1700*time))"
     at, around = run_block(INVERSE, parameters, signal)
     voltage, saturated = core.chain_inverse_run(parameters, at("reference"), *around)
-    assert relative(at("voltage"), voltage) < 1e-10
+    assert relative(at("voltage"), voltage) < RTOL
     assert np.array_equal(at("saturated").astype(bool), saturated)
 
 
-@pytest.mark.parametrize("effects", [("slew",), ("saturation",), tuple(EFFECTS)], ids="-".join)
-def test_the_inverse_beyond_the_amplifiers_limits_is_the_c_core(effects):
-    parameters = with_effects(effects, seed=3)
-    at, around = run_block(INVERSE, parameters, "7e-6 + 8e-6*sin(150*time)*cos(40*time)")
+@pytest.mark.parametrize("effects", EFFECT_SETS, ids="-".join)
+def test_the_inverse_beyond_its_limits_and_back_is_the_c_core(effects):
+    calm = {"resonance.damping": 0.5, "voltageMin": 5.0, "voltageMax": 95.0}
+    parameters = with_effects(effects, seed=3, **calm)
+    signal = "7e-6 + (if time < 0.02 then 13e-6*sin(600*time) else 0.5e-6*sin(5*time))"
+    at, around = run_block(INVERSE, parameters, signal, ticks=800)
     voltage, saturated = core.chain_inverse_run(parameters, at("reference"), *around)
-    assert saturated.any() and not saturated.all()
-    assert relative(at("voltage"), voltage) < 1e-10
-    assert np.array_equal(at("saturated").astype(bool), saturated)
+    assert saturated[:200].any() and not saturated[-20:].any()
+    assert relative(at("voltage"), voltage) < RTOL
+    # where the plant is back may be a tick of rounding apart
+    apart = np.count_nonzero(at("saturated").astype(bool) != saturated)
+    assert apart <= 1
 
 
 @pytest.mark.parametrize("ticks", [1.0, 0.5, 3.25, 64.0])
@@ -381,7 +410,7 @@ def test_delays_of_whole_and_broken_ticks(ticks):
     parameters = table_1().replace(**{"delay.time": ticks * 1e-4})
     at, _ = run_block(PLANT, parameters, "52.5 + 42*sin(250*time)", ticks=150)
     expected, _ = core.chain_free_run(parameters, at("voltage"))
-    assert relative(at("displacement"), expected) < 1e-10
+    assert relative(at("displacement"), expected) < RTOL
 
 
 # --- blocks around the FMUs: wiring and sampling ---------------------------------------------------

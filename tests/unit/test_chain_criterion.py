@@ -37,7 +37,7 @@ def model_with(effects: tuple[str, ...], seed: int, records: int) -> Model:
         # the records go beyond
         parameters.update({"saturation.minimum": 20.0, "saturation.maximum": 80.0})
     spans = {
-        "initialRestVoltage": (0.0, 40.0),
+        "initialRestOffset": (-30.0, 30.0),
         "initialExcursion": (-20.0, 40.0),
         "initialCreep": (-UM, UM),
         "hum.phase": (-3.0, 3.0),

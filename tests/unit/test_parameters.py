@@ -244,6 +244,39 @@ def test_an_unusable_file_is_refused_with_its_name_and_the_culprit(tmp_path, old
     assert phrase in str(refusal.value)
 
 
+OLD_REST = """  <ssv:Parameter name="initialRestVoltage">
+      <ssv:Real value="12.0" unit="V"/>
+    </ssv:Parameter>
+  </ssv:Parameters>"""
+
+
+def test_a_set_of_an_older_version_is_read_where_nothing_depends_on_its_history(tmp_path):
+    path = edited(tmp_path, "  </ssv:Parameters>", OLD_REST)
+    zero = """    <ssv:Parameter name="displacementZero">
+      <ssv:Real value="0.0" unit="m"/>
+    </ssv:Parameter>
+"""
+    text = path.read_text(encoding="utf-8")
+    assert zero in text
+    path.write_text(text.replace(zero, ""), encoding="utf-8")
+    assert dict(read_ssv(path)) == dict(table_1())
+
+
+def test_a_history_of_play_operators_of_an_older_version_is_refused_with_the_mend(tmp_path):
+    play = {"playCount": 1, "play[1].threshold": 5.0, "play[1].weight": 0.1}
+    text = format_ssv(ParameterSet({**table_1(), **play}))
+    path = tmp_path / "old.ssv"
+    path.write_text(text.replace("  </ssv:Parameters>", OLD_REST), encoding="utf-8")
+    with pytest.raises(InputError) as refusal:
+        read_ssv(path)
+    assert str(refusal.value) == (
+        f"{path}: 'initialRestVoltage' was written before the history of play operators was relative "
+        "to where the stage rests: identify the set again, or remove the entry to start demagnetised"
+    )
+    path.write_text(text, encoding="utf-8")
+    assert read_ssv(path)["initialRestOffset"] == 0.0
+
+
 @pytest.mark.parametrize("content", [b"", b"time_s,voltage_V\n0,1\n", b"\x00\xff\xfe", b"PK\x03\x04"])
 def test_a_file_that_is_not_xml_is_refused(tmp_path, content):
     path = tmp_path / "p.ssv"

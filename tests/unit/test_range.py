@@ -138,9 +138,18 @@ def test_the_plant_stays_put_whatever_is_asked_of_it(start, seed, constant, mode
 def test_the_plant_follows_wherever_the_inverse_is_not_saturated(start, references, pause):
     parameters = table_1().replace(initialDisplacement=start).validate()
     reference = np.repeat(references, pause)
+    beyond = (reference < 0.0) | (reference > 16 * UM)
     voltage, saturated = core.chain_inverse_run(parameters, reference)
     displacement, _ = core.chain_free_run(parameters, voltage)
-    assert (saturated == ((reference < 0.0) | (reference > 16 * UM))).all()
+    assert saturated[beyond].all()
+    assert (voltage >= 0.0).all() and (voltage <= 110.0).all()
+    met = ~saturated
+    np.testing.assert_allclose(displacement[met], reference[met], rtol=0, atol=1e-15)
+    # with as much voltage as it asks for, it is saturated nowhere else, and there at the nearest end
+    parameters = {**parameters, "voltageMin": -1e9, "voltageMax": 1e9}
+    voltage, saturated = core.chain_inverse_run(parameters, reference)
+    displacement, _ = core.chain_free_run(parameters, voltage)
+    assert (saturated == beyond).all()
     np.testing.assert_allclose(displacement, np.clip(reference, 0.0, 16 * UM), rtol=0, atol=1e-15)
 
 

@@ -25,11 +25,12 @@ protected
       parameters.humAmplitude,
       parameters.humFrequency,
       parameters.humPhase,
-      parameters.initialRestVoltage,
+      parameters.initialRestOffset,
       parameters.initialExcursion,
       parameters.initialCreep,
       parameters.nonlinearityMinimum,
-      parameters.nonlinearityMaximum},
+      parameters.nonlinearityMaximum,
+      parameters.displacementZero},
     parameters.ruleSigmaLower,
     parameters.ruleSigmaUpper,
     parameters.ruleCentre,
@@ -57,8 +58,8 @@ t<sub>k</sub> = k <code>parameters.sampleTime</code> the block hands its inputs 
 <a href=\"modelica://IT2Hysteresis.Blocks.PureModelica.Inverse\">PureModelica.Inverse</a>.
 </p>
 <p>
-A reference that the plant cannot reach is replaced by the nearest that it can, and <code>saturated</code> is true; the FMU
-warns of it once. A parameter set that the FMU refuses stops the simulation at its initialization with the FMU's
+A reference or a voltage beyond its range is replaced by the nearest within it; <code>saturated</code> is true until the plant
+is where the reference is again, and the FMU warns of it once. A parameter set that the FMU refuses stops the simulation at its initialization with the FMU's
 message.
 </p>
 </html>", revisions="<html>

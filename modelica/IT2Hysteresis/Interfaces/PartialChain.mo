@@ -37,10 +37,26 @@ protected
       parameters.sampleTime,
       cat(1, parameters.creepTimeConstant, {1}))
     "Part of the way that a creep term goes in one tick, g_i";
-  final parameter Modelica.Units.SI.Length coreRest=
-    (parameters.initialDisplacement - sum(creepGain)*parameters.initialCreep)/(1 + sum(creepGain))
+  final parameter Modelica.Units.SI.Length curve[3]={parameters.nonlinearityQuadratic,parameters.nonlinearityCubic,
+    parameters.nonlinearityQuartic} "Coefficients of the static curve";
+  final parameter Boolean bends=max(abs(curve)) > 0 "= true, if there is a static curve";
+  final parameter Modelica.Units.SI.Length curveMin=parameters.displacementZero + parameters.nonlinearityMinimum
+    "Lower end of the curve";
+  final parameter Modelica.Units.SI.Length curveMax=parameters.displacementZero + parameters.nonlinearityMaximum
+    "Upper end of the curve";
+  final parameter Modelica.Units.SI.Length straightRest=
+    if bends then IT2Hysteresis.Functions.Effects.nonlinearityInverse(
+      curve,
+      curveMin,
+      curveMax,
+      parameters.initialDisplacement)
+    else parameters.initialDisplacement "Displacement in front of the static curve, at initialDisplacement";
+  final parameter Modelica.Units.SI.Length strokeRest=
+    (straightRest - parameters.displacementZero - sum(creepGain)*parameters.initialCreep)/(1 + sum(creepGain))
+    "Displacement in front of creep, above the sensor's zero, at initialDisplacement";
+  final parameter Modelica.Units.SI.Length coreRest=parameters.displacementZero + strokeRest
     "Displacement behind the fuzzy system, at initialDisplacement";
-  final parameter Modelica.Units.SI.Length creepRest=coreRest + parameters.initialCreep
+  final parameter Modelica.Units.SI.Length creepRest=strokeRest + parameters.initialCreep
     "Creep states at initialDisplacement";
   final parameter Real lowerEnd[4]=IT2Hysteresis.Functions.linearisation(
     parameters.ruleSigmaLower,
@@ -84,24 +100,19 @@ protected
     lowerEnd,
     upperEnd)
     "Voltage behind the play operators, at rest";
-  final parameter Modelica.Units.SI.Voltage playTurned[parameters.playCount + 1]=
+  final parameter Modelica.Units.SI.Voltage playAbove[parameters.playCount + 1]=
     IT2Hysteresis.Functions.Effects.playStates(
       playThreshold,
-      fill(parameters.initialRestVoltage, parameters.playCount + 1),
-      parameters.initialRestVoltage + parameters.initialExcursion)
-    "Play operators where the excursion turned, before the voltage came to the start";
-  final parameter Modelica.Units.SI.Voltage voltageRest=IT2Hysteresis.Functions.Effects.playInverse(
-    playThreshold,
-    playWeight,
-    playTurned,
-    coreInputRest)
-    "Voltage at rest, reached from the end of the excursion";
+      IT2Hysteresis.Functions.Effects.playStates(
+        playThreshold,
+        fill(parameters.initialRestOffset, parameters.playCount + 1),
+        parameters.initialRestOffset + parameters.initialExcursion),
+      0)
+    "Play operators at rest, above the voltage there: they know differences of voltages only";
+  final parameter Modelica.Units.SI.Voltage voltageRest=
+    (coreInputRest - sum(playWeight .* playAbove))/(1 + sum(playWeight)) "Voltage at rest";
   final parameter Modelica.Units.SI.Voltage playRest[parameters.playCount + 1]=
-    IT2Hysteresis.Functions.Effects.playStates(
-      playThreshold,
-      playTurned,
-      voltageRest)
-    "Play operators at rest";
+    fill(voltageRest, parameters.playCount + 1) + playAbove "Play operators at rest";
   final parameter Boolean saturates=parameters.saturationMinimum < parameters.saturationMaximum
     "= true, if the amplifier has limits";
   final parameter Boolean slews=parameters.slewRate > 0 "= true, if the amplifier has a slew limit";
@@ -137,8 +148,8 @@ equation
 <p>
 The parameter set, and the two inputs beside the signal path. They are off by default, so that a block without them
 needs no connection. Before the first tick the chain is at <code>initialDisplacement</code>, as <a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a> says:
-for long if <code>initialCreep</code> is 0, and on the initial loading curve of the play operators if
-<code>initialRestVoltage</code> and <code>initialExcursion</code> are.
+for long if <code>initialCreep</code> is 0, and demagnetised where it rests if <code>initialRestOffset</code> and
+<code>initialExcursion</code> are.
 </p>
 </html>", revisions="<html>
 <ul>

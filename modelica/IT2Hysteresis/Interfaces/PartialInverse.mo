@@ -13,18 +13,21 @@ partial block PartialInverse "Feedforward: from desired displacement to voltage"
     final quantity="ElectricPotential",
     final unit="V",
     nominal=100,
-    start=IT2Hysteresis.Functions.Effects.saturation(lowest, highest, voltageRest),
+    start=IT2Hysteresis.Functions.Effects.saturation(
+      parameters.voltageMin,
+      parameters.voltageMax,
+      IT2Hysteresis.Functions.Effects.saturation(lowest, highest, voltageRest)),
     fixed=true)
     "Voltage that takes the plant to the reference, x_inv(k) of (30)"
     annotation (Placement(transformation(extent={{100,-10},{120,10}})));
   Modelica.Blocks.Interfaces.BooleanOutput saturated(start=false, fixed=true)
-    "True while the reference is out of reach and the nearest displacement within reach is aimed at"
+    "True while the plant does not follow: reference or voltage are kept to their limits, or the plant is on its way back"
     annotation (Placement(transformation(extent={{100,-70},{120,-50}})));
   annotation (Documentation(info="<html>
 <p>
 Interface of the inverse. A realisation computes <code>voltage</code> and <code>saturated</code> at every tick, see
 <a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a>. Before the first tick, <code>voltage</code> is the one
-that holds the plant at its initial displacement.
+within its limits that comes nearest to holding the plant at its initial displacement.
 </p>
 </html>", revisions="<html>
 <ul>

@@ -15,7 +15,7 @@ partial block PartialPlant "Actuator: from voltage to displacement"
     nominal=1e-5,
     start=parameters.initialDisplacement,
     fixed=true)
-    "Displacement y_k of (10), held from one tick to the next"
+    "What the sensor reads without hum, held from one tick to the next: y_k of (10) where no effect is on"
     annotation (Placement(transformation(extent={{100,-10},{120,10}})));
   Modelica.Blocks.Interfaces.RealOutput measured(
     final quantity="Length",
@@ -24,7 +24,7 @@ partial block PartialPlant "Actuator: from voltage to displacement"
     nominal=1e-5,
     start=parameters.initialDisplacement,
     fixed=true)
-    "What the sensor reads of the displacement"
+    "The displacement with hum"
     annotation (Placement(transformation(extent={{100,-70},{120,-50}})));
   Modelica.Blocks.Interfaces.BooleanOutput outOfRange(start=false, fixed=true)
     "True while the voltage or the core's displacement is outside the range that the parameters hold for"

@@ -7,7 +7,7 @@ impure function inverseTick "One tick of the FMU IT2Inverse"
   input Modelica.Units.SI.Force force "External force, compressive positive";
   input Modelica.Units.SI.Temperature temperature "Temperature of the stage";
   output Modelica.Units.SI.Voltage voltage "Voltage at this tick, x_inv(k)";
-  output Boolean saturated "True while the reference is out of reach";
+  output Boolean saturated "True while the plant does not follow";
 external"C" IT2Inverse_tick(object, t, reference, force, temperature, voltage, saturated)
   annotation (
     Include="#include \"IT2Hysteresis.h\"",

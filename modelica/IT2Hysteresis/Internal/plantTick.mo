@@ -7,7 +7,7 @@ impure function plantTick "One tick of the FMU IT2Plant"
   input Modelica.Units.SI.Force force "External force, compressive positive";
   input Modelica.Units.SI.Temperature temperature "Temperature of the stage";
   output Modelica.Units.SI.Length displacement "Displacement at this tick, y_k";
-  output Modelica.Units.SI.Length measured "What the sensor reads of it";
+  output Modelica.Units.SI.Length measured "The same with hum";
   output Boolean outOfRange "True while the plant is out of its range";
 external"C" IT2Plant_tick(object, t, voltage, force, temperature, displacement, measured, outOfRange)
   annotation (

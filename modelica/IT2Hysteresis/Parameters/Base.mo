@@ -12,29 +12,29 @@ record Base "Parameters of plant and inverse"
     min=-0.1,
     max=0.1,
     nominal=1e-05)=0.0
-    "Displacement before the first tick, y_{-1}";
+    "Displacement before the first tick, where the stage rests; y_{-1} of (10) where no effect is on";
   parameter Modelica.Units.SI.ElectricPotential voltageMin(
     min=-2000.0,
     max=2000.0,
     nominal=100.0)=0.0
-    "Lower end of the voltage range that the parameters are valid for; beyond it a warning is logged once";
+    "Lower end of the voltage range that the parameters are valid for; the inverse keeps to it, and a plant beyond it is outOfRange";
   parameter Modelica.Units.SI.ElectricPotential voltageMax(
     min=-2000.0,
     max=2000.0,
     nominal=100.0)=110.0
-    "Upper end of the voltage range that the parameters are valid for; beyond it a warning is logged once";
+    "Upper end of the voltage range that the parameters are valid for; the inverse keeps to it, and a plant beyond it is outOfRange";
   parameter Modelica.Units.SI.Length displacementMin(
     displayUnit="um",
     min=-0.1,
     max=0.1,
     nominal=1e-05)=0.0
-    "Lower end of the range of the core's displacement, before the stages behind it, that the rules hold for; below it the core goes on as its linearisation there, and the inverse keeps to it";
+    "Lower end of the range of the displacement, which the rules hold for; below it the core goes on as its linearisation there, and the inverse keeps its reference to it";
   parameter Modelica.Units.SI.Length displacementMax(
     displayUnit="um",
     min=-0.1,
     max=0.1,
     nominal=1e-05)=1.6e-05
-    "Upper end of the range of the core's displacement that the rules hold for; above it the core goes on as its linearisation there, and the inverse keeps to it";
+    "Upper end of the range of the displacement, which the rules hold for; above it the core goes on as its linearisation there, and the inverse keeps its reference to it";
   parameter Integer ruleCount(
     final quantity="Count",
     min=1,
@@ -118,7 +118,7 @@ record Base "Parameters of plant and inverse"
     each min=-10.0,
     each max=10.0,
     each nominal=1.0)=fill(0.0, creepCount)
-    "Creep in the end, per displacement without it"
+    "Creep in the end, per displacement above displacementZero without it"
     annotation (Dialog(tab="Effects", group="Creep"));
   parameter Modelica.Units.SI.Time creepTimeConstant[creepCount](
     each displayUnit="ms",
@@ -204,21 +204,21 @@ record Base "Parameters of plant and inverse"
     min=-0.1,
     max=0.1,
     nominal=1e-05)=0.0
-    "Bow of the reading: (1 - z^2) times this, z from -1 at nonlinearity.minimum to 1 at nonlinearity.maximum, 0 beyond; acts on measured only"
+    "Bow of the displacement: (1 - z^2) times this, z from -1 at nonlinearity.minimum to 1 at nonlinearity.maximum, 0 beyond"
     annotation (Dialog(tab="Effects", group="Nonlinearity"));
   parameter Modelica.Units.SI.Length nonlinearityCubic(
     displayUnit="um",
     min=-0.1,
     max=0.1,
     nominal=1e-05)=0.0
-    "S-shape of the reading: (1 - z^2) z times this; acts on measured only"
+    "S-shape of the displacement: (1 - z^2) z times this"
     annotation (Dialog(tab="Effects", group="Nonlinearity"));
   parameter Modelica.Units.SI.Length nonlinearityQuartic(
     displayUnit="um",
     min=-0.1,
     max=0.1,
     nominal=1e-05)=0.0
-    "Double bow of the reading: (1 - z^2) z^2 times this; acts on measured only"
+    "Double bow of the displacement: (1 - z^2) z^2 times this"
     annotation (Dialog(tab="Effects", group="Nonlinearity"));
   parameter Modelica.Units.SI.Length humAmplitude(
     displayUnit="um",
@@ -241,17 +241,17 @@ record Base "Parameters of plant and inverse"
     nominal=1.0)=0.0
     "Phase of the hum at time 0"
     annotation (Dialog(tab="Effects", group="Hum"));
-  parameter Modelica.Units.SI.ElectricPotential initialRestVoltage(
+  parameter Modelica.Units.SI.ElectricPotential initialRestOffset(
     min=-2000.0,
     max=2000.0,
     nominal=100.0)=0.0
-    "Voltage at which the play operators last forgot all that went before: demagnetised, or new at 0"
+    "Voltage at which the stage was last demagnetised, or new, less the one at which it rests at the start; 0: where it rests"
     annotation (Dialog(tab="Effects", group="Play"));
   parameter Modelica.Units.SI.ElectricPotential initialExcursion(
     min=-2000.0,
     max=2000.0,
     nominal=100.0)=0.0
-    "How far beyond initialRestVoltage the voltage went before it came to the start; 0: it did not"
+    "How far the voltage went from where the stage was demagnetised, before it came to where it rests at the start; 0: it did not"
     annotation (Dialog(tab="Effects", group="Play"));
   parameter Modelica.Units.SI.Length initialCreep(
     displayUnit="um",
@@ -265,15 +265,21 @@ record Base "Parameters of plant and inverse"
     min=-0.1,
     max=0.1,
     nominal=1e-05)=0.0
-    "Lower end of the curve of the reading; below it the reading is the displacement"
+    "Lower end of the curve, from displacementZero; the displacement is straight below"
     annotation (Dialog(tab="Effects", group="Nonlinearity"));
   parameter Modelica.Units.SI.Length nonlinearityMaximum(
     displayUnit="um",
     min=-0.1,
     max=0.1,
     nominal=1e-05)=1.6e-05
-    "Upper end of the curve of the reading; above it the reading is the displacement"
+    "Upper end of the curve, from displacementZero; the displacement is straight above"
     annotation (Dialog(tab="Effects", group="Nonlinearity"));
+  parameter Modelica.Units.SI.Length displacementZero(
+    displayUnit="um",
+    min=-0.1,
+    max=0.1,
+    nominal=1e-05)=0.0
+    "What the sensor reads while the stage rests at zero voltage for long; creep and nonlinearity act on what lies above it";
   annotation (
     defaultComponentPrefixes="parameter",
     Documentation(info="<html>

@@ -35,8 +35,8 @@ contracting: a wrong initial displacement is forgotten. Beyond an end of the dis
 as its <a href=\"modelica://IT2Hysteresis.Functions.linearisation\">linearisation</a> at the equilibrium of that end, so that it
 contracts there too, and no voltage makes a run diverge; the paper's formula alone does, for Table 1 at any constant
 voltage above 122.2 V. Such displacements are extrapolated: a plant that leaves the range says so with a warning, once,
-and shows it on <code>outOfRange</code>. The inverse keeps its reference in the displacement range and shows on
-<code>saturated</code> that it had to.
+and shows it on <code>outOfRange</code>. The inverse keeps its reference in the displacement range and its voltage in the
+voltage range, and shows on <code>saturated</code> that it had to, until the plant is back.
 </p>
 </html>", revisions="<html>
 <ul>

@@ -4,7 +4,7 @@ class Effects "What surrounds the fuzzy system"
   annotation (DocumentationClass=true, Documentation(info="<html>
 <p>
 The paper's fuzzy system is the middle of a chain. The stages around it are effects: delay and limits of the amplifier,
-memory, load, creep, mechanics, drift, and the sensor's own. All are off by default, so that the default plant is the
+memory, load, creep, mechanics, drift, a static curve, and hum. All are off by default, so that the default plant is the
 paper's model exactly, and each is switched on by its parameters in the record; 0 is off. In this order the voltage passes
 them:
 </p>
@@ -14,13 +14,14 @@ them:
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.slew\">Slew limit</a></td><td><code>slewRate</code></td><td>|y<sub>k</sub> - y<sub>k-1</sub>| &#8804; slewRate T<sub>s</sub></td><td>nearest voltage</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.saturation\">Saturation</a></td><td><code>saturationMinimum, saturationMaximum</code></td><td>x within the limits</td><td>nearest voltage</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.lag\">Lag</a></td><td><code>lagTimeConstant</code></td><td>y<sub>k</sub> = y<sub>k-1</sub> + g (x<sub>k</sub> - y<sub>k-1</sub>)</td><td>exact</td></tr>
-<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.play\">Play</a></td><td><code>playCount, playThreshold, playWeight, initialRestVoltage, initialExcursion</code></td><td>h<sub>k</sub> = x<sub>k</sub> + &#931; w<sub>j</sub> p<sub>j,k</sub></td><td>exact, by walking over the segments</td></tr>
+<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.play\">Play</a></td><td><code>playCount, playThreshold, playWeight, initialRestOffset, initialExcursion</code></td><td>h<sub>k</sub> = x<sub>k</sub> + &#931; w<sub>j</sub> p<sub>j,k</sub></td><td>exact, by walking over the segments</td></tr>
 <tr><td colspan=\"4\">the fuzzy system, (10), and its inverse, (30)</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.load\">Load</a></td><td><code>loadCompliance</code></td><td>y<sub>k</sub> = x<sub>k</sub> - c F<sub>k</sub></td><td>exact</td></tr>
-<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.creep\">Creep</a></td><td><code>creepCount, creepGain, creepTimeConstant, initialCreep</code></td><td>y<sub>k</sub> = x<sub>k</sub> + &#931; c<sub>i</sub> s<sub>i,k</sub></td><td>exact</td></tr>
+<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.creep\">Creep</a></td><td><code>creepCount, creepGain, creepTimeConstant, initialCreep</code></td><td>y<sub>k</sub> = x<sub>k</sub> + &#931; c<sub>i</sub> s<sub>i,k</sub>, above <code>displacementZero</code></td><td>exact</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.resonance\">Resonance</a></td><td><code>resonanceFrequency, resonanceDamping</code></td><td>y<sub>k</sub> = a<sub>1</sub> y<sub>k-1</sub> + a<sub>2</sub> y<sub>k-2</sub> + (1 - a<sub>1</sub> - a<sub>2</sub>) x<sub>k</sub></td><td>exact, three taps</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.drift\">Drift</a></td><td><code>driftTemperatureCoefficient, driftRate</code></td><td>y<sub>k</sub> = x<sub>k</sub> + &#945; (T<sub>k</sub> - 293.15 K) + rate t<sub>k</sub></td><td>exact</td></tr>
-<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.nonlinearity\">Nonlinearity</a></td><td><code>nonlinearityQuadratic, ...Cubic, ...Quartic, ...Minimum, ...Maximum</code></td><td>curve of the reading, on <code>measured</code> only</td><td>none</td></tr>
+<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.nonlinearity\">Nonlinearity</a></td><td><code>nonlinearityQuadratic, ...Cubic, ...Quartic, ...Minimum, ...Maximum</code></td><td>y<sub>k</sub> = x<sub>k</sub> + (1 - z<sup>2</sup>) (a<sub>1</sub> + a<sub>2</sub> z + a<sub>3</sub> z<sup>2</sup>), z above <code>displacementZero</code></td><td>to rounding, by halving</td></tr>
+<tr><td colspan=\"4\">displacement</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.hum\">Hum</a></td><td><code>humAmplitude, humFrequency, humPhase</code></td><td>line on <code>measured</code> only</td><td>none</td></tr>
 </table>
 <p>
@@ -40,9 +41,14 @@ The effects are those of the FMUs. <a href=\"modelica://IT2Hysteresis.Blocks.Pla
 <a href=\"modelica://IT2Hysteresis.Functions.Effects\">Functions.Effects</a>; they agree to rounding.
 </p>
 <p>
-Delay, slew limit and saturation lose information. Where they or the fuzzy system's range cut off what a reference asks
-for, the inverse gives the nearest voltage and shows it on <code>saturated</code>. Play operators and creep, which remember for
-long, then follow what the plant really reaches, so that nothing winds up.
+A displacement is what the sensor reads, and its zero is arbitrary: <code>displacementZero</code> is what it reads while the stage
+rests at zero voltage for long. What scales with the stroke, creep and the static curve, acts on what lies above it.
+</p>
+<p>
+Delay, slew limit and saturation lose information, and the inverse keeps to the displacements and voltages that the parameters
+are valid for. Where that cuts off what a reference asks for, it gives the nearest voltage and shows it on
+<code>saturated</code> until the plant is back. Play operators and creep, which remember for long, follow what the plant really
+reaches, so that nothing winds up.
 </p>
 </html>", revisions="<html>
 <ul>

@@ -12,11 +12,12 @@ them until the next: y(t) = y<sub>k</sub> for t<sub>k</sub> &#8804; t &lt; t<sub
 <img src=\"modelica://IT2Hysteresis/Resources/Images/UsersGuide/timing.svg\" alt=\"The input is read at every tick; the output is held from one tick to the next\"/>
 </p>
 <ul>
-<li>Before the first tick the plant's outputs are <code>initialDisplacement</code>, and the voltage of the inverse is the
-one that holds the plant there. If a simulation starts at a tick, that value is replaced at once. What was before it is
-told by three parameters, all 0 by default. Play operators began at rest at <code>initialRestVoltage</code>, and came to the start by way
-of <code>initialRestVoltage + initialExcursion</code>; the states of creep are <code>initialCreep</code> above the displacement
-behind the fuzzy system, and move towards it.</li>
+<li>Before the first tick the plant's outputs are <code>initialDisplacement</code>, where it rests, and the voltage of the
+inverse is the one within its limits that comes nearest to holding the plant there. If a simulation starts at a tick, that
+value is replaced at once. What was before it is told by three parameters, all 0 by default, for a stage that has rested there
+for long, demagnetised. The play operators were demagnetised <code>initialRestOffset</code> above the voltage at which the stage
+rests, and driven by <code>initialExcursion</code> from there before they came to it; the states of creep are
+<code>initialCreep</code> above the displacement behind the fuzzy system, and move towards it.</li>
 <li>Output and input of the same tick depend on each other directly. An inverse followed by a plant gives
 displacement = reference at every tick, without delay. A controller that feeds the displacement back must be
 sampled itself, or read <code>pre(displacement)</code>, to break the algebraic loop, as

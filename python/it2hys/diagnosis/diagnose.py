@@ -21,6 +21,7 @@ from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.result import Diagnosis, Judgement, Stage
 from it2hys.diagnosis.selection import Node, Search
 from it2hys.diagnosis.windows import Window, searched_text, windows_of
+from it2hys.effects import nonlinearity
 from it2hys.effects._statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
@@ -301,9 +302,14 @@ class _Session:
         return ChainFit(whole.criterion(model), fit.minimum)
 
     def _usable_range(self, model: Model) -> tuple[float, float] | None:
-        outputs = [model.run(t, i)[2] for i, t in enumerate(self._all_fitted)]
-        low, high = min(y.min() for y in outputs), max(y.max() for y in outputs)
-        return widest_range(model.rules, float(low), float(high))
+        """Return a range that holds the core's outputs, and the displacements too where it can."""
+        runs = [model.run(t, i) for i, t in enumerate(self._all_fitted)]
+        core = [output for _, _, output in runs]
+        ranges = (
+            widest_range(model.rules, float(min(map(np.min, ys))), float(max(map(np.max, ys))))
+            for ys in ([*core, *(reading for reading, _, _ in runs)], core)
+        )
+        return next((usable for usable in ranges if usable is not None), None)
 
     # --- assessment ------------------------------------------------------------------------------
 
@@ -427,9 +433,12 @@ def start_of(model: Model, trace: Trace, index: int) -> dict[str, float]:
     own = {name: float(values[index]) for name, values in model.own.items()}
     gains = sum(v for n, v in model.values.items() if n.startswith("creep[") and n.endswith("gain"))
     # at the first tick the voltage is still the one of rest
-    y = float(model.run(trace, index)[2][0])
-    ahead = own.get("initialCreep", 0.0)
-    return {"initialDisplacement": y + gains * (y + ahead), **own}
+    core = float(model.run(trace, index)[2][0])
+    stroke, ahead = core - model.values["displacementZero"], own.get("initialCreep", 0.0)
+    displacement = core + gains * (stroke + ahead)
+    if nonlinearity.is_on(model.values):
+        displacement = float(nonlinearity.step(model.values, [], displacement, None)[0])
+    return {"initialDisplacement": displacement, **own}
 
 
 def _with_rising_thresholds(values: dict) -> dict:

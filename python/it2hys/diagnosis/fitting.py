@@ -475,14 +475,14 @@ def with_histories(model: Model, traces: Sequence[Trace]) -> Model:
 
 
 def _with_history(model: Model, history: tuple[float, float]) -> Model:
-    names = ("initialRestVoltage", "initialExcursion")
+    names = ("initialRestOffset", "initialExcursion")
     values = {n: np.full(model.offsets.shape, v) for n, v in zip(names, history, strict=True)}
     return replace(model, own={**model.own, **values})
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def likely_histories(model: Model, trace: Trace, index: int) -> list[tuple[float, float]]:
-    """Return rest and excursion before a record, in V, the likeliest first.
+    """Return offset of the rest and excursion before a record, in V, the likeliest first.
 
     The stack was new or demagnetised at 0 V or at the record's first voltage, and may then have been
     driven somewhere within or a little beyond the record's range.
@@ -490,7 +490,9 @@ def likely_histories(model: Model, trace: Trace, index: int) -> list[tuple[float
     voltage = trace.drive.voltage
     low, high = voltage.min(), voltage.max()
     turns = [low + share * (high - low) for share in _TURNS]
-    histories = [(rest, turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)]
+    histories = [
+        (rest - voltage[0], turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)
+    ]
     costs = []
     for history in histories:
         error = (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]

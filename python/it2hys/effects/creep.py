@@ -1,4 +1,4 @@
-"""Creep: first-order terms, driven by the displacement and added to it.
+"""Creep: first-order terms, driven by the displacement above the sensor's zero and added to it.
 
 For it speaks a residual that, after a step, grows with the logarithm of the time held, and slow
 cycles whose loops are wider than fast ones'. A drift with time grows without any step.
@@ -32,24 +32,26 @@ def size(parameters: Values) -> int:
 
 def rest(values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
     """Return the input and the states, `initialCreep` above it: at 0 those after long rest."""
-    count, ahead = int(values["creepCount"]), values["initialCreep"]
+    count, ahead, zero = int(values["creepCount"]), values["initialCreep"], values["displacementZero"]
     gains = 0.0
     for i in range(1, count + 1):
         gains = gains + values[f"creep[{i}].gain"]
-    x = (y - gains * ahead) / (1.0 + gains)
-    return x, [x + ahead] * count
+    x = (y - zero - gains * ahead) / (1.0 + gains)
+    return zero + x, [x + ahead] * count
 
 
 def step(
     values: Values, state: list[Scalar], x: Scalar, around: Surroundings
 ) -> tuple[Scalar, list[Scalar]]:
     """Return the displacement with creep and the states; a state at a tick includes its input."""
-    y, states = x, []
+    zero, states = values["displacementZero"], []
+    x = x - zero
+    y = x
     for i, last in enumerate(state, start=1):
         rate = -ca.expm1(-values["sampleTime"] / values[f"creep[{i}].timeConstant"])
         states.append(last + rate * (x - last))
         y = y + values[f"creep[{i}].gain"] * states[-1]
-    return y, states
+    return zero + y, states
 
 
 def starts(extent: Extent, count: int = COUNT) -> dict[str, Start]:

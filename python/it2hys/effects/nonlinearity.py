@@ -1,4 +1,4 @@
-"""Static curve between displacement and reading.
+"""Static curve, the stack's or the sensor's: the last stage before the displacement.
 
 For it speaks a residual that is a function of the displacement alone: the same in rising and falling
 branches, at every frequency and in every record. Data cannot tell a sensor's curve from an actuator's.
@@ -14,6 +14,8 @@ COEFFICIENTS = ("quadratic", "cubic", "quartic")
 
 #: Share of the range of the model's readings by which the curve goes beyond it.
 _MARGIN = 0.1
+#: Of the inverse at rest.
+_HALVINGS, _NEWTON_STEPS = 40, 2
 
 #: What the effect is, in plain words.
 MEANING = "a bent static curve of the stage or its sensor"
@@ -35,18 +37,48 @@ def size(parameters: Values) -> int:
 
 
 def rest(values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
-    """Return the input at rest. The reading is not part of the state of rest."""
-    return y, []
+    """Return the input at rest.
+
+    Halving brings it near; Newton's steps after it give the last digits, and the derivatives.
+    """
+    middle, half = _curve(values)
+    aim = (y - middle) / half
+    low, high = -1.0, 1.0
+    for _ in range(_HALVINGS):
+        z = 0.5 * (low + high)
+        above = z + _bow(values, z) / half > aim
+        low, high = ca.if_else(above, low, z), ca.if_else(above, z, high)
+    z = 0.5 * (low + high)
+    for _ in range(_NEWTON_STEPS):
+        z = z - (z + _bow(values, z) / half - aim) / (1.0 + _bend(values, z) / half)
+    return ca.if_else(ca.fabs(aim) < 1.0, middle + half * z, y), []
 
 
 def step(
     values: Values, state: list[Scalar], x: Scalar, around: Surroundings
 ) -> tuple[Scalar, list[Scalar]]:
-    """Return the reading of the displacement."""
+    """Return the displacement."""
+    middle, half = _curve(values)
+    z = ca.fmin(ca.fmax((x - middle) / half, -1.0), 1.0)
+    return x + _bow(values, z), []
+
+
+def _curve(values: Values) -> tuple[Scalar, Scalar]:
+    """Return middle and half range of the curve."""
     low, high = values["nonlinearity.minimum"], values["nonlinearity.maximum"]
-    z = ca.fmin(ca.fmax((x - 0.5 * (low + high)) / (0.5 * (high - low)), -1.0), 1.0)
+    return values["displacementZero"] + 0.5 * (low + high), 0.5 * (high - low)
+
+
+def _bow(values: Values, z: Scalar) -> Scalar:
     quadratic, cubic, quartic = (values[f"nonlinearity.{name}"] for name in COEFFICIENTS)
-    return x + (1.0 - z * z) * (quadratic + z * (cubic + z * quartic)), []
+    return (1.0 - z * z) * (quadratic + z * (cubic + z * quartic))
+
+
+def _bend(values: Values, z: Scalar) -> Scalar:
+    """Return the derivative of the bow by z."""
+    quadratic, cubic, quartic = (values[f"nonlinearity.{name}"] for name in COEFFICIENTS)
+    inner = quadratic + z * (cubic + z * quartic)
+    return -2.0 * z * inner + (1.0 - z * z) * (cubic + 2.0 * z * quartic)
 
 
 def starts(extent: Extent) -> dict[str, Start]:

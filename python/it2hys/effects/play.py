@@ -37,22 +37,19 @@ def _elements(values: Values, count: int) -> list[tuple[Scalar, Scalar]]:
 
 
 def rest(values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
-    """Return input and states at the output y, reached from rest by an excursion."""
-    elements = _elements(values, int(values["playCount"]))
-    rest_voltage = values["initialRestVoltage"]
-    turn = rest_voltage + values["initialExcursion"]
-    turned = [_moved(rest_voltage, threshold, turn) for threshold, _ in elements]
-    held = y - sum(weight * p for (_, weight), p in zip(elements, turned, strict=True))
-    # upwards or downwards from where the operators turned; they engage in the order of the thresholds
-    side = ca.if_else(held > turned[0], 1.0, -1.0)
-    x, total, slope, walking = held, held, 1.0, True
-    for (threshold, weight), p in zip(elements, turned, strict=True):
-        corner = p + side * threshold
-        walking = ca.logic_and(walking, side * (x - corner) > 0)
-        total = ca.if_else(walking, total + weight * corner, total)
-        slope = ca.if_else(walking, slope + weight, slope)
-        x = total / slope
-    return x, [_moved(p, threshold, x) for (threshold, _), p in zip(elements, turned, strict=True)]
+    """Return input and states at rest at the output y, after the history.
+
+    Play operators know differences of voltages only: the history is walked with rest at 0.
+    """
+    offset = values["initialRestOffset"]
+    turn = offset + values["initialExcursion"]
+    above, held, slope = [], y, 1.0
+    for threshold, weight in _elements(values, int(values["playCount"])):
+        above.append(_moved(_moved(offset, threshold, turn), threshold, 0.0))
+        held = held - weight * above[-1]
+        slope = slope + weight
+    x = held / slope
+    return x, [x + p for p in above]
 
 
 def _moved(p: Scalar, threshold: Scalar, x: Scalar) -> Scalar:
@@ -80,10 +77,12 @@ def starts(extent: Extent, count: int = COUNT) -> dict[str, Start]:
     """
     low, high = extent.voltage
     far = 2.0 * extent.voltage_span
+    # new at 0 V or demagnetised in the records' range, and at rest anywhere in that
+    offsets = Start(0.0, min(low, 0.0) - high, max(high, 0.0) - low)
     weights = {f"play[{j}].weight": Start(0.3 / count, 0.0, 5.0) for j in range(1, count + 1)}
     return {
         **weights,
-        "initialRestVoltage": Start(0.0, min(low, 0.0), max(high, 0.0)),
+        "initialRestOffset": offsets,
         "initialExcursion": Start(0.0, -far, far),
     }
 

@@ -2,36 +2,67 @@ within IT2Hysteresis.Blocks.PureModelica;
 block Inverse "Feedforward by the closed-form inverse: from desired displacement to voltage"
   extends IT2Hysteresis.Interfaces.PartialInverse;
 protected
-  constant Modelica.Units.SI.Voltage negligible=1e-9 "The amplifier's limits are said to act above it";
-  discrete Modelica.Units.SI.Length resonated(start=parameters.initialDisplacement, fixed=true)
-    "Aim behind the resonance";
-  discrete Modelica.Units.SI.Length resonatedBefore(start=parameters.initialDisplacement, fixed=true)
+  constant Real same=1e-10 "Values of a range are the same if no more than this share of it is between them";
+  final parameter Modelica.Units.SI.Length sameLength=
+    same*(parameters.displacementMax - parameters.displacementMin) "The same for displacements";
+  final parameter Modelica.Units.SI.Voltage sameVoltage=same*(parameters.voltageMax - parameters.voltageMin)
+    "The same for voltages";
+  final parameter Boolean lags=parameters.lagTimeConstant > 0 "= true, if the amplifier has a lag";
+  final parameter Boolean resonates=parameters.resonanceFrequency > 0 "= true, if there is a resonance";
+  final parameter Boolean bare=not (slews or saturates or lags or resonates or bends or parameters.delayTime > 0
+    or parameters.playCount > 0 or parameters.loadCompliance > 0 or parameters.creepCount > 0
+    or abs(parameters.driftTemperatureCoefficient) > 0 or abs(parameters.driftRate) > 0)
+    "= true, if there is the fuzzy system alone";
+  discrete Modelica.Units.SI.Length desired(start=parameters.initialDisplacement, fixed=true)
+    "Reference, kept within its range";
+  discrete Modelica.Units.SI.Length resonated(start=straightRest, fixed=true) "Aim behind the resonance";
+  discrete Modelica.Units.SI.Length resonatedBefore(start=straightRest, fixed=true)
     "The same at the tick before";
-  discrete Modelica.Units.SI.Length crept(start=parameters.initialDisplacement, fixed=true)
-    "Aim behind creep";
-  discrete Modelica.Units.SI.Length target(start=coreRest, fixed=true)
-    "Aim behind the fuzzy system, wherever it is";
-  discrete Modelica.Units.SI.Length aim(start=coreRest, fixed=true) "The same, kept within reach";
+  discrete Modelica.Units.SI.Length crept(start=straightRest, fixed=true) "Aim behind creep";
+  discrete Modelica.Units.SI.Length aim(start=coreRest, fixed=true) "Aim behind the fuzzy system";
   discrete Modelica.Units.SI.Voltage lagged(start=voltageRest, fixed=true) "Aim behind the lag";
   discrete Modelica.Units.SI.Voltage wanted(start=voltageRest, fixed=true)
     "Voltage that would take the plant to the aim";
+  discrete Modelica.Units.SI.Voltage possible(start=voltageRest, fixed=true)
+    "Nearest voltage within the amplifier's limits";
+  discrete Modelica.Units.SI.Voltage allowed(start=voltageRest, fixed=true)
+    "Nearest voltage that is in its range besides";
   discrete Modelica.Units.SI.Voltage slewed(start=voltageRest, fixed=true)
-    "Voltage that the slew limit starts from: at first it may lie beyond the saturation";
-  discrete Modelica.Units.SI.Voltage reachedLag(start=voltageRest, fixed=true)
-    "What the plant really has behind the lag";
+    "Voltage behind the slew limit: at first it may lie beyond the others";
+  discrete Boolean cut(start=false, fixed=true) "The voltage that is wanted is not given";
+  discrete Boolean followed(start=false, fixed=true)
+    "The plant is not where it was aimed at, or will not get there";
+  discrete Modelica.Units.SI.Voltage nowLag(start=voltageRest, fixed=true)
+    "What the plant has behind the lag";
   discrete Modelica.Units.SI.Voltage p[parameters.playCount + 1](
     start=playRest,
     each fixed=true) "Play operators of the plant";
-  discrete Modelica.Units.SI.Length reached(start=coreRest, fixed=true)
-    "What the plant really has behind the fuzzy system";
+  discrete Modelica.Units.SI.Length now(start=coreRest, fixed=true)
+    "What the plant has behind the fuzzy system";
+  discrete Modelica.Units.SI.Length stroke(start=strokeRest, fixed=true)
+    "The same behind the load, above the sensor's zero";
   discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
     each start=creepRest,
     each fixed=true) "Creep states of the plant";
-  discrete Boolean short(start=false, fixed=true) "The reference was out of reach";
-  discrete Boolean left(start=false, fixed=true) "The voltage left its range";
+  discrete Modelica.Units.SI.Length nowResonated(start=straightRest, fixed=true)
+    "What the plant has behind the resonance";
+  discrete Boolean astray(start=false, fixed=true) "The plant is not where it was aimed at";
+  discrete Modelica.Units.SI.Length reached(start=coreRest, fixed=true)
+    "Where the plant is taken to be, behind the fuzzy system";
+  discrete Modelica.Units.SI.Voltage reachedLag(start=voltageRest, fixed=true) "The same behind the lag";
+  discrete Modelica.Units.SI.Length reachedResonated(start=straightRest, fixed=true)
+    "The same behind the resonance";
+  discrete Modelica.Units.SI.Length reachedBefore(start=straightRest, fixed=true)
+    "The same at the tick before";
+  discrete Boolean short(start=false, fixed=true) "Something was cut off";
 equation
   when sample(0, parameters.sampleTime) then
-    resonated = reference - IT2Hysteresis.Functions.Effects.drift(
+    desired = min(max(reference, parameters.displacementMin), parameters.displacementMax);
+    resonated = (if bends then IT2Hysteresis.Functions.Effects.nonlinearityInverse(
+      curve,
+      curveMin,
+      curveMax,
+      desired) else desired) - IT2Hysteresis.Functions.Effects.drift(
       parameters.driftTemperatureCoefficient,
       parameters.driftRate,
       temperatureInternal,
@@ -42,11 +73,14 @@ equation
       pre(resonated),
       pre(resonatedBefore),
       resonated);
-    target = IT2Hysteresis.Functions.Effects.loadInverse(
+    aim = IT2Hysteresis.Functions.Effects.loadInverse(
       parameters.loadCompliance,
-      IT2Hysteresis.Functions.Effects.creepInverse(creepGain, creepRate, pre(s), crept),
+      parameters.displacementZero + IT2Hysteresis.Functions.Effects.creepInverse(
+        creepGain,
+        creepRate,
+        pre(s),
+        crept - parameters.displacementZero),
       forceInternal);
-    aim = min(max(target, parameters.displacementMin), parameters.displacementMax);
     lagged = IT2Hysteresis.Functions.Effects.playInverse(
       playThreshold,
       playWeight,
@@ -58,27 +92,30 @@ equation
         parameters.ruleQ1,
         parameters.ruleQ2,
         parameters.ruleQ3,
-        pre(aim),
+        if bare then pre(reached) else pre(aim),
         aim,
         lowerEnd,
         upperEnd));
     wanted = IT2Hysteresis.Functions.Effects.lagInverse(lagRate, pre(lagged), lagged);
-    voltage = IT2Hysteresis.Functions.Effects.slew(
-      slewStep,
-      pre(slewed),
-      IT2Hysteresis.Functions.Effects.saturation(lowest, highest, wanted));
-    slewed = voltage;
-    saturated = target < parameters.displacementMin or target > parameters.displacementMax
-      or abs(voltage - wanted) > negligible;
-    reachedLag = IT2Hysteresis.Functions.Effects.lag(
+    possible = IT2Hysteresis.Functions.Effects.saturation(lowest, highest, wanted);
+    allowed = IT2Hysteresis.Functions.Effects.saturation(
+      parameters.voltageMin,
+      parameters.voltageMax,
+      possible);
+    slewed = IT2Hysteresis.Functions.Effects.slew(slewStep, pre(slewed), allowed);
+    voltage = IT2Hysteresis.Functions.Effects.saturation(
+      parameters.voltageMin,
+      parameters.voltageMax,
+      slewed);
+    cut = abs(possible - wanted) > sameVoltage or abs(allowed - possible) > sameVoltage
+      or abs(slewed - allowed) > sameVoltage or abs(voltage - slewed) > sameVoltage;
+    followed = cut or pre(astray);
+    nowLag = if followed then IT2Hysteresis.Functions.Effects.lag(
       lagRate,
       pre(reachedLag),
-      IT2Hysteresis.Functions.Effects.saturation(lowest, highest, voltage));
-    p = IT2Hysteresis.Functions.Effects.playStates(
-      playThreshold,
-      pre(p),
-      if slews or saturates then reachedLag else lagged);
-    reached = if slews or saturates then IT2Hysteresis.Functions.core(
+      IT2Hysteresis.Functions.Effects.saturation(lowest, highest, slewed)) else lagged;
+    p = IT2Hysteresis.Functions.Effects.playStates(playThreshold, pre(p), nowLag);
+    now = if followed then IT2Hysteresis.Functions.core(
       parameters.ruleSigmaLower,
       parameters.ruleSigmaUpper,
       parameters.ruleCentre,
@@ -86,22 +123,31 @@ equation
       parameters.ruleQ2,
       parameters.ruleQ3,
       pre(reached),
-      IT2Hysteresis.Functions.Effects.play(playWeight, p, reachedLag),
+      IT2Hysteresis.Functions.Effects.play(playWeight, p, nowLag),
       lowerEnd,
       upperEnd) else aim;
-    s = IT2Hysteresis.Functions.Effects.creepStates(
-      creepRate,
-      pre(s),
-      IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, reached, forceInternal));
+    stroke = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, now, forceInternal)
+      - parameters.displacementZero;
+    s = IT2Hysteresis.Functions.Effects.creepStates(creepRate, pre(s), stroke);
+    nowResonated = if followed then IT2Hysteresis.Functions.Effects.resonance(
+      poles,
+      pre(reachedResonated),
+      pre(reachedBefore),
+      parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(creepGain, s, stroke)) else resonated;
+    astray = followed and not bare and (abs(now - aim) > sameLength
+      or lags and abs(nowLag - lagged) > sameVoltage
+      or resonates and (abs(nowResonated - resonated) > sameLength
+      or abs(pre(reachedResonated) - pre(resonated)) > sameLength));
+    reached = if astray or bare then now else aim;
+    reachedLag = if astray then nowLag else lagged;
+    reachedResonated = if astray then nowResonated else resonated;
+    reachedBefore = if astray then pre(reachedResonated) else pre(resonated);
+    saturated = reference < parameters.displacementMin or reference > parameters.displacementMax
+      or cut or astray;
     short = pre(short) or saturated;
-    left = pre(left) or abs(voltage - voltageMiddle) > voltageReach;
     assert(pre(short) or not short,
-      "The reference left displacementMin .. displacementMax or what the amplifier lets through; "
-      + "the nearest displacement is aimed at. This is said once.",
-      AssertionLevel.warning);
-    assert(pre(left) or not left,
-      "The voltage left voltageMin .. voltageMax, the range that the parameters are valid for. "
-      + "This is said once.",
+      "The reference left displacementMin .. displacementMax, or asks for more than voltageMin .. voltageMax or the "
+      + "amplifier's limits allow; the nearest displacement or voltage is given. This is said once.",
       AssertionLevel.warning);
   end when;
   annotation (defaultComponentName="inverse", Documentation(info="<html>
@@ -113,9 +159,10 @@ front of it.
 </p>
 <p>
 A reference outside <code>displacementMin</code> ... <code>displacementMax</code> is replaced by the nearest value inside, a
-voltage beyond the amplifier's limits by the nearest that it can give, and <code>saturated</code> is true. What remembers
-for long, play operators and creep, follows what the plant really reaches, so that nothing winds up. Leaving the range
-is a warning, which is given once.
+voltage outside <code>voltageMin</code> ... <code>voltageMax</code> or the amplifier's limits by the nearest that can be given. Until the
+plant is where the reference is again, <code>saturated</code> is true. The fuzzy system alone goes on from what it reached. With
+effects, what remembers for long, play operators and creep, follows what the plant really reaches, and the rest comes
+back by its own contraction: nothing winds up. That something was cut off is a warning, which is given once.
 </p>
 </html>", revisions="<html>
 <ul>

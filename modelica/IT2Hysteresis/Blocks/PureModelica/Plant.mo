@@ -22,12 +22,11 @@ protected
   discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
     each start=creepRest,
     each fixed=true) "Creep states";
-  discrete Modelica.Units.SI.Length crept(start=parameters.initialDisplacement, fixed=true)
-    "Behind creep";
-  discrete Modelica.Units.SI.Length resonated(start=parameters.initialDisplacement, fixed=true)
-    "Behind the resonance";
-  discrete Modelica.Units.SI.Length resonatedBefore(start=parameters.initialDisplacement, fixed=true)
+  discrete Modelica.Units.SI.Length crept(start=straightRest, fixed=true) "Behind creep";
+  discrete Modelica.Units.SI.Length resonated(start=straightRest, fixed=true) "Behind the resonance";
+  discrete Modelica.Units.SI.Length resonatedBefore(start=straightRest, fixed=true)
     "The same at the tick before";
+  discrete Modelica.Units.SI.Length straight(start=straightRest, fixed=true) "Behind the drift";
   discrete Boolean left(start=false, fixed=true) "The range that the parameters are valid for was left";
 equation
   assert(delayTicks <= longestDelay, "delayTime must be at most 64 sample times.");
@@ -50,24 +49,31 @@ equation
       lowerEnd,
       upperEnd);
     loaded = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, core, forceInternal);
-    s = IT2Hysteresis.Functions.Effects.creepStates(creepRate, pre(s), loaded);
-    crept = IT2Hysteresis.Functions.Effects.creep(creepGain, s, loaded);
+    s = IT2Hysteresis.Functions.Effects.creepStates(
+      creepRate,
+      pre(s),
+      loaded - parameters.displacementZero);
+    crept = parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(
+      creepGain,
+      s,
+      loaded - parameters.displacementZero);
     resonated = IT2Hysteresis.Functions.Effects.resonance(
       poles,
       pre(resonated),
       pre(resonatedBefore),
       crept);
     resonatedBefore = pre(resonated);
-    displacement = resonated + IT2Hysteresis.Functions.Effects.drift(
+    straight = resonated + IT2Hysteresis.Functions.Effects.drift(
       parameters.driftTemperatureCoefficient,
       parameters.driftRate,
       temperatureInternal,
       time);
-    measured = IT2Hysteresis.Functions.Effects.nonlinearity(
-      {parameters.nonlinearityQuadratic,parameters.nonlinearityCubic,parameters.nonlinearityQuartic},
-      parameters.nonlinearityMinimum,
-      parameters.nonlinearityMaximum,
-      displacement) + IT2Hysteresis.Functions.Effects.hum(
+    displacement = if bends then IT2Hysteresis.Functions.Effects.nonlinearity(
+      curve,
+      curveMin,
+      curveMax,
+      straight) else straight;
+    measured = displacement + IT2Hysteresis.Functions.Effects.hum(
       parameters.humAmplitude,
       parameters.humFrequency,
       parameters.humPhase,

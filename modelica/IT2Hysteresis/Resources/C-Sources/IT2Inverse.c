@@ -28,14 +28,15 @@ static unsigned inverse_tick(const struct chain *chain, struct chain_state *stat
     unsigned limits;
     unsigned findings = 0;
 
+    (void)parameters;
     outputs->voltage = chain_inverse(chain, state, inputs->reference, &around, &limits);
     outputs->saturated = limits != 0;
-    if (limits & CHAIN_CORE_RANGE)
+    if (limits & CHAIN_REFERENCE_RANGE)
         findings |= FMU_OUT_OF_REACH;
     if (limits & CHAIN_AMPLIFIER)
         findings |= FMU_AMPLIFIER_LIMIT;
-    if (chain_outside(outputs->voltage, parameters->voltageMin, parameters->voltageMax))
-        findings |= FMU_VOLTAGE_RANGE;
+    if (limits & CHAIN_VOLTAGE_RANGE)
+        findings |= FMU_VOLTAGE_LIMIT;
     return findings;
 }
 

@@ -2,7 +2,7 @@
  *
  * s_i at tick k includes x_k, so that a stage much faster than Ts is a plain gain. y is affine in x
  * with the slope 1 + sum_i c_i g_i. The inverse is stable where 1 + the sum of the negative gains is
- * positive. Linear. */
+ * positive. Linear: x and y are counted from the sensor's zero. */
 #ifndef IT2HYS_CREEP_H
 #define IT2HYS_CREEP_H
 

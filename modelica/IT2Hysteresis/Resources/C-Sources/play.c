@@ -27,19 +27,33 @@ void play_prepare(struct play *stage, const struct play_element *elements, int c
         stage->element[j] = elements[j];
 }
 
-void play_recall(const struct play *stage, struct play_state *state, struct play_history history)
+/* Play operators know differences of voltages only: the history is walked with rest at 0. */
+void play_recall(const struct play *stage, struct play_state *state, double x,
+                 struct play_history history)
 {
     *state = (struct play_state){ { 0.0 } };
     for (int j = 0; j < stage->count; j++)
-        state->p[j] = history.rest;
-    play_step(stage, state, history.rest + history.excursion);
+        state->p[j] = history.offset;
+    play_step(stage, state, history.offset + history.excursion);
+    play_step(stage, state, 0.0);
+    for (int j = 0; j < stage->count; j++)
+        state->p[j] += x;
 }
 
+/* h = x + sum_j w_j (x + g_j), where the history leaves g_j above the input. */
 double play_reset(const struct play *stage, struct play_state *state, double h,
                   struct play_history history)
 {
-    play_recall(stage, state, history);
-    return play_inverse(stage, state, h);
+    double slope = 1.0;
+
+    play_recall(stage, state, 0.0, history);
+    for (int j = 0; j < stage->count; j++) {
+        h -= stage->element[j].weight * state->p[j];
+        slope += stage->element[j].weight;
+    }
+    for (int j = 0; j < stage->count; j++)
+        state->p[j] += h / slope;
+    return h / slope;
 }
 
 double play_step(const struct play *stage, struct play_state *state, double x)
@@ -126,20 +140,19 @@ double play_solve_tangent(const struct play *stage, const struct play_state *sta
     return d_h / slope;
 }
 
-/* The operator's output and its derivative once the input has come to x from where the output was p. */
+/* An operator's output and its derivative. */
 struct moved {
     double p;
     double d_p;
-    bool engaged;
 };
 
+/* Once the input has come to x. */
 static struct moved move(struct moved from, double threshold, double d_threshold, double x, double d_x)
 {
     if (x - threshold > from.p)
-        return (struct moved){ x - threshold, d_x - d_threshold, true };
+        return (struct moved){ x - threshold, d_x - d_threshold };
     if (x + threshold < from.p)
-        return (struct moved){ x + threshold, d_x + d_threshold, true };
-    from.engaged = false;
+        return (struct moved){ x + threshold, d_x + d_threshold };
     return from;
 }
 
@@ -148,18 +161,16 @@ double play_reset_tangent(const struct play *stage, double h, struct play_histor
 {
     struct play_state state;
     const double x = play_reset(stage, &state, h, history);
-    const double turn = history.rest + history.excursion;
-    const double d_turn = d_history.rest + d_history.excursion;
-    const struct moved rested = { history.rest, d_history.rest, false };
+    const struct moved rested = { history.offset, d_history.offset };
     double slope = 1.0;
 
     for (int j = 0; j < stage->count; j++) {
         const double r = stage->element[j].threshold;
-        const struct moved turned = move(rested, r, d[j].threshold, turn, d_turn);
-        const struct moved last = move(turned, r, d[j].threshold, x, 0.0);
-        if (last.engaged)
-            slope += stage->element[j].weight;
-        d_h -= d[j].weight * last.p + stage->element[j].weight * last.d_p;
+        const struct moved turned = move(rested, r, d[j].threshold, history.offset + history.excursion,
+                                         d_history.offset + d_history.excursion);
+        const struct moved last = move(turned, r, d[j].threshold, 0.0, 0.0);
+        d_h -= d[j].weight * (x + last.p) + stage->element[j].weight * last.d_p;
+        slope += stage->element[j].weight;
     }
     return d_h / slope;
 }

@@ -16,10 +16,11 @@ struct play_element {
     double weight;    /* w_j */
 };
 
-/* How the operators came to a start: from long rest, where all their outputs are that voltage (0: they
- * are then on the initial loading curve), by way of an excursion from it. */
+/* How the operators came to rest at the start: demagnetised at a voltage that much beside the one at rest,
+ * where all their outputs are that voltage, then driven from there by the excursion, then to rest. Both 0:
+ * demagnetised where the stage rests. */
 struct play_history {
-    double rest;
+    double offset;
     double excursion;
 };
 
@@ -37,8 +38,9 @@ HIDDEN_BEGIN
 bool play_check(const struct play_element *elements, int count, char *message, size_t size);
 void play_prepare(struct play *stage, const struct play_element *elements, int count);
 
-/* The state after the history, before the start. */
-void play_recall(const struct play *stage, struct play_state *state, struct play_history history);
+/* At rest at the input x after the history. */
+void play_recall(const struct play *stage, struct play_state *state, double x,
+                 struct play_history history);
 
 /* At rest at the output h after the history; returns the input. */
 double play_reset(const struct play *stage, struct play_state *state, double h,

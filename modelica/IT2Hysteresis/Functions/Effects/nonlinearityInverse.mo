@@ -1,0 +1,40 @@
+within IT2Hysteresis.Functions.Effects;
+function nonlinearityInverse "Inverse of the static curve"
+  extends Modelica.Icons.Function;
+  input Modelica.Units.SI.Length a[3] "Coefficients: quadratic, cubic, quartic";
+  input Modelica.Units.SI.Length yMin "Lower end of the curve";
+  input Modelica.Units.SI.Length yMax "Upper end of the curve";
+  input Modelica.Units.SI.Length y "Displacement";
+  output Modelica.Units.SI.Length x "Displacement without the curve";
+protected
+  constant Integer halvings=54 "Of the interval -1 to 1, to the last digit of z";
+  Real aim=(y - (yMin + yMax)/2)/((yMax - yMin)/2) "y, -1 to 1 over the curve";
+  Real low=-1 "The z that is sought is not below";
+  Real high=1 "It is not above";
+  Real z "x, -1 to 1 over the curve";
+algorithm
+  for i in 1:halvings loop
+    z := (low + high)/2;
+    if z + (1 - z^2)*(a[1] + z*(a[2] + z*a[3]))/((yMax - yMin)/2) > aim then
+      high := z;
+    else
+      low := z;
+    end if;
+  end for;
+  x := if aim > -1 and aim < 1 then (yMin + yMax)/2 + (low + high)/2*((yMax - yMin)/2) else y;
+  annotation (Documentation(info="<html>
+<h4>Syntax</h4>
+<pre>
+x = Functions.Effects.<strong>nonlinearityInverse</strong>(a, yMin, yMax, y);
+</pre>
+<h4>Description</h4>
+<p>
+The curve rises from yMin to yMax, so that the interval that holds x can be halved until nothing is left of it. Beyond the
+ends x is y.
+</p>
+</html>", revisions="<html>
+<ul>
+<li><em>Version 0.1.0:</em> first version.</li>
+</ul>
+</html>"));
+end nonlinearityInverse;
