@@ -104,7 +104,7 @@ def surroundings(samples: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rough_reference(rng: np.random.Generator, samples: int) -> np.ndarray:
-    """Return a reference in m with steps, noise in parts of it, and parts beyond 0 to 16 um."""
+    """Return a reference in m with steps, in parts noisy, in parts out of the range 0 to 16 um."""
     steps = np.repeat(rng.uniform(-4 * UM, 20 * UM, samples // 100 + 1), 100)[:samples]
     noisy = np.repeat(rng.random(samples // 100 + 1) < 0.3, 100)[:samples]
     return steps + np.where(noisy, rng.normal(0.0, 0.1 * UM, samples), 0.0)

@@ -170,6 +170,11 @@ static double within_reach(const struct chain *chain, double displacement)
     return fmin(fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
 }
 
+static double within_voltages(const struct chain *chain, double x)
+{
+    return clamp(x, chain->voltage.minimum, chain->voltage.maximum);
+}
+
 static bool is_near(double a, double b, double low, double high)
 {
     return fabs(a - b) <= SAME * (high - low) + LAST_DIGITS * fmax(fabs(low), fabs(high));
@@ -187,10 +192,12 @@ static double within_limits(const struct chain *chain, struct chain_state *state
 {
     const double possible =
         chain->effects & CHAIN_SATURATION ? saturation_inverse(&chain->saturation, wanted) : wanted;
-    const double allowed = saturation_inverse(&chain->voltage, possible);
+    const double allowed = within_voltages(chain, possible);
 
     *passed = chain->effects & CHAIN_SLEW ? slew_inverse(&chain->slew, &state->slew, allowed) : allowed;
-    const double voltage = saturation_inverse(&chain->voltage, *passed);
+    const double voltage = within_voltages(chain, *passed);
+    if (voltage == wanted && possible == wanted)
+        return voltage;
     if (!same_voltage(chain, possible, wanted) || !same_voltage(chain, *passed, allowed))
         *limits |= CHAIN_AMPLIFIER;
     if (!same_voltage(chain, allowed, possible) || !same_voltage(chain, voltage, *passed))
@@ -283,12 +290,12 @@ static double inverse_of_core(const struct chain *chain, struct chain_state *sta
 {
     const double before = state->core.y;
     const double wanted = it2_inverse(&chain->core, &state->core, displacement);
-    const double voltage = saturation_inverse(&chain->voltage, wanted);
+    const double voltage = within_voltages(chain, wanted);
 
-    if (voltage != wanted) {
-        it2_reset(&state->core, before);
-        it2_step(&chain->core, &state->core, voltage);
-    }
+    if (voltage == wanted)
+        return voltage;
+    it2_reset(&state->core, before);
+    it2_step(&chain->core, &state->core, voltage);
     if (!same_voltage(chain, voltage, wanted))
         *limits |= CHAIN_VOLTAGE_RANGE;
     return voltage;
@@ -319,5 +326,5 @@ double chain_equilibrium(const struct chain *chain, const struct chain_state *st
         return x;
     if (chain->effects & CHAIN_SATURATION)
         x = saturation_inverse(&chain->saturation, x);
-    return saturation_inverse(&chain->voltage, x);
+    return within_voltages(chain, x);
 }

@@ -14,7 +14,7 @@ from it2hys.diagnosis.result import Diagnosis, Judgement
 from it2hys.excitations import time_grid, tracking_reference
 from it2hys.files import write_atomically
 from it2hys.identification_report import ROLES, UM, inversion, parameter_row, records_json
-from it2hys.metrics import Errors, max_relative_error, noise_size, rms_error
+from it2hys.metrics import Errors, change_in_percent, max_relative_error, noise_size, rms_error
 from it2hys.packaging import make_directory, package
 from it2hys.progress import Progress
 from it2hys.records import Record
@@ -266,7 +266,7 @@ def evidence_overview(diagnosis: Diagnosis) -> Table:
             e.effect,
             _verdict(e.effect, e.accepted, diagnosis),
             _format(e.p_value, "{:.2g}"),
-            _format(100 * e.held_out_gain, "{:+.1f}"),
+            change_in_percent(e.held_out_gain) if np.isfinite(e.held_out_gain) else "–",
             _format(e.held_out_p_value, "{:.2g}"),
         ]
         for e in diagnosis.evidence

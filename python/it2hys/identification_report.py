@@ -9,6 +9,7 @@ import numpy as np
 from it2hys import figures
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
+from it2hys.identification.excerpts import searched_text
 from it2hys.identification.result import Identification, RecordResult
 from it2hys.metrics import Errors, max_relative_error, noise_size, times_the_noise
 from it2hys.packaging import make_directory, package
@@ -297,6 +298,8 @@ def _method_section(identification: Identification) -> Section:
         "voltage makes a free run diverge).",
         "Duration: " + ", ".join(f"{k} {v:.1f} s" for k, v in identification.seconds.items()) + ".",
     ]
+    samples = sum(len(r.y_free) for r in identification.by_role("train"))
+    text += filter(None, [searched_text(samples)])
     tables = [
         Table(
             ["start", "one-step µm", "free run µm"],

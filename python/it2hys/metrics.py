@@ -11,8 +11,10 @@ from it2hys.errors import InputError
 
 #: From this multiple of the noise on the multiple itself says nothing more.
 _MANY_TIMES = 1000.0
-#: A noise below this, m, is none that a sensor has.
+#: A noise below this, m, is not worth a figure.
 _NO_NOISE = 1e-12
+#: Beyond so many per cent the figure says nothing more.
+_MANY_PERCENT = 1000.0
 
 
 def max_relative_error(y: ArrayLike, y_hat: ArrayLike) -> float:
@@ -103,3 +105,9 @@ def times_the_noise(ratio: float) -> str:
 def noise_size(rms: float) -> str:
     """Return a noise, in m rms, in words."""
     return f"{1e6 * rms:.2g} µm rms" if rms > _NO_NOISE else "none that shows"
+
+
+def change_in_percent(share: float) -> str:
+    """Return a change as a share of what it was before, in per cent with its sign."""
+    many = abs(100.0 * share) > _MANY_PERCENT
+    return f"over {np.sign(share) * _MANY_PERCENT:+.0f}" if many else f"{100.0 * share:+.1f}"

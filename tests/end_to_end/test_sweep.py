@@ -1,6 +1,7 @@
 """Whole sweeps: one table whoever runs them and however often they are interrupted."""
 
 import errno
+import html
 import json
 import os
 import random
@@ -312,7 +313,7 @@ def test_messages_name_the_instance_and_its_model(tmp_path):
         said = message.split(" | ")
         assert {text.partition(": ")[0] for text in said} == {"stiff (IT2Plant)", "soft (IT2Plant)"}
         assert all(text.endswith(".") for text in said)
-    page = outcome.report.read_text(encoding="utf-8")
+    page = html.unescape(outcome.report.read_text(encoding="utf-8"))
     for text in said:
         assert re.sub(r"\b\d+(\.\d+)?(e[-+]?\d+)?\b", "…", text) in page
 

@@ -148,7 +148,7 @@ def test_the_voltage_stays_within_its_range_and_the_plant_follows_where_nothing_
             if not inverse.instance.get("saturated"):
                 assert reached == pytest.approx(desired, rel=1e-12)
         (warning,) = inverse.instance.said(WARNING)
-    assert "a voltage outside voltageMin..voltageMax, 1 V to 95 V" in warning
+    assert "a voltage outside voltageMin..voltageMax, 1 to 95 V" in warning
     assert 20 < limited < 200
 
 

@@ -287,7 +287,7 @@ def test_beyond_the_range_the_initial_voltage_depends_on_its_end(models, start, 
     assert end in {v.name for v in unknown.dependencies}
     with Instance(models["inverse"]) as instance:
         instance.fmu.setupExperiment()
-        instance.assign({"initialDisplacement": start})
+        instance.assign({"initialDisplacement": start, "voltageMin": -2000.0, "voltageMax": 2000.0})
         instance.fmu.enterInitializationMode()
         before, value = instance.get("voltage"), instance.get(end)
         instance.assign({end: value + 1e-8})

@@ -60,10 +60,14 @@ def test_the_plant_follows_its_inverse_where_that_is_not_saturated(models, start
     result = track(
         models["inverse"].path, models["plant"].path, reference, {"initialDisplacement": start}
     )
+    within = (reference >= 0.0) & (reference <= RANGE)
     reached = result["saturated"] == 0
-    assert np.array_equal(reached, (reference >= 0.0) & (reference <= RANGE))
-    error = np.abs(result["displacement"] - np.clip(reference, 0.0, RANGE))
-    assert error.max() < 1e-9 * RANGE
+    assert within[reached].all()
+    # where it is not, the reference is beyond its range or the voltage at an end of its own
+    at_end = np.isin(result["voltage"], (0.0, 110.0))
+    assert (reached | at_end)[within].all()
+    error = np.abs(result["displacement"] - reference)
+    assert (error[reached] < 1e-9 * RANGE).all()
 
 
 @pytest.mark.parametrize("voltage", [122.3, 130.0, 150.0, 2000.0])

@@ -86,7 +86,9 @@ def test_the_reference_run_replays_in_fmpy_bit_for_bit(packaged, name, which):
     parameters, models = packaged[name]
     _, run = replay(models[which], parameters)
     if which == "inverse":
-        assert not run["saturated"].any()
+        cut = run["saturated"] != 0
+        assert cut.mean() < 0.2  # rest at 0 um may ask for less than 0 V
+        assert (run["voltage"][cut] == parameters["voltageMin"]).all()
 
 
 @pytest.mark.parametrize("effects", [*((e,) for e in EFFECTS), tuple(EFFECTS)], ids="+".join)
@@ -99,7 +101,7 @@ def test_the_reference_run_has_the_effects_of_its_set(effects, tmp_path):
     assert np.abs(run["measured"][1:] - measured[:-1]).max() > 1e-9
     given, run = replay(models["inverse"], parameters)
     voltage, _ = core.chain_inverse_run(alone, given["reference"])
-    if not {"delay", "nonlinearity", "hum"}.issuperset(effects):  # which the inverse does not see
+    if not {"delay", "hum"}.issuperset(effects):  # which the inverse does not see
         assert np.abs(run["voltage"][1:] - voltage[:-1]).max() > 1e-3
 
 

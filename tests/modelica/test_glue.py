@@ -338,6 +338,6 @@ def test_an_input_out_of_range_warns_once(host):
 
 def test_the_inverse_warns_of_a_reference_out_of_reach(host):
     answers = talk(host, new(0, "inverse", table_1()), *(tick(0, k, 17e-6) for k in range(5)), "free 0")
-    reach = [a for a in answers if "asks the core to leave displacementMin..displacementMax" in a]
+    reach = [a for a in answers if "is outside displacementMin..displacementMax" in a]
     assert len(reach) == 1
     assert outputs([a for a in answers if not a.startswith("warning")])[:, 2].all()

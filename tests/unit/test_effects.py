@@ -201,6 +201,22 @@ def test_casadi_derives_by_every_parameter_of_an_effect(effect):
         state = chain.step(p, state, *inputs)[0]
 
 
+def test_casadi_derives_the_rest_behind_a_static_curve():
+    chain = Chain(with_effects(("play", "creep", "nonlinearity"), 4))
+    p = chain.vector()
+    jacobian = chain.rest.jacobian()(p, 0).full()
+    ends = ["nonlinearity.minimum", "nonlinearity.maximum", "displacementZero", "initialDisplacement"]
+    history = ["initialRestOffset", "initialExcursion", "initialCreep"]
+    for name in [*ends, *history, "nonlinearity.quadratic", "nonlinearity.cubic", "play[1].weight"]:
+        place = chain.names.index(name)
+        step = np.zeros(len(p))
+        step[place] = 1e-4 * max(abs(p[place]), UM)
+        above, below = chain.rest(p + step).full(), chain.rest(p - step).full()
+        slope = (above - below)[:, 0] / (2 * step[place])
+        np.testing.assert_allclose(jacobian[:, place], slope, rtol=1e-5, atol=1e-6 * abs(slope).max())
+        assert slope.any() or name == "initialExcursion"
+
+
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_starts_lie_within_their_bounds_and_make_a_usable_set(effect):
     starts = EFFECTS[effect].starts(EXTENT)

@@ -422,8 +422,11 @@ def test_a_displacement_ahead_of_its_voltage_may_be_let_pass_with_a_note(save):
     assert "leads the voltage by about 5 samples, which no cause does" in record.notes[0]
 
 
-def test_a_reversed_sensor_is_noted(save):
-    record = read_record(save(with_column(2, -make_rows()[:, 2])))
+def test_a_reversed_sensor_is_noted_where_it_may_be_a_delay_of_half_a_cycle(save):
+    rows = make_rows()
+    phase = 2.0 * np.pi * 100.0 * rows[:, 0]
+    rows[:, 1:] = np.column_stack([50.0 - 50.0 * np.cos(phase), 7.5 * np.cos(phase - 0.3)])
+    record = read_record(save(to_text(rows)))
     assert "the sensor's sign?" in record.notes[0]
 
 
@@ -552,7 +555,6 @@ CORRECT = {
     "much noise": lambda: noisy(5e-6, 2),
     "overshoot": lambda: coarse_steps(0.7),
     "a bent curve": bent_curve,
-    "a reversed sensor": lambda: (rig(25.0)[0], -rig(25.0)[1]),
     "a regulator that tracks": lambda: regulated(1e-6 * (7 - 6 * np.cos(200 * RIG_TIME)), 1),
     "a regulator that holds": lambda: regulated(np.full(RIG_TIME.size, 7e-6), 2),
 }
@@ -563,6 +565,12 @@ def test_columns_in_order_are_never_called_exchanged(save_record, make):
     voltage, displacement = make()
     notes = read_record(save_record(voltage, displacement)).notes
     assert not any("leads" in note for note in notes)
+
+
+def test_a_reversed_sensor_is_called_that_and_not_exchanged(save_record):
+    voltage, displacement = rig(25.0)
+    with pytest.raises(InputError, match=r"falls by 14.* the sensor's sign is reversed"):
+        read_record(save_record(voltage, -displacement))
 
 
 @given(

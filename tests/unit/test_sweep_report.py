@@ -50,6 +50,8 @@ def make_table(path, vary, top=lambda high, _: 1e-7 * high, message=None, kept=0
             "top": top(*axes.values()),
             **traces,
             "status": ["ok"] * plan.cases,
+            "warned": [False] * plan.cases,
+            "out_of_range": [0] * plan.cases,
             "message": pl.Series([message] * plan.cases, dtype=pl.String),
         }
     )
@@ -206,10 +208,10 @@ def test_messages_are_whole_and_counted_one_by_one(tmp_path):
         f"plant (IT2Plant): fmi2DoStep to 0.0012 s: beyond 2.5e-05 m | {long}| plant (IT2Plant): again"
     )
     make_table(tmp_path / "r.parquet", [{**FREQUENCY, "count": 9}], lambda f: f, said)
-    report, failed = write_sweep_report(tmp_path / "r.parquet", tmp_path)
+    report, counts = write_sweep_report(tmp_path / "r.parquet", tmp_path)
     page = report.read_text(encoding="utf-8")
     cells = re.findall(r"<tr><td>(.*?)</td><td>(\d+)</td><td>(\d+)</td></tr>", page)
-    assert failed == 0
+    assert counts.failed == 0
     assert {text for text, *_ in cells if len(text) < 100} == {
         "plant (IT2Plant): fmi2DoStep to … s: beyond … m",
         "plant (IT2Plant): again",

@@ -152,6 +152,8 @@ class _Session:
         searched = searched_text(self._windows, self._whole)
         self._is_whole = not searched
         self._warnings = [searched] if searched else []
+        self._has_offset = False
+        check_deciding(self._traces("validation") or set_aside(self._searched())[1])
 
     def run(self, given: ParameterSet | None, rules: int, each: Callable) -> Diagnosis:
         """Run all phases."""
@@ -276,7 +278,6 @@ class _Session:
         parts = not deciding
         if parts:
             traces, deciding = set_aside(traces)
-        check_deciding(deciding)
         deciding = [within(t, self._extent.voltage) for t in deciding]
         return Bench(traces, deciding, self._scaling, self._extent, parts)
 

@@ -11,6 +11,7 @@ from it2hys.chain import EFFECTS
 from it2hys.diagnosis.result import Evidence
 from it2hys.diagnosis.selection import CLEAR_GAIN, LEVEL, Node, Search, Trial
 from it2hys.effects import Clues
+from it2hys.metrics import change_in_percent
 
 #: Share of the error on the training records that an effect plainly takes away.
 _PLAIN = 0.2
@@ -117,7 +118,7 @@ def _why(effect: str, trial: Trial, verdict: Verdict) -> str:
     c = trial.comparison
     fall = (
         f"changes the error on what decides from {1e6 * c.before:.4g} to {1e6 * c.after:.4g} µm "
-        f"({-100 * c.gain:+.1f} %, p = {c.p_value:.2g})"
+        f"({change_in_percent(-c.gain)} %, p = {c.p_value:.2g})"
     )
     if effect in verdict.named:
         return f"adding it {fall}"

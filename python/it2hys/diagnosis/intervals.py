@@ -55,6 +55,7 @@ def _of_effects(fit: ChainFit, covariance: np.ndarray) -> dict[str, tuple[float,
     result = {}
     for i, coordinate in enumerate(criterion.common, start=criterion.rule_size):
         half = NORMAL_95 * np.sqrt(covariance[i, i])
-        ends = (coordinate.value(point[i] - half), coordinate.value(point[i] + half))
+        with np.errstate(over="ignore"):  # of what the records hardly determine
+            ends = (coordinate.value(point[i] - half), coordinate.value(point[i] + half))
         result[coordinate.name] = tuple(float(e) for e in ends) if np.isfinite(half) else (np.nan,) * 2
     return result

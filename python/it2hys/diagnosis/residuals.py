@@ -12,6 +12,7 @@ from scipy import signal, stats
 from it2hys.effects import Clue, Clues
 from it2hys.effects._statistics import FEWEST, UM, coherence_with_voltage, rms, spectral_variance
 from it2hys.errors import InputError
+from it2hys.identification.noise import noise_floor
 from it2hys.identification.uncertainty import correlation_time
 from it2hys.metrics import noise_size, times_the_noise
 
@@ -179,7 +180,8 @@ def _numbers(clue: Clue, noise: float, sample_time: float) -> RecordNumbers:
     pole = short_pole(residual)
     # a line or bursts may have passed for noise in what was given; in differences a line that is fast
     own, given = _short_noise(residual, pole), max(noise, 0.0) * _colour_correction(pole)
-    corrected = max(min(own, given) if own * given > 0.0 else max(own, given), np.finfo(float).tiny)
+    floor = noise_floor(clue.displacement[clue.used])
+    corrected = max(min(own, given) if own * given > 0.0 else max(own, given), floor)
     rest = residual[1:] - pole * residual[:-1]
     p_steady, busiest = _steadiness(residual)
     frequency, power = signal.periodogram(residual, 1.0 / sample_time, "hann")
@@ -282,7 +284,7 @@ def _cross_correlation(clues: Clues, take: Callable[[Clue], np.ndarray]) -> tupl
     for clue in clues.records:
         x = take(clue) - np.mean(take(clue))
         z = np.where(clue.used, clue.residual - np.mean(clue.residual[clue.used]), 0.0)
-        unit = max(rms(x) * rms(z), np.finfo(float).tiny)
+        unit = max(rms(x) * rms(z), np.sqrt(np.finfo(float).tiny))
         size = 2 * len(x)
         cross = np.fft.irfft(np.fft.rfft(z, size) * np.conj(np.fft.rfft(x, size)), size)
         total += cross[lags] / unit

@@ -20,6 +20,7 @@ from it2hys.diagnosis.fitting import (
     with_slower_creep,
     without_effect,
 )
+from it2hys.variables import load_table
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"
@@ -172,14 +173,14 @@ class Search:
                 break
             grown.sort(key=lambda n: n.rms)
             if self.bench.leaves_noise(grown[0].fit):
-                grown = [n for n in grown if n.rms < BEAM_RATIO * grown[0].rms]
+                grown = [n for n in grown if n.rms <= BEAM_RATIO * grown[0].rms]
             grown[:BEAM] = self.each(partial(_sharpened, self.bench), grown[:BEAM])
             for node in grown:
                 self._keep(node)
             grown.sort(key=lambda n: n.rms)
             if self.bench.leaves_noise(grown[0].fit):
                 break
-            beam = [n for n in grown[:BEAM] if n.rms < BEAM_RATIO * grown[0].rms]
+            beam = [n for n in grown[:BEAM] if n.rms <= BEAM_RATIO * grown[0].rms]
         self._grow_waiting()
         return self.choose()
 
@@ -312,7 +313,8 @@ class Search:
 
     def _refined(self, node: Node) -> Node:
         """Return the model with more creep terms, slower ones, as long as they predict better."""
-        while "creep" in node.effects:
+        most = load_table().counts["creep"]["maximum"]
+        while "creep" in node.effects and node.fit.model.values["creepCount"] < most:
             slower = with_slower_creep(node.fit.model, self.bench.extent)
             if (better := _better(self.bench, node, slower)) is node:
                 break

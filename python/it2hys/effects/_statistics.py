@@ -122,7 +122,8 @@ class Ground:
         reduced = self._reduced(stacked)
         whole = np.linalg.norm(stacked * self._used[:, None], axis=0)
         left = np.linalg.norm(reduced, axis=0) > 1e-4 * whole
-        return reduced if np.all(left & (whole > 0.0)) else None
+        # what has faded so far that its square is nothing is not there
+        return reduced if np.all(left & (whole > np.sqrt(np.finfo(float).tiny))) else None
 
     def _explained(self, stacked: np.ndarray, positive: bool) -> float:
         """Return by how much columns lower the sum of squares; 0 where hardly any of them is left."""

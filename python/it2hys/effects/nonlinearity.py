@@ -119,6 +119,8 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
     heights = (2.0, 1.0, -1.0, -2.0)
     shapes = [(1e-4, 1e-4, 1e-4), *(tuple(h * c for c in wave) for wave in waves for h in heights)]
     strokes = np.concatenate([modelled(c)[c.used] for c in clues.records]) - clues.extent.zero
+    if np.ptp(strokes) == 0.0:  # of a model that stands still there is no curve
+        return []
     margin = _MARGIN * np.ptp(strokes)
     ends = {
         "nonlinearity.minimum": float(strokes.min() - margin),

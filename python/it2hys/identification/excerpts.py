@@ -43,6 +43,16 @@ def excerpt(series: Sequence[Series]) -> tuple[list[Series], np.ndarray]:
     return windows, np.array(records)
 
 
+def searched_text(samples: int) -> str:
+    """Return in words what a search sees of so many samples; empty if it sees all."""
+    if samples <= _WINDOWS * _WINDOW:
+        return ""
+    return (
+        f"Starts were sought on windows of {_WINDOW} samples, about {_WINDOWS * _WINDOW} of {samples}; "
+        "the final fits and all errors are those of the whole records."
+    )
+
+
 def _starts(series: Series, count: int) -> np.ndarray:
     """Return where so many windows begin, or fewer, spread over those that are mostly fitted."""
     fitted = series.weight > 0

@@ -105,6 +105,7 @@ def joined(blocks: Iterable[Block | None]) -> tuple[np.ndarray, np.ndarray] | No
     return np.vstack([j @ t for j, _, t in kept]), np.concatenate([r for _, r, _ in kept])
 
 
+@np.errstate(over="ignore")  # of steps on their way to infinity: they are refused
 def levenberg_marquardt(
     residual: Callable[[np.ndarray], np.ndarray | None],
     linearise: Callable[[np.ndarray], Linearisation | None],

@@ -17,6 +17,8 @@ _SEGMENT, _BANDS = 1024, 16
 #: Ratio of both estimates above which it is motion that the fourth differences see. For white noise it is
 #: 1; for noise of a pole of 0.6, which falls by 12 dB towards the highest frequencies, 1.3.
 _MOVES = 2.0
+#: Finest resolution of a sensor, as a share of the travel: 23 bits.
+_FINEST = 1e-7
 
 
 @dataclass(frozen=True)
@@ -56,20 +58,24 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
         that see only what is fast: from fourth differences, in which a smooth motion cancels, and from
         the quietest band of the upper half of the spectrum. Where the second is far below the first, the
         stage moves at those frequencies: the noise is at most that, and not known. Never below what
-        the step of the numbers makes.
+        the step of the numbers makes, or a ten-millionth of the travel.
     """
-    floor = quantisation(y if used is None else y[used])
+    floor = noise_floor(y if used is None else y[used])
     estimate = _estimate(x, y if used is None else np.where(used, y, np.nan))
     if estimate.rms > floor:
         return estimate
-    return NoiseEstimate(floor, "the step of its numbers (no noise shows)", estimate.certain)
+    return NoiseEstimate(floor, "the resolution of its numbers (no noise shows)", estimate.certain)
 
 
-def quantisation(y: np.ndarray) -> float:
-    """Return the deviation that the smallest step between values makes, at least that of rounding."""
+def noise_floor(y: np.ndarray) -> float:
+    """Return the least noise that a record can be said to have.
+
+    It is the deviation that the smallest step between its values makes, and no less than what the best
+    of sensors resolve.
+    """
     values = np.unique(y)
-    step = np.min(np.diff(values), initial=np.inf) if len(values) > 1 else 0.0
-    return float(max(step, np.finfo(float).eps * np.max(np.abs(values))) / np.sqrt(12.0))
+    step = float(np.min(np.diff(values))) if len(values) > 1 else 0.0
+    return max(step / np.sqrt(12.0), _FINEST * float(np.ptp(values)), np.finfo(float).tiny)
 
 
 def _estimate(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:

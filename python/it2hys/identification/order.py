@@ -24,14 +24,26 @@ def split(series: Sequence[Series]) -> tuple[list[Series], list[Series]]:
     """Return the series without the ends of their records, and with nothing but the ends.
 
     The set-aside part keeps the samples before it, with weight 0: the free run over them brings
-    the model into the state in which the part begins.
+    the model into the state in which the part begins. Of a record that moves only at its end the
+    beginning is set aside.
     """
     fitted, decisive = [], []
     for s in series:
-        cut = round(len(s.x) * (1.0 - _SET_ASIDE))
-        fitted.append(replace(s, x=s.x[:cut], y=s.y[:cut], weight=s.weight[:cut]))
-        decisive.append(replace(s, weight=np.where(np.arange(len(s.x)) < cut, 0.0, s.weight)))
+        at_end = np.arange(len(s.x)) >= round(len(s.x) * (1.0 - _SET_ASIDE))
+        aside = at_end if _moves(s, ~at_end) else at_end[::-1]
+        kept = slice(int(np.argmin(aside)), len(aside) - int(np.argmin(aside[::-1])))
+        state = s.state if kept.start == 0 else float(s.y[kept.start - 1])
+        part = {"x": s.x[kept], "y": s.y[kept], "weight": s.weight[kept], "state": state}
+        fitted.append(replace(s, **part))
+        decisive.append(replace(s, weight=np.where(aside, s.weight, 0.0)))
     return fitted, decisive
+
+
+def _moves(series: Series, part: np.ndarray) -> bool:
+    """Return whether a part of a record shows at least half of what the voltage does in all of it."""
+    used = series.weight > 0
+    seen = part & used
+    return bool(np.any(seen)) and np.ptp(series.x[seen]) >= 0.5 * np.ptp(series.x[used])
 
 
 def choose_rule_count(

@@ -138,11 +138,23 @@ def check_sample_times(records: Sequence[Record]) -> float:
 
 
 def data_scaling(prepared: Sequence[Prepared]) -> Scaling:
-    """Return the scaling by the range of the used samples."""
-    return Scaling.of_data(
-        np.concatenate([p.record.displacement[p.used] for p in prepared]),
-        np.concatenate([p.record.voltage[p.used] for p in prepared]),
-    )
+    """Return the scaling by the range of the used samples.
+
+    Raises
+    ------
+    InputError
+        If the voltage or the displacement is the same in all of them.
+    """
+    displacement = np.concatenate([p.record.displacement[p.used] for p in prepared])
+    voltage = np.concatenate([p.record.voltage[p.used] for p in prepared])
+    for quantity, values in (("displacement", displacement), ("voltage", voltage)):
+        if np.ptp(values) == 0.0:
+            names = ", ".join(f"'{p.record.name}'" for p in prepared)
+            raise InputError(
+                f"record(s) {names}: the {quantity} is {values[0]:g} in all samples that can be "
+                "trusted and belong to no start-up; give a record that goes on to move"
+            )
+    return Scaling.of_data(displacement, voltage)
 
 
 def to_series(prepared: Prepared, scaling: Scaling, weight: float = 1.0) -> Series:

@@ -98,7 +98,8 @@ def assess(criterion: FreeRun, point: np.ndarray, scaling: Scaling) -> Uncertain
     weak = np.zeros((np.count_nonzero(spread > 1.0), len(point)))
     weak[:, free] = directions[spread > 1.0]
     groups = _groups(weak[:, : criterion.rule_size], undetermined)
-    return Uncertainty(intervals, float(singular[0] / singular[-1]), undetermined, groups)
+    condition = float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
+    return Uncertainty(intervals, condition, undetermined, groups)
 
 
 def _plausible_units(criterion: FreeRun, point: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ LARGEST_VOLTAGE = 2e3
 SMALLEST_STROKE = 1e-9
 LARGEST_STROKE = 3e-3
 TYPICAL_STROKES = (0.1e-6, 1e-3)
+FARTHEST = 0.09
 
 
 def check_ranges(table: Table) -> None:
@@ -31,6 +32,13 @@ def check_ranges(table: Table) -> None:
     largest = abs(voltage[row])
     if largest > LARGEST_VOLTAGE:
         raise table.fault(_wrong_unit(table, "voltage", f"{largest:.4g} V"), row)
+    row = int(np.argmax(np.abs(displacement)))
+    if abs(displacement[row]) > FARTHEST:
+        raise table.fault(
+            f"column '{table.columns['displacement'].name}' has {1e6 * displacement[row]:.4g} um, and "
+            f"FMUs take no more than {1e6 * FARTHEST:g} um on either side of zero: subtract a constant",
+            row,
+        )
     stroke = np.ptp(displacement)
     if not SMALLEST_STROKE <= stroke <= LARGEST_STROKE:
         raise table.fault(_wrong_unit(table, "displacement", f"a range of {1e6 * stroke:.4g} um"))

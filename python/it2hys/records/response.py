@@ -42,6 +42,8 @@ _PLAIN = 0.5
 _CHANCE = 1e-3
 #: A displacement that follows from its own past to this share is no noise, whatever it is.
 _REGULAR = 1e-4
+#: Share of the displacement that is no more than rounding.
+_ROUNDING = 1e-9
 #: Past displacements and voltages, in samples, from which the next displacement is predicted.
 _OWN_PAST, _PAST = 6, (0, 1, 2, 4, 8, 16, 32)
 
@@ -55,6 +57,8 @@ _FALLS, _NOT_RISES = 0.15, 0.5
 #: Fewest samples in a cycle, and largest lead as a share of it, of a reversed sensor: at the end of its
 #: band dead time and inertia delay a stage by half a cycle, and above a resonance by a little less.
 _FEWEST_SAMPLES, _LEAD = 50, 0.03
+#: Fewest samples that can be trusted of which anything is said.
+_FEWEST_TRUSTED = 20
 
 
 def check_response(record: Record) -> None:
@@ -71,6 +75,8 @@ def check_response(record: Record) -> None:
         with it. Records of which that is not certain pass.
     """
     trusted = ~record.outliers
+    if np.count_nonzero(trusted) < _FEWEST_TRUSTED:
+        return
     if np.ptp(record.voltage[trusted]) == 0.0 or np.ptp(record.displacement[trusted]) == 0.0:
         return
     seen = _Seen.of(record)
@@ -184,6 +190,8 @@ def _by_loops(seen: _Seen, disturbances: np.ndarray) -> tuple[float, float]:
     branches = (level[:, None] == np.arange(_LEVELS)).astype(float)
     known = _basis(disturbances)
     rest = seen.displacement - known @ (known.T @ seen.displacement)
+    if np.linalg.norm(rest) < _ROUNDING * np.linalg.norm(seen.displacement):
+        return 0.0, 1.0
     scaled = (voltage - voltage.mean()) / voltage.std()
     late = [_lagged(x, _best_lag(rest, x)) for x in (scaled, scaled**2)]
     every = _basis(np.column_stack([known, scaled, branches, *late]))
@@ -205,7 +213,11 @@ def _by_prediction(seen: _Seen) -> float:
     known = _basis(np.column_stack([seen.disturbances(1), *own])[rows])
     target = seen.displacement[rows]
     surprise = target - known @ (known.T @ target)
-    if surprise @ surprise < _REGULAR**2 * np.sum((target - target.mean()) ** 2):
+    drift = _basis(seen.disturbances(1)[rows])
+    rest = target - drift @ (drift.T @ target)
+    if np.linalg.norm(rest) < _ROUNDING * np.linalg.norm(target):
+        return 1.0
+    if np.linalg.norm(surprise) < _REGULAR * np.linalg.norm(rest):
         return 0.0
     best = _best_lag(surprise, scaled[rows])
     lags = [k for k in sorted({*_PAST, best, best + 1}) if k < count // 4]

@@ -13,7 +13,10 @@ algorithm
 y = Functions.Effects.<strong>creep</strong>(c, s, x);
 </pre>
 <h4>Description</h4>
-<p>y<sub>k</sub> = x<sub>k</sub> + &#931;<sub>i</sub> c<sub>i</sub> s<sub>i,k</sub>.</p>
+<p>
+y<sub>k</sub> = x<sub>k</sub> + &#931;<sub>i</sub> c<sub>i</sub> s<sub>i,k</sub>. Displacements and states are counted from the
+sensor's zero, <code>displacementZero</code>.
+</p>
 </html>", revisions="<html>
 <ul>
 <li><em>Version 0.1.0:</em> first version.</li>

@@ -104,7 +104,7 @@ bool nonlinearity_check(const struct nonlinearity_parameters *parameters, char *
         const double z = 2.0 * i / GRID - 1.0;
         if (!(slope(&stage, z) > 0.0))
             return refuse(message, size, "nonlinearity.quadratic, cubic and quartic make a curve that "
-                          "falls at a displacement of %g; it must rise from nonlinearity.minimum "
+                          "falls %g m above displacementZero; it must rise from nonlinearity.minimum "
                           "to nonlinearity.maximum", stage.centre + z * stage.half_range);
     }
     return true;
