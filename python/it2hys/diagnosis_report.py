@@ -226,10 +226,10 @@ def error_table(diagnosis: Diagnosis, lines: Sequence[Errors]) -> Table:
             "noise µm", "offset removed µm", "lead-in s",
         ],
         rows,
-        "Errors (24) and (25) of the free run before and after, behind the lead-in: the first part of a "
-        "record, on which the start of its run is fitted and nothing else. Line: one straight line fitted "
-        "to the training records. Cold start: e_rms of the plant FMU as packaged, told nothing but the "
-        "first displacement.",
+        "Errors (24) and (25) of the free run before and after, behind the lead-in: the first part of "
+        "a record, on which the start of its run is fitted and nothing else. Line: one straight line "
+        "fitted to the training records. Cold start: e_rms of the plant FMU as packaged, told nothing "
+        "but the first displacement.",
     )  # fmt: skip
 
 
@@ -253,9 +253,9 @@ def inverse_table(diagnosis: Diagnosis) -> Table:
             "delay ms", "band Hz", "clamped %",
         ],
         rows,
-        "The inverse, fed with the displacement that was measured (up to the band, the highest frequency "
-        "at which it stands out of the noise), against the voltage that was applied, later by the "
-        "model's delay. It says on measured data how well feedforward will track.",
+        "The inverse, fed with the displacement that was measured (up to the band, the highest "
+        "frequency at which it stands out of the noise), against the voltage that was applied, later "
+        "by the model's delay. It says on measured data how well feedforward will track.",
     )  # fmt: skip
 
 
@@ -347,8 +347,8 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
         start = ", ".join(f"{n} = {v:.6g}" for n, v in after.start.items())
         text = [f"The plant FMU gives this run with {start} (SI units)."]
         text.append(
-            f"They were fitted on the lead-in, the first {after.lead_in:.3g} s, and the errors are those "
-            "behind it."
+            f"They were fitted on the lead-in, the first {after.lead_in:.3g} s, and the errors are "
+            "those behind it."
         )
         beyond = out_of_range_sentence(
             diagnosis.parameters, after.out_of_range, record.voltage, after.y - after.offset

@@ -13,8 +13,8 @@ from it2hys import core
 from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import ChainCriterion, Model, Trace, minimise
-from it2hys.diagnosis.inverse import References
 from it2hys.diagnosis.fitting import fitted_coordinates, off_values, with_effect, without_effect
+from it2hys.diagnosis.inverse import References
 from it2hys.effects import Extent, nonlinearity
 from it2hys.identification.scaling import Scaling
 from it2hys.parameters import table_1

@@ -40,8 +40,8 @@ STIFF, SOFT = 2000.0, 200.0
 LEAST_SLOPE = 0.1
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3
-#: What a start costs, in samples that are off by the noise, at a distance of one unit from its guess: it
-#: is the guess where a lead-in does not tell.
+#: What a start costs, in samples that are off by the noise, at a distance of one unit from its guess:
+#: it is the guess where a lead-in does not tell.
 START_PRIOR = 0.1
 
 

@@ -29,7 +29,6 @@ from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.preparation import (
-    Prepared,
     check_rule_count,
     check_sample_times,
     data_scaling,
@@ -477,7 +476,7 @@ def _zero_of(parameters: ParameterSet) -> float:
 
 
 def _at_rest(parameters: ParameterSet) -> ParameterSet:
-    """Return the set that begins where the stage rests for long at zero voltage, or as near as it goes."""
+    """Return the set that begins at long rest at zero voltage, or as near to it as the range goes."""
     wanted = float(np.clip(0.0, *parameters.voltage_range))
 
     def excess(displacement: float) -> float:

@@ -57,8 +57,8 @@ _TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
 UNLIMITED = {
     "displacementMin": -np.inf, "displacementMax": np.inf, "voltageMin": -np.inf, "voltageMax": np.inf,
 }  # fmt: skip
-#: Lengths of a lead-in that are tried, as shares of a record, and the shortest in samples; what the start
-#: may leave uncertain behind it, as a share of the noise.
+#: Lengths of a lead-in that are tried, as shares of a record, and the shortest in samples; what the
+#: start may leave uncertain behind it, as a share of the noise.
 _LEADS, _SHORTEST_LEAD, _START_ERROR = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2), 20, 0.2
 #: Histories from which what belongs to a record is fitted.
 _HISTORIES = 3
@@ -266,8 +266,8 @@ class Bench:
     def finish(self, model: Model, iterations: int) -> ChainFit:
         """Fit everything jointly to the end, on two ways of which the better one counts.
 
-        The penalties for a poor core bar the way where the core is poor for a while on it: one fit is held
-        by them from the beginning, one only once it has arrived without them.
+        The penalties for a poor core bar the way where the core is poor for a while on it: one fit is
+        held by them from the beginning, one only once it has arrived without them.
         """
         free = minimise(self.criterion(model), iterations)
         starts = [model, *([free.model] if np.isfinite(free.minimum.cost) else [])]
@@ -449,8 +449,8 @@ class Bench:
         """Return a record with a lead-in that is as long as the model's start needs.
 
         The errors of a start that was fitted on the lead-in, propagated to the samples behind it by the
-        exact sensitivities, are then no more than a small part of the noise. What the model misses counts
-        as noise too, and as much as its correlation in time makes of it.
+        exact sensitivities, are then no more than a small part of the noise. What the model misses
+        counts as noise too, and as much as its correlation in time makes of it.
         """
         fitted = self._fit_own_to_one(model, trace)
         criterion = self._of_start(fitted, replace(trace, weight=1.0 * (trace.weight > 0.0)))
@@ -473,8 +473,9 @@ class Bench:
         return replace(trace, lead=lead, judged=judged)
 
     def _missed(self, model: Model) -> tuple[float, float]:
-        """Return what a model misses of the training records, m^2, and its correlation time in samples."""
-        residuals = [(clue.residual - np.mean(clue.residual[clue.used])) for clue in self.clues(model).records]
+        """Return what a model misses of the training records, m^2, and its correlation time."""
+        records = self.clues(model).records
+        residuals = [clue.residual - np.mean(clue.residual[clue.used]) for clue in records]
         power = [np.mean(r[t.weight > 0.0] ** 2) for r, t in zip(residuals, self.traces, strict=True)]
         missed = np.mean(power) - np.mean([t.noise**2 for t in self.traces])
         return max(float(missed), 0.0), float(np.mean([correlation_time(r) for r in residuals]))

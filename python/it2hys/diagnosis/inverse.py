@@ -1,9 +1,9 @@
-"""The inverse on measured data: fed with the displacement that was measured, what voltage does it ask for?
+"""The inverse on measured data: which voltage it asks for when fed with the measured displacement.
 
 The voltage that was applied is the answer. Without the rig, their difference says how well feedforward
 will track. Two references are made of a record: its *band*, up to the highest frequency at which the
-displacement stands out of the noise, which is what a user's reference may contain; and a *wide* one, which
-holds more noise and tells inverses that differentiate from those that only wait.
+displacement stands out of the noise, which is what a user's reference may contain; and a *wide* one,
+which holds more noise and tells inverses that differentiate from those that only wait.
 """
 
 from __future__ import annotations
@@ -128,7 +128,8 @@ def ask_inverse(
     drive : Drive
         Of the record.
     displacement : ndarray, shape (N,)
-        As measured, without the record's constant, m. What the model says is picked up (`hum`) is taken off.
+        As measured, without the record's constant, m. What the model says is picked up (`hum`) is
+        taken off.
     """
     free, measured = core.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
     return core.chain_inverse_run(
@@ -147,8 +148,8 @@ def inverse_error(values: Mapping, drive: Drive, displacement: np.ndarray) -> np
 def noise_of_inverse(values: Mapping, drive: Drive, references: References) -> np.ndarray:
     """Return what noise in a reference makes of the inverse's voltage, V, shape (N,).
 
-    The inverse is fed with the model's own run, and with that and white noise of the record's size, in the
-    band of its reference.
+    The inverse is fed with the model's own run, and with that and white noise of the record's size, in
+    the band of its reference.
     """
     free, _ = core.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
     noise = references.noise * np.random.default_rng(0).standard_normal(len(free))

@@ -31,11 +31,12 @@ LEAST_GAIN = 0.05
 #: ... which has to be more than this, in the effect's own way, or else more than the other share of
 #: what exceeds the noise.
 CLEAR_GAIN, LEAST_SHARE = 0.1, 0.25
-#: Share by which the inverse's error, in the band of the records, may rise: what raises it more explains
-#: nothing.
+#: Share by which the inverse's error, in the band of the records, may rise: what raises it more
+#: explains nothing.
 _SPOILS = 0.1
-#: Share by which the free run may get worse where the inverse gets better, and by how much that has to: of
-#: a delay and a quick core beside a slow core, which wait alike, one inverse waits and one differentiates.
+#: Share by which the free run may get worse where the inverse gets better, and by how much that has to:
+#: of a delay and a quick core beside a slow core, which wait alike, one inverse waits and one
+#: differentiates.
 _EQUAL, INVERSE_GAIN = 0.03, 0.25
 #: The effect that waits as a slow core does.
 WAITING = "delay"
@@ -118,7 +119,8 @@ class Trial:
         What had been added before.
     addition : str
     comparison, band, wide : Comparison
-        Of the errors on the records that decide: of the free run, and of the inverse with either reference.
+        Of the errors on the records that decide: of the free run, and of the inverse with either
+        reference.
     accepted : bool
         Whether it is better by more than chance and by enough.
     sampling : bool
@@ -185,7 +187,7 @@ class Search:
         return self.choose()
 
     def _grow_waiting(self) -> None:
-        """Try a delay beside what was found: where the free run is as good, its inverse may still be better."""
+        """Try a delay beside what was found: the free run may be as good, and the inverse better."""
         best = min(self.nodes.values(), key=lambda n: n.rms)
         for node in self._grow(best, True, (WAITING,)):
             self._keep(node)
@@ -268,8 +270,8 @@ class Search:
     def improves(self, gains: Gains, tried: int) -> bool:
         """Return whether a pair of model and inverse is better by more than chance.
 
-        The free run gets better and does not spoil the inverse, or the inverse gets better by far and the
-        free run not worse.
+        The free run gets better and does not spoil the inverse, or the inverse gets better by far and
+        the free run not worse.
         """
         better = self.is_better(gains.free, tried) and not is_worse(gains.band, _SPOILS)
         return better or (self._waits(gains) and gains.wide.p_value * tried <= LEVEL)

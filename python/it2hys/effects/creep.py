@@ -15,8 +15,8 @@ MAX_COUNT = 16
 COUNT = 3
 #: Samples that a time constant has at least: what is faster is no creep but dynamics.
 FASTEST = 20.0
-#: Largest gain of one term. Stacks creep by 1 to 2 % of a step per decade of time (as their makers state),
-#: up to 5 % without preload; a term of a time constant of its own takes up some two decades.
+#: Largest gain of one term. Stacks creep by 1 to 2 % of a step per decade of time (as their makers
+#: state), up to 5 % without preload; a term of a time constant of its own takes up some two decades.
 LARGEST_GAIN = 0.1
 
 #: What the effect is, in plain words.

@@ -14,8 +14,8 @@ _DIFFERENCE_GAIN = np.sqrt(70.0)
 _MAD_TO_DEVIATION = 1.4826
 #: Segment of the spectrum, in samples, and the bands of its upper half.
 _SEGMENT, _BANDS = 1024, 16
-#: Ratio of both estimates above which it is motion that the fourth differences see. For white noise it is
-#: 1; for noise of a pole of 0.6, which falls by 12 dB towards the highest frequencies, 1.3.
+#: Ratio of both estimates above which it is motion that the fourth differences see. For white noise it
+#: is 1; for noise of a pole of 0.6, which falls by 12 dB towards the highest frequencies, 1.3.
 _MOVES = 2.0
 #: Finest resolution of a sensor, as a share of the travel: 23 bits.
 _FINEST = 1e-7
@@ -56,8 +56,8 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
     NoiseEstimate
         From the differences of repeated periods where the drive is periodic. Otherwise the least of two
         that see only what is fast: from fourth differences, in which a smooth motion cancels, and from
-        the quietest band of the upper half of the spectrum. Where the second is far below the first, the
-        stage moves at those frequencies: the noise is at most that, and not known. Never below what
+        the quietest band of the upper half of the spectrum. Where the second is far below the first,
+        the stage moves at those frequencies: the noise is at most that, and not known. Never below what
         the step of the numbers makes, or a ten-millionth of the travel.
     """
     floor = noise_floor(y if used is None else y[used])
@@ -93,7 +93,7 @@ def _estimate(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:
         return NoiseEstimate(fast, "fourth differences (fast noise only)")
     return NoiseEstimate(
         quiet,
-        "the quietest band of the spectrum; the stage moves at all others, so that the noise is not known",
+        "the quietest band of the spectrum; the stage moves at all others: the noise is not known",
         certain=False,
     )
 
@@ -105,7 +105,7 @@ def _straight(y: np.ndarray) -> np.ndarray:
 
 
 def _quietest_band(y: np.ndarray) -> float:
-    """Return the noise, were it as strong at all frequencies as in the quietest band of the upper half."""
+    """Return the noise, were it everywhere as strong as in the quietest band of the upper half."""
     length = min(_SEGMENT, len(y))
     _, density = signal.welch(y, nperseg=length)
     upper = density[len(density) // 2 : -1]

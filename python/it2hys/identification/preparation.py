@@ -18,8 +18,8 @@ from it2hys.variables import load_table
 
 #: Least share of a record's samples that can be trusted.
 _TRUSTED = 0.5
-#: Samples that a record which begins in motion is given to fall in, at most and as a share of it; and the
-#: first change of the voltage, as a share of its range, from which on it does.
+#: Samples that a record which begins in motion is given to fall in, at most and as a share of it; and
+#: the first change of the voltage, as a share of its range, from which on it does.
 _FALLING_IN, _FALLING_IN_SHARE, _AT_REST = 100, 0.05, 1e-3
 #: Fewest samples for every parameter of the model.
 SAMPLES_PER_PARAMETER = 5
@@ -74,7 +74,7 @@ def prepare(record: Record, options: Options) -> Prepared:
 
 
 def _falling_in(voltage: np.ndarray) -> int:
-    """Return how many samples are left out at first: a model begins at rest, the record may not have."""
+    """Return how many samples are left out at first: a model begins at rest, a record need not."""
     in_motion = abs(voltage[1] - voltage[0]) > _AT_REST * np.ptp(voltage)
     return min(_FALLING_IN, int(_FALLING_IN_SHARE * len(voltage))) if in_motion else 0
 
