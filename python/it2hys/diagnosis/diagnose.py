@@ -65,11 +65,11 @@ def diagnose(
     test: Sequence[Record] = (),
     model: ParameterSet | None = None,
     declared: Sequence[str] = (),
-    excluded: Sequence[str] = (),
     rules: int = RULES,
     options: Options | None = None,
     progress: Progress | None = None,
     workers: int = 1,
+    excluded: Sequence[str] = (),
 ) -> Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -86,8 +86,6 @@ def diagnose(
         The model to start from; by default the paper's, identified on the training records.
     declared : sequence of str
         Effects that are in the model from the start.
-    excluded : sequence of str
-        Effects that are not tried.
     rules : int
         Number of rules of the model that is identified.
     options : Options, optional
@@ -95,6 +93,8 @@ def diagnose(
         Called with the share done, 0 to 1, and what is being done.
     workers : int
         Processes that share the fits. The result does not depend on it.
+    excluded : sequence of str
+        Effects that are not tried.
 
     Returns
     -------
