@@ -39,7 +39,8 @@ def _library() -> ctypes.CDLL:
     try:
         library = ctypes.CDLL(str(path))
     except OSError as error:
-        raise ImportError(f"the C core is not built ({error}); run `make install` or `pip install .`") from None
+        mend = "run `make install` or `pip install .`"
+        raise ImportError(f"the C core is not built ({error}); {mend}") from None
     library.it2core_free_run.restype = ctypes.c_size_t
     library.it2core_free_run.argtypes = [
         _DOUBLES, ctypes.c_int, _DOUBLES, ctypes.c_size_t, ctypes.c_double, _DOUBLES, ctypes.c_void_p,
