@@ -12,8 +12,8 @@ from it2hys.identification.preparation import Prepared
 #: Training samples that a search works on: a fit takes as much time as it has samples, and a search
 #: makes hundreds of them.
 _SEARCHED = 60_000
-#: Windows, in all records together.
-_WINDOWS = 8
+#: Windows, in all records together, and their least length.
+_WINDOWS, _SHORTEST = 8, 1000
 #: Share of a window by which the place that it is to show may be behind its beginning.
 _BEFORE = 0.8
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
@@ -62,7 +62,7 @@ def windows_of(prepared: Sequence[Prepared]) -> list[Window]:
     for i, p in enumerate(prepared):
         share = len(p.record) / total
         count = max(1, round(_WINDOWS * share))
-        length = int(_SEARCHED * share / count)
+        length = min(len(p.record), max(_SHORTEST, int(_SEARCHED * share / count)))
         windows += [Window(i, first, _part(p, first, length)) for first in _firsts(p, count, length)]
     return windows
 
