@@ -68,7 +68,7 @@ def windows_of(prepared: Sequence[Prepared]) -> list[Window]:
 
 
 def _firsts(prepared: Prepared, count: int, length: int) -> list[int]:
-    """Return where windows begin, spread over time and over the travel of the voltage by halves.
+    """Return where windows begin, spread in turn over the travel of the voltage and over time.
 
     Steps that are far apart in time are found by the travel, holds by the time. The first window begins
     where the record does, of whose start the most is known.
@@ -76,8 +76,9 @@ def _firsts(prepared: Prepared, count: int, length: int) -> list[int]:
     begin, last = prepared.skip, len(prepared.record) - length
     voltage = prepared.record.voltage[begin:]
     travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(voltage)))])
-    progress = np.linspace(0.0, 1.0, len(voltage)) + travel / max(travel[-1], np.finfo(float).tiny)
-    shown = begin + np.searchsorted(progress, 2.0 * (np.arange(count) + 0.5) / count)
+    share = (np.arange(count) + 0.5) / count
+    shown = begin + (share * len(voltage)).astype(int)
+    shown[::2] = begin + np.searchsorted(travel, share[::2] * travel[-1])
     # what is shown stands at another place in each: parts of windows are kept from fits
     ahead = _BEFORE * (_GOLDEN * np.arange(count) % 1.0) * length
     firsts = [begin]
