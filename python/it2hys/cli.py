@@ -246,7 +246,7 @@ def _package(options: argparse.Namespace) -> int:
 
 
 def _identify(options: argparse.Namespace) -> int:
-    from it2hys.identification import Options, identify
+    from it2hys.identification import Options, check_rule_count, identify
     from it2hys.identification_report import (
         error_table,
         inversion,
@@ -256,11 +256,11 @@ def _identify(options: argparse.Namespace) -> int:
     from it2hys.progress import progress_bar
     from it2hys.verdict import straight_line_errors
 
+    check_rule_count(options.rules)
+    settings = Options(seed=options.seed)
     train, validate, test = _read_records(options)
     with progress_bar(quiet=options.quiet or options.json) as progress:
-        identification = identify(
-            train, validate, test, options.rules, Options(seed=options.seed), progress
-        )
+        identification = identify(train, validate, test, options.rules, settings, progress)
     records = [*train, *validate, *test]
     report = write_identification(identification, records, options.output)
     if options.json:
@@ -288,12 +288,14 @@ def _diagnose(options: argparse.Namespace) -> int:
         evidence_overview,
         write_diagnosis,
     )
-    from it2hys.identification import Options
+    from it2hys.identification import Options, check_rule_count
     from it2hys.identification_report import inversion
     from it2hys.parameters import read_ssv
     from it2hys.progress import progress_bar
     from it2hys.verdict import straight_line_errors
 
+    check_rule_count(options.rules)
+    settings = Options(seed=options.seed)
     model = None if options.model is None else read_ssv(options.model)
     train, validate, test = _read_records(options)
     with progress_bar(quiet=options.quiet or options.json) as progress:
@@ -305,7 +307,7 @@ def _diagnose(options: argparse.Namespace) -> int:
             declared=_effects(options.declared),
             excluded=_effects(options.exclude),
             rules=RULES if options.rules is None else options.rules,
-            options=Options(seed=options.seed),
+            options=settings,
             progress=progress,
             workers=options.workers,
         )

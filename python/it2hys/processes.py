@@ -30,6 +30,21 @@ def without_threads() -> None:
         os.environ.setdefault(name, "1")
 
 
+class _Process(multiprocessing.context.SpawnProcess):
+    """A process whose libraries have one thread each.
+
+    The values are inherited: a script that is run anew in it may load the libraries before `_begin`.
+    """
+
+    def start(self) -> None:
+        with _environment(dict.fromkeys(_THREADS, "1")):
+            super().start()
+
+
+class _Context(multiprocessing.context.SpawnContext):
+    Process = _Process
+
+
 def make_pool(
     count: int, begin: Callable | None = None, scratch: str | None = None
 ) -> ProcessPoolExecutor:
@@ -45,12 +60,7 @@ def make_pool(
     scratch : str, optional
         Directory for their temporary files, made for them alone: it goes with them.
     """
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(count, context, _begin, (begin, scratch))
-    # a script that is run anew in each of them may load the libraries before they get to `_begin`
-    with _environment(dict.fromkeys(_THREADS, "1")):
-        pool.submit(os.getpid)  # starts all of them
-    return pool
+    return ProcessPoolExecutor(count, _Context(), _begin, (begin, scratch))
 
 
 @contextmanager

@@ -36,6 +36,7 @@ class Environment:
     def __init__(self, folder):
         venv.create(folder, with_pip=True)
         self.folder = folder
+        (folder / "tmp").mkdir()
         self.pip("install", "--upgrade", "pip")
 
     def run(self, *command, cwd=None, path=None):
@@ -43,6 +44,7 @@ class Environment:
         variables = {
             n: v for n, v in os.environ.items() if n not in ("CC", "PYTHONPATH", "VIRTUAL_ENV")
         }
+        variables["TMPDIR"] = str(self.folder / "tmp")  # where pip makes its isolated environments
         variables["PATH"] = os.environ["PATH"] if path is None else str(path)
         program, *arguments = map(str, command)
         done = subprocess.run(
@@ -60,10 +62,17 @@ class Environment:
         return self.run("python", "-m", "pip", *arguments, **options)
 
 
+def place():
+    """Return where to work: in memory, if there is room for the tens of thousands of small files."""
+    memory = Path("/dev/shm")
+    roomy = memory.is_dir() and shutil.disk_usage(memory).free > 4 * 2**30
+    return memory if roomy else Path(tempfile.gettempdir())
+
+
 @pytest.fixture(scope="module")
 def folder():
     """Return a folder with a space and an umlaut in its path, which does not stay: it is large."""
-    with tempfile.TemporaryDirectory(prefix="Prüf Stand ") as path:
+    with tempfile.TemporaryDirectory(prefix="Prüf Stand ", dir=place()) as path:
         yield Path(path)
 
 

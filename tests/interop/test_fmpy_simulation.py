@@ -1,5 +1,6 @@
 """FMPy's own simulate_fmu on our FMUs, and how a run ends that cannot go on."""
 
+import ctypes
 from pathlib import Path
 
 import fmpy
@@ -19,11 +20,27 @@ from conftest import (
     ticks,
 )
 from fmpy import fmi2
+from fmpy.fmi1 import printLogMessage
+from fmpy.logging import addLoggerProxy
 
 from it2hys.excitations import identification, tracking_reference
 from it2hys.parameters import ParameterSet, table_1
 
 OK, WARNING, DISCARD, ERROR = fmi2.fmi2OK, fmi2.fmi2Warning, fmi2.fmi2Discard, fmi2.fmi2Error
+DEFAULT_LOGGER = fmi2.fmi2CallbackLoggerTYPE(printLogMessage)
+
+
+@pytest.fixture(autouse=True)
+def _fmpys_default_logger():
+    """Give FMPy its default logger back.
+
+    Its default callbacks call the logger that a run was given last, even when that is gone, and crash:
+    in the next test that lets an FMU warn.
+    """
+    yield
+    callbacks = fmi2.fmi2CallbackFunctions()
+    callbacks.logger = DEFAULT_LOGGER
+    addLoggerProxy(ctypes.byref(callbacks))
 
 
 def structured(**columns: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from it2hys.identification.estimators import METHODS, CostCallback, cost, gradie
 from it2hys.identification.excerpts import excerpt
 from it2hys.identification.levenberg_marquardt import Linearisation, levenberg_marquardt
 from it2hys.identification.noise import estimate_noise, find_period
+from it2hys.identification.order import split
 from it2hys.identification.preparation import prepare
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.uncertainty import assess, correlation_time
@@ -557,3 +558,66 @@ def test_an_excerpt_of_long_records_is_short_and_holds_every_record():
     np.testing.assert_array_equal(last.y, series[0].y[-1000:])
     assert last.state == series[0].y[-1001]
     assert excerpt(series[1:2])[0] == series[1:2]
+
+
+@pytest.mark.parametrize("count", [12_000, 15_001, 18_000, 45_000, 150_000, 300_000, 1_000_000])
+@pytest.mark.parametrize("lead", [0, 2_000])
+def test_no_window_falls_into_what_is_set_aside(count, lead):
+    weight = np.ones(count)
+    weight[np.isin(np.arange(count) * 10 // count, (2, 5, 8))] = 0.0
+    weight[:lead] = 0.0
+    windows, _ = excerpt([Series(np.arange(float(count)), np.zeros(count), weight, 0.0)])
+    assert len(windows) >= 6
+    assert all(np.count_nonzero(w.weight) >= 500 for w in windows)
+    assert windows[0].x[0] >= lead
+    assert windows[-1].x[-1] > 0.8 * count
+
+
+def test_an_excerpt_of_what_is_hardly_fitted_shows_that():
+    weight = np.zeros(20_000)
+    weight[12_000:12_100] = 1.0
+    windows, _ = excerpt([Series(np.zeros(20_000), np.zeros(20_000), weight, 0.0)])
+    assert all(np.count_nonzero(w.weight) == 100 for w in windows)
+
+
+def test_what_is_set_aside_leaves_a_part_that_moves():
+    late = np.where(np.arange(1000) < 800, 0.0, np.sin(np.arange(1000)))
+    for x, fitted_begin in ((np.sin(np.arange(1000)), 0), (late, 300)):
+        series = Series(x, x.copy(), np.ones(1000), x[0])
+        fitted, decisive = split([series])
+        np.testing.assert_array_equal(fitted[0].x, x[fitted_begin : fitted_begin + 700])
+        assert np.count_nonzero(decisive[0].weight) == 300
+        assert fitted[0].state == x[max(fitted_begin - 1, 0)]
+        assert not np.any(decisive[0].weight[fitted_begin : fitted_begin + 700])
+
+
+def test_a_single_step_is_no_start_up():
+    x = np.where(np.arange(1000) < 200, 0.0, 1.0)
+    assert transient_length(x, x + 0.2 * (np.arange(1000) < 5)) == 0
+
+
+def test_a_record_that_cannot_move_where_it_is_trusted_is_refused():
+    time, outliers = np.arange(100) * 1e-4, np.arange(100) < 40
+    x = np.where(outliers, np.arange(100) % 7, 0.0)
+    flat = Record("flat", time, x, 1e-6 * np.arange(100.0), 1e-4, outliers=outliers)
+    with pytest.raises(InputError, match="'flat': the voltage is 0 in all samples that can be trusted"):
+        identify([flat])
+
+
+@pytest.mark.parametrize(("rules", "seed"), [(0, 0), (17, 0), (2.5, 0), ("two", 0), (None, -1)])
+def test_numbers_that_no_model_takes_are_refused(rules, seed):
+    with pytest.raises(InputError, match="must be a whole number from"):
+        identify([record("a", training_voltages(300)[0])], rules=rules, options=Options(seed=seed))
+
+
+def test_noise_is_no_less_than_the_numbers_can_show():
+    x = np.sin(2 * np.pi * np.arange(3000) / 150)
+    y = np.sin(2 * np.pi * np.arange(3000) / 150 - 0.2)
+    for step in (1e-2, 1e-4):
+        written = estimate_noise(x, step * np.round(y / step))
+        assert written.rms == pytest.approx(step / np.sqrt(12), rel=0.01)
+        assert "no noise shows" in written.method
+    exact = estimate_noise(x, y)
+    assert 1e-8 < exact.rms < 1e-6
+    noisy = estimate_noise(x, 1e-4 * np.round((y + 0.01 * np.sin(7.7 * np.arange(3000))) / 1e-4))
+    assert noisy.rms > 1e-3 and "no noise" not in noisy.method

@@ -41,7 +41,8 @@ def _of_rules(fit: ChainFit, covariance: np.ndarray) -> dict[str, tuple[float, f
     to_physical = criterion.scaling.rule_jacobian(rules) @ to_scaled
     block = covariance[:size, :size]
     held = np.isnan(np.diag(block))
-    spread = np.sqrt(np.diag(to_physical @ np.nan_to_num(block) @ to_physical.T))
+    variance = np.diag(to_physical @ np.nan_to_num(block) @ to_physical.T)
+    spread = np.sqrt(np.maximum(variance, 0.0))  # rounding may leave it below zero
     spread[np.any((to_physical != 0.0) & held, axis=1)] = np.nan
     values = criterion.scaling.physical_rules(rules).ravel()
     return {

@@ -12,8 +12,8 @@ from it2hys.identification.preparation import Prepared
 #: Training samples that a search works on: a fit takes as much time as it has samples, and a search
 #: makes hundreds of them.
 _SEARCHED = 60_000
-#: Windows, in all records together.
-_WINDOWS = 8
+#: Windows, in all records together, and their least length.
+_WINDOWS, _SHORTEST = 8, 1000
 #: Share of a window by which the place that it is to show may be behind its beginning.
 _BEFORE = 0.8
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
@@ -62,13 +62,13 @@ def windows_of(prepared: Sequence[Prepared]) -> list[Window]:
     for i, p in enumerate(prepared):
         share = len(p.record) / total
         count = max(1, round(_WINDOWS * share))
-        length = int(_SEARCHED * share / count)
+        length = min(len(p.record), max(_SHORTEST, int(_SEARCHED * share / count)))
         windows += [Window(i, first, _part(p, first, length)) for first in _firsts(p, count, length)]
     return windows
 
 
 def _firsts(prepared: Prepared, count: int, length: int) -> list[int]:
-    """Return where windows begin, spread over time and over the travel of the voltage by halves.
+    """Return where windows begin, spread in turn over the travel of the voltage and over time.
 
     Steps that are far apart in time are found by the travel, holds by the time. The first window begins
     where the record does, of whose start the most is known.
@@ -76,8 +76,9 @@ def _firsts(prepared: Prepared, count: int, length: int) -> list[int]:
     begin, last = prepared.skip, len(prepared.record) - length
     voltage = prepared.record.voltage[begin:]
     travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(voltage)))])
-    progress = np.linspace(0.0, 1.0, len(voltage)) + travel / max(travel[-1], np.finfo(float).tiny)
-    shown = begin + np.searchsorted(progress, 2.0 * (np.arange(count) + 0.5) / count)
+    share = (np.arange(count) + 0.5) / count
+    shown = begin + (share * len(voltage)).astype(int)
+    shown[::2] = begin + np.searchsorted(travel, share[::2] * travel[-1])
     # what is shown stands at another place in each: parts of windows are kept from fits
     ahead = _BEFORE * (_GOLDEN * np.arange(count) % 1.0) * length
     firsts = [begin]

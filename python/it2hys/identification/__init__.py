@@ -1,6 +1,7 @@
 """Identification of the paper's model from measured records."""
 
 from it2hys.identification.identify import identify
+from it2hys.identification.preparation import check_rule_count
 from it2hys.identification.result import (
     Identification,
     IdentificationError,
@@ -17,5 +18,6 @@ __all__ = [
     "OrderTrial",
     "RecordResult",
     "Start",
+    "check_rule_count",
     "identify",
 ]

@@ -19,6 +19,8 @@ _SEGMENT, _BANDS = 1024, 16
 _MOVES = 2.0
 #: Finest resolution of a sensor, as a share of the travel: 23 bits.
 _FINEST = 1e-7
+#: Fewest steps between values that tell how finely the numbers are written.
+_FEWEST_STEPS = 10
 
 
 @dataclass(frozen=True)
@@ -70,12 +72,32 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
 def noise_floor(y: np.ndarray) -> float:
     """Return the least noise that a record can be said to have.
 
-    It is the deviation that the smallest step between its values makes, and no less than what the best
-    of sensors resolve.
+    It is the deviation that the step of its numbers makes, and no less than what the best of sensors
+    resolve.
     """
-    values = np.unique(y)
-    step = float(np.min(np.diff(values))) if len(values) > 1 else 0.0
-    return max(step / np.sqrt(12.0), _FINEST * float(np.ptp(values)), np.finfo(float).tiny)
+    return max(_step(y) / np.sqrt(12.0), _FINEST * float(np.ptp(y)), np.finfo(float).tiny)
+
+
+def _step(y: np.ndarray) -> float:
+    """Return the step of which all values are multiples, from the first; 0 where there is none.
+
+    By Euclid's algorithm on the distances of neighbouring values. Fewer than ten of them may be far
+    apart for another reason.
+    """
+    distances = np.diff(np.unique(y))
+    if len(distances) < _FEWEST_STEPS:
+        return 0.0
+    rounding = 8.0 * np.finfo(float).eps * float(np.max(np.abs(y)))
+    step = float(distances.min())
+    while step > 1e3 * rounding:
+        # of many steps the rounding of one would add up
+        near = distances[distances < 1e4 * step]
+        left = np.abs(near - step * np.rint(near / step))
+        left = left[left > np.maximum(0.01 * step, rounding)]
+        if len(left) == 0:
+            return step
+        step = float(left.min())
+    return 0.0
 
 
 def _estimate(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:

@@ -181,7 +181,8 @@ def _by_name(
     # d(scaled rules) / d(coordinates), then to SI units
     to_scaled = coordinates.chain_rule(np.eye(size), rules)
     to_physical = scaling.rule_jacobian(rules) @ to_scaled
-    spread = np.sqrt(np.diag(to_physical @ covariance[:size, :size] @ to_physical.T))
+    variance = np.diag(to_physical @ covariance[:size, :size] @ to_physical.T)
+    spread = np.sqrt(np.maximum(variance, 0.0))  # rounding may leave it below zero
     values = scaling.physical_rules(rules).ravel()
     units = _plausible_units(criterion, point)
     intervals, undetermined = {}, []

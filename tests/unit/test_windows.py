@@ -1,0 +1,74 @@
+"""What a diagnosis searches of long records: windows where the voltage travels, of every record."""
+
+import numpy as np
+import pytest
+
+from it2hys.diagnosis.windows import Window, searched_text, windows_of
+from it2hys.identification.noise import NoiseEstimate
+from it2hys.identification.preparation import Prepared
+from it2hys.records import Record
+
+NOISE = NoiseEstimate(1e-9, "given")
+
+
+def prepared(voltage, skip=0):
+    time = np.arange(len(voltage)) * 1e-4
+    return Prepared(Record("long", time, voltage, 1e-7 * voltage, 1e-4), skip, NOISE)
+
+
+def sine(count):
+    return 50.0 - 50.0 * np.cos(2 * np.pi * 20e-4 * np.arange(count))
+
+
+def stairs(count, steps=24):
+    return 100.0 / steps * (np.arange(count) * steps // count)
+
+
+def test_records_that_are_short_in_all_are_searched_whole():
+    records = [prepared(sine(n)) for n in (30_000, 20_000, 10_000)]
+    windows = windows_of(records)
+    assert [w.prepared for w in windows] == records
+    assert searched_text(windows, windows) == ""
+
+
+@pytest.mark.parametrize("count", [60_001, 150_000, 1_000_000])
+@pytest.mark.parametrize("draw", [sine, stairs])
+def test_windows_of_a_long_record_do_not_overlap_and_begin_with_it(draw, count):
+    record = prepared(draw(count))
+    windows = windows_of([record])
+    firsts, ends = [w.first for w in windows], [w.first + len(w) for w in windows]
+    assert firsts[0] == 0 and ends[-1] <= count
+    assert all(end <= first for end, first in zip(ends, firsts[1:], strict=False))
+    assert len(windows) >= 5 and 35_000 <= sum(map(len, windows)) <= 60_000
+    for w in windows:
+        np.testing.assert_array_equal(
+            w.prepared.record.voltage, record.record.voltage[w.first : w.first + len(w)]
+        )
+
+
+def test_steps_far_apart_are_in_the_windows_not_always_at_the_same_place():
+    windows = windows_of([prepared(stairs(1_000_000))])
+    places = [np.flatnonzero(np.diff(w.prepared.record.voltage)) / len(w) for w in windows]
+    with_step = [p[0] for p in places if len(p)]
+    assert len(with_step) >= 3
+    assert np.ptp(with_step) > 0.3
+
+
+def test_what_is_left_out_as_a_start_up_is_in_no_window():
+    windows = windows_of([prepared(sine(200_000), skip=70_000)])
+    assert windows[0].first == 70_000
+    assert all(w.prepared.skip == 0 for w in windows)
+
+
+def test_every_record_has_a_window():
+    windows = windows_of([prepared(sine(n)) for n in (200_000, 700, 5_000)])
+    assert {w.record for w in windows} == {0, 1, 2}
+    assert len(next(w for w in windows if w.record == 1)) == 700
+
+
+def test_what_was_searched_is_said():
+    record = prepared(sine(100_000))
+    windows = windows_of([record])
+    text = searched_text(windows, [Window(0, 0, record)])
+    assert f"{len(windows)} windows" in text
+    assert f"{sum(map(len, windows))} of their 100000 samples" in text
