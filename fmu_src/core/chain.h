@@ -22,6 +22,8 @@
 #ifndef IT2HYS_CHAIN_H
 #define IT2HYS_CHAIN_H
 
+#include <string.h>
+
 #include "creep.h"
 #include "delay.h"
 #include "drift.h"
@@ -107,16 +109,16 @@ struct chain_reached {
     struct resonance_state resonance;
 };
 
-/* Doubles only. The core's comes first: without effects it is the only one in use. */
+/* Doubles only. The core's comes first: without effects it is the only one in use. What is long is last. */
 struct chain_state {
     struct it2_state core;
     struct slew_state slew;
     struct lag_state lag;
     struct resonance_state resonance;
+    struct chain_reached reached;
     struct play_state play;
     struct creep_state creep;
     struct delay_state delay;
-    struct chain_reached reached;
 };
 
 /* What acts on the chain beside its input. */
@@ -169,24 +171,20 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
 double chain_reset_response(const struct chain *chain, struct chain_state *state,
                             const struct chain_parameters *parameters);
 
-/* Copies what is in use: without effects the core's state only, and of the rest what is long only where it
- * is needed. doStep copies twice. */
+/* Bytes of the state, from its beginning, that are in use. */
+static inline size_t chain_state_in_use(const struct chain *chain)
+{
+    return !chain->effects                  ? sizeof(struct it2_state)
+           : chain->effects & CHAIN_DELAY ? sizeof(struct chain_state)
+           : chain->effects & CHAIN_CREEP ? offsetof(struct chain_state, delay)
+           : chain->effects & CHAIN_PLAY  ? offsetof(struct chain_state, creep)
+                                          : offsetof(struct chain_state, play);
+}
+
 static inline void chain_copy(const struct chain *chain, struct chain_state *to,
                               const struct chain_state *from)
 {
-    to->core = from->core;
-    if (!chain->effects)
-        return;
-    to->slew = from->slew;
-    to->lag = from->lag;
-    to->resonance = from->resonance;
-    to->reached = from->reached;
-    if (chain->effects & CHAIN_PLAY)
-        to->play = from->play;
-    if (chain->effects & CHAIN_CREEP)
-        to->creep = from->creep;
-    if (chain->effects & CHAIN_DELAY)
-        to->delay = from->delay;
+    memcpy(to, from, chain_state_in_use(chain));
 }
 
 /* Without effects, one branch is all that the chain adds to the core. */

@@ -202,14 +202,14 @@ static void endless_step(const struct fmi2_api *m)
     fmi2Component c = make_running(m, 0.0);
     fmi2FMUstate state = NULL;
     struct state_bytes bytes;
-    struct fmu_snapshot snapshot;
+    struct block snapshot;
 
     CHECK(set_real(m, c, input_of(m), signal(m, 0.0)) == fmi2OK);
     CHECK(m->DoStep(c, 0.0, TS, fmi2True) <= fmi2Warning);
     read_state(m, c, &bytes);
     memcpy(&snapshot, bytes.byte + HEADER, sizeof snapshot);
-    snapshot.last_step.span.tick -= 1000000000; /* as many as a step can have, all in their place */
-    snapshot.last_step.span.first_tick -= 1000000000;
+    snapshot.s.last_step.tick -= 1000000000; /* as many as a step can have, all in their place */
+    snapshot.s.last_step.first_tick -= 1000000000;
     const uint64_t checksum = fmu_hash(&snapshot, sizeof snapshot);
     memcpy(bytes.byte + CHECKSUM, &checksum, sizeof checksum);
     memcpy(bytes.byte + HEADER, &snapshot, sizeof snapshot);

@@ -172,7 +172,7 @@ def test_the_wheel_holds_what_it_needs(wheel):
     assert {"it2core.so", "LICENSE", "controller/PIController.c"} <= native
     for platform, suffix in BINARIES.items():
         assert {f"binaries/{platform}/{fmu}.{suffix}" for fmu in FMUS} <= native
-    for kind, folders in {"sources": ("core", "fmi2"), "embedded": ("core", "embedded")}.items():
+    for kind, folders in {"sources": ("core", "fmi"), "embedded": ("core", "embedded")}.items():
         for folder in folders:
             found = (ROOT / "fmu_src" / folder).glob("*.[ch]")
             assert {f"{kind}/{p.name}" for p in found} <= native

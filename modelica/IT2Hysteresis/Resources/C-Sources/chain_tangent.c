@@ -2,7 +2,7 @@
  * sensor's zero has no part in them. */
 #include "chain.h"
 
-/* Advances the derivatives `d` of `state` by a step with `x`, and `state` with it. */
+/* From behind the delay to the core's input. */
 static double to_core_tangent(const struct chain *chain, struct chain_state *state, double *x,
                               struct chain_state *d, double d_x)
 {
@@ -23,6 +23,16 @@ static double to_core_tangent(const struct chain *chain, struct chain_state *sta
         *x = play_step(&chain->play, &state->play, *x);
     }
     return d_x;
+}
+
+double chain_drive_tangent(const struct chain *chain, struct chain_state *state, double *x,
+                           struct chain_state *d, double d_x)
+{
+    if (chain->effects & CHAIN_DELAY) {
+        *x = delay_step(&chain->delay, &state->delay, *x);
+        d_x = delay_step(&chain->delay, &d->delay, d_x);
+    }
+    return to_core_tangent(chain, state, x, d, d_x);
 }
 
 static double core_tangent(const struct chain *chain, const struct it2_state *state, double x,
@@ -64,11 +74,7 @@ struct chain_point chain_step_tangent(const struct chain *chain, const struct ch
     struct chain_state copy;
 
     chain_copy(chain, &copy, state);
-    if (chain->effects & CHAIN_DELAY) {
-        voltage = delay_step(&chain->delay, &copy.delay, voltage);
-        d_voltage = delay_step(&chain->delay, &d.state.delay, d_voltage);
-    }
-    d_voltage = to_core_tangent(chain, &copy, &voltage, &d.state, d_voltage);
+    d_voltage = chain_drive_tangent(chain, &copy, &voltage, &d.state, d_voltage);
     d_voltage = core_tangent(chain, &state->core, voltage, &d.state.core, d_voltage);
     d.output = respond_affine_tangent(chain, &d.state, d_voltage, d_around);
     if (chain->effects & CHAIN_NONLINEARITY) {

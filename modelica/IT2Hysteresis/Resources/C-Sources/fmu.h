@@ -1,62 +1,54 @@
-/* The FMI 2.0 co-simulation layer, written once for all models; it holds no physics.
+/* The co-simulation layer, written once for all models and for all versions of FMI; it holds no physics.
  *
  *   fmu_lifecycle.c    instantiate, initialisation, reset, terminate, free
  *   fmu_variables.c    get and set by value reference, input derivatives
- *   fmu_clock.h        time in integer ticks, the controller's too
- *   fmu_step.c         doStep, directional derivatives
+ *   fmu_clock.h        time in integer ticks
+ *   fmu_step.c         doStep
+ *   fmu_derivative.c   directional derivatives
  *   fmu_state.c        get, set, serialize and deserialize the FMU state
  *   fmu_log.c          log categories and messages
  *   fmu_parameters.c   the parameter set of a packaged FMU
  *   fmu_location.c     where the FMU's resources are
- *   fmi2_exports.h     the functions of the standard, with the model's prefix
+ *   fmi2_functions.h   the functions of FMI 2.0: they translate, and do nothing else
  *
- * A call that is refused changes nothing: the instance keeps its last good state. */
+ * A model is a struct fmu_model: its table of variables, and what it does at its start and at a tick. The
+ * functions of a version of FMI hand over their own name, which messages begin with. A call that is refused
+ * changes nothing: the instance keeps its last good state. */
 #ifndef IT2HYS_FMU_H
 #define IT2HYS_FMU_H
 
 #include <stdarg.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
-#include "chain.h"
-#include "fmi2FunctionTypes.h"
 #include "fmu_clock.h"
+#include "hidden.h"
+
+/* The numbers are those of FMI. */
+enum fmu_status { FMU_OK, FMU_WARNING, FMU_DISCARD, FMU_ERROR };
 
 /* --- variables --------------------------------------------------------------------------------- */
 
-struct fmu_inputs {
-    double voltage;
-    double reference;
-    double force;
-    double temperature;
-    double time; /* of the tick; not a variable */
-};
-
-struct fmu_outputs {
-    double displacement;
-    double measured;
-    double voltage;
-    int saturated;
-    int outOfRange;
-};
-
-struct fmu_values {
-    struct chain_parameters parameter;
-    struct fmu_inputs input;
-    struct fmu_outputs output;
-};
-
 enum fmu_base { FMU_REAL, FMU_INTEGER, FMU_BOOLEAN, FMU_STRING };
 enum fmu_causality { FMU_PARAMETER, FMU_INPUT, FMU_OUTPUT };
-enum fmu_kind { FMU_PLANT = 1, FMU_INVERSE = 2 };
 
-/* A row of the variable table; its place is the value reference. */
+/* Room for the inputs, which are Real, and for the outputs of any model here: what a step copies has a size
+ * that the compiler knows. */
+enum { FMU_INPUTS = 4, FMU_REAL_OUTPUTS = 2, FMU_FLAGS = 2 };
+
+struct fmu_outputs {
+    double real[FMU_REAL_OUTPUTS];
+    int flag[FMU_FLAGS]; /* Boolean */
+};
+
+/* A row of a variable table; its place in it is the value reference. */
 struct fmu_variable {
     const char *name;
     enum fmu_base base;
     enum fmu_causality causality;
-    unsigned models; /* of enum fmu_kind, or-ed */
-    size_t offset;   /* in struct fmu_values */
+    unsigned kinds;  /* of models that have it, or-ed */
+    size_t offset;   /* in the parameters, the inputs or struct fmu_outputs */
     double minimum;
     double maximum;
     size_t count; /* of an element's group: offset of the parameter that says how many are in use */
@@ -65,37 +57,60 @@ struct fmu_variable {
 
 /* --- models ------------------------------------------------------------------------------------ */
 
-enum fmu_finding {
-    FMU_VOLTAGE_RANGE = 1,
-    FMU_DISPLACEMENT_RANGE = 2,
-    FMU_OUT_OF_REACH = 4,
-    FMU_AMPLIFIER_LIMIT = 8,
-    FMU_VOLTAGE_LIMIT = 16
-};
+/* Among the findings of a tick: its outputs or its state are no finite numbers. */
+#define FMU_NOT_FINITE 0x80000000u
 
-/* What distinguishes one FMU from the other. `tick` returns findings (enum fmu_finding, or-ed) that
- * are worth a warning; tangents are directional derivatives. */
+/* Parameters are a struct that begins with the sample time, a double, and has zeros in its padding; states
+ * consist of doubles; constants follow from the parameters. The layer knows no more of them than their size.
+ * In directional derivatives, d_ is the derivative of what has the name without it. */
 struct fmu_model {
     const char *identifier;
-    enum fmu_kind kind;
-    uint64_t table_hash; /* of the variables that modelDescription.xml lists */
-    void (*start)(const struct chain *, const struct chain_state *, const struct chain_parameters *,
-                  struct fmu_outputs *);
-    void (*start_tangent)(const struct chain *, const struct chain_state *,
-                          const struct chain_parameters *, const struct chain_parameters *d_parameters,
-                          struct fmu_outputs *d_outputs);
-    unsigned (*tick)(const struct chain *, struct chain_state *, const struct chain_parameters *,
-                     const struct fmu_inputs *, struct fmu_outputs *);
-    struct chain_state (*tick_tangent)(const struct chain *, const struct chain_state *,
-                                       const struct fmu_inputs *, struct chain_state d_state,
-                                       const struct fmu_inputs *d_inputs,
-                                       struct fmu_outputs *d_outputs);
+    const struct fmu_variable *table;
+    unsigned rows;       /* of the table */
+    unsigned kind;       /* the rows with this bit are this model's */
+    uint64_t table_hash; /* of these, with which the GUID begins */
+    double input_start[FMU_INPUTS];
+    size_t parameters_size;
+    size_t constants_size;
+    size_t state_size;
+    const char *diverging; /* what the message says of FMU_NOT_FINITE */
+    bool interpolates;     /* takes input derivatives */
+
+    /* Are the parameters usable? If not, the message names the first that is not. */
+    bool (*check)(const struct fmu_model *, const void *parameters, char *message, size_t size);
+
+    /* Returns how many bytes of the state are in use, from its beginning. */
+    size_t (*prepare)(void *constants, const void *parameters);
+
+    /* State and outputs before the first tick; false, and why, where they are not finite. */
+    bool (*start)(const void *constants, void *state, const void *parameters, struct fmu_outputs *,
+                  char *message, size_t size);
+
+    /* Returns findings, bits of the model's own or FMU_NOT_FINITE, each of which is logged once. */
+    unsigned (*tick)(const void *constants, void *state, const void *parameters,
+                     const double input[FMU_INPUTS], double time, struct fmu_outputs *);
+
+    /* Writes what a finding means; NULL where there are none. */
+    void (*explain)(unsigned finding, const void *state, const void *parameters,
+                    const double input[FMU_INPUTS], double time, const struct fmu_outputs *, char *text,
+                    size_t size);
+
+    /* NULL where the model has none. tick_tangent leaves `state` as it is. */
+    void (*start_tangent)(const void *constants, const void *state, const void *parameters,
+                          const void *d_parameters, struct fmu_outputs *d_output);
+    void (*tick_tangent)(const void *constants, const void *state, const double input[FMU_INPUTS], double time,
+                         void *d_state, const double d_input[FMU_INPUTS], struct fmu_outputs *d_output);
 };
 
-static inline struct chain_surroundings fmu_surroundings(const struct fmu_inputs *inputs)
-{
-    return (struct chain_surroundings){ inputs->force, inputs->temperature, inputs->time };
-}
+/* The parameter set compiled in, and the hash with which its GUID ends. */
+struct fmu_set {
+    uint64_t hash;
+    const void *parameters;
+
+    /* Finds the set of another hash in the resources; NULL where there are no others. */
+    bool (*load)(const struct fmu_model *, uint64_t hash, const char *resources, void *parameters,
+                 char *message, size_t size);
+};
 
 /* --- instances --------------------------------------------------------------------------------- */
 
@@ -108,58 +123,83 @@ enum fmu_phase {
     FMU_ANY_PHASE = 15
 };
 
-/* The ticks of a doStep and their inputs; no padding, because it is serialized. */
+/* The ticks of a doStep and their inputs. */
 struct fmu_span {
     int64_t tick; /* the step began at this one, */
     double rest;  /* and so many sample times */
     int64_t first_tick;
     int64_t end_tick;
-    struct fmu_inputs input;
-    struct fmu_inputs slope;
+    double input[FMU_INPUTS];
+    double slope[FMU_INPUTS];
 };
 
-/* The last doStep as it began: directional derivatives repeat it. */
-struct fmu_step {
-    struct fmu_span span;
-    struct chain_state chain;
-};
-
-/* All that an FMU state holds: a plain value without pointers. */
+/* All that an FMU state holds is this, and behind it the parameters, the state, and the state that the last
+ * step began with: a plain value without pointers or padding. */
 struct fmu_snapshot {
     int phase;
     int last_status; /* of doStep */
-    struct fmu_values values;
-    struct fmu_inputs slope; /* du/dt */
+    uint64_t warned; /* findings already logged */
     struct fmu_clock clock;
-    struct chain_state chain;
-    struct fmu_step last_step;
-    unsigned warned; /* findings already logged */
+    double input[FMU_INPUTS];
+    double slope[FMU_INPUTS]; /* du/dt */
+    struct fmu_outputs output;
+    struct fmu_span last_step; /* directional derivatives repeat it */
+};
+
+/* The host that an instance talks to. */
+struct fmu_host {
+    void (*log)(const struct fmu_host *, const char *instance, enum fmu_status, const char *category,
+                const char *text);
+    void (*logger)(void); /* the host's own function; its type is known to `log` */
+    void *environment;
 };
 
 struct fmu {
     const struct fmu_model *model;
-    struct fmu_snapshot now;
-    struct chain chain; /* follows from the parameters */
+    struct fmu_snapshot *now;
+    void *parameters; /* these three are behind *now, in one block with it */
+    void *state;
+    void *last_state;
+    void *constants;
+    void *before;       /* room for a state */
+    void *d_state;      /* room for derivatives */
+    void *d_parameters;
+    void *start;        /* the parameters that reset returns to */
+    size_t used;        /* bytes of the state */
     bool outputs_stale; /* in initialization: a value was set since the outputs were computed */
-    struct chain_parameters start; /* what reset returns to */
     unsigned categories;
-    fmi2CallbackLogger logger;
-    fmi2ComponentEnvironment environment;
-    char *name;
+    struct fmu_host host;
+    const char *name;
 };
 
 HIDDEN_BEGIN
 
-/* The generated table (fmu_table.h). */
-const struct fmu_variable *fmu_find(const struct fmu_model *model, fmi2ValueReference reference);
-const struct fmu_variable *fmu_find_parameter(const char *name, size_t length);
-void fmu_inputs_start(struct fmu_inputs *inputs);
+static inline double fmu_sample_time(const struct fmu *fmu)
+{
+    return *(const double *)fmu->parameters;
+}
+
+/* Of the snapshot with what is behind it. */
+static inline size_t fmu_snapshot_size(const struct fmu_model *model)
+{
+    return sizeof(struct fmu_snapshot) + model->parameters_size + 2 * model->state_size;
+}
+
+static inline const struct fmu_variable *fmu_find(const struct fmu_model *model, unsigned reference)
+{
+    const struct fmu_variable *row = model->table + reference;
+
+    return reference < model->rows && row->kinds & model->kind ? row : NULL;
+}
+
+const struct fmu_variable *fmu_find_parameter(const struct fmu_model *model, const char *name, size_t length);
 
 /* Are all parameters in use within the table's bounds? If not, the message names the first that is not. */
-bool fmu_within_bounds(const struct chain_parameters *parameters, char *message, size_t size);
+bool fmu_within_bounds(const struct fmu_model *model, const void *parameters, char *message, size_t size);
 
 /* Can these be values of this FMU's variables, parameters being unchecked yet? If not, the message says why. */
-bool fmu_values_possible(const struct fmu *fmu, const struct fmu_values *values, char *message, size_t size);
+bool fmu_values_possible(const struct fmu *fmu, const struct fmu_snapshot *snapshot, const void *parameters,
+                         char *message, size_t size);
 
 /* --- logging ----------------------------------------------------------------------------------- */
 
@@ -172,76 +212,92 @@ enum fmu_category {
 };
 
 /* Logs a message in the category that belongs to `status` and returns `status`. */
-fmi2Status fmu_say(const struct fmu *fmu, fmi2Status status, const char *format, ...);
+enum fmu_status fmu_say(const struct fmu *fmu, enum fmu_status status, const char *format, ...);
+
+/* The same before there is an instance. */
+enum fmu_status fmu_say_early(const struct fmu_host *host, const char *name, const char *text);
 
 /* Is the instance there and in one of `phases`? If not, says so and returns false. */
 bool fmu_refuse(const struct fmu *fmu, const char *function);
 static inline bool fmu_may(const struct fmu *fmu, const char *function, unsigned phases)
 {
-    return (fmu && (unsigned)fmu->now.phase & phases) || fmu_refuse(fmu, function);
+    return (fmu && (unsigned)fmu->now->phase & phases) || fmu_refuse(fmu, function);
 }
 
-fmi2Status fmu_set_debug_logging(struct fmu *fmu, bool on, size_t count, const fmi2String categories[]);
+/* An optional function that this model has not. */
+enum fmu_status fmu_lacks(const struct fmu *fmu, const char *function);
+
+enum fmu_status fmu_set_debug_logging(struct fmu *fmu, const char *function, bool on, size_t count,
+                                      const char *const categories[]);
 
 /* --- parameter set ----------------------------------------------------------------------------- */
 
-/* Sets `parameters` to the set that belongs to the GUID: the one compiled in, or the one in the
- * FMU's resources. On failure false and a message. */
-bool fmu_load_parameters(const struct fmu_model *model, const char *guid, const char *resources,
-                         struct chain_parameters *parameters, char *message, size_t size);
+/* `load` of struct fmu_set, from resources/parameters.ssv. */
+bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const char *resources,
+                         void *parameters, char *message, size_t size);
 
 /* Opens FILE in the resources at a URI; where the URI is missing, beside this binary. */
 void *fmu_open_resource(const char *uri, const char *file, char *path, size_t size);
 
-/* --- the standard's functions, without prefix --------------------------------------------------- */
+/* --- life -------------------------------------------------------------------------------------- */
 
-struct fmu *fmu_instantiate(const struct fmu_model *model, fmi2String name, fmi2Type type,
-                            fmi2String guid, fmi2String resources,
-                            const fmi2CallbackFunctions *functions, bool logging);
+/* An instance that begins with these parameters; NULL where there is no memory for it. */
+struct fmu *fmu_create(const struct fmu_model *model, const char *name, const void *parameters,
+                       const struct fmu_host *host, bool logging);
+
+/* The same with the set that the token {table hash, parameter hash} means: the one compiled in, or another
+ * one that is loaded. Where it cannot be, NULL, and the host's log says why. */
+struct fmu *fmu_instantiate(const struct fmu_model *model, const struct fmu_set *compiled_in,
+                            const char *function, const char *name, const char *token,
+                            const char *resources, const struct fmu_host *host, bool logging);
 void fmu_free(struct fmu *fmu);
-fmi2Status fmu_setup(struct fmu *fmu, bool tolerance_defined, double tolerance, double start_time,
-                     bool stop_time_defined, double stop_time);
-fmi2Status fmu_enter_initialization(struct fmu *fmu);
-fmi2Status fmu_exit_initialization(struct fmu *fmu);
-fmi2Status fmu_terminate(struct fmu *fmu);
-fmi2Status fmu_reset(struct fmu *fmu);
+enum fmu_status fmu_setup(struct fmu *fmu, const char *function, bool tolerance_defined, double tolerance,
+                          double start_time, bool stop_time_defined, double stop_time);
+enum fmu_status fmu_enter_initialization(struct fmu *fmu, const char *function);
+enum fmu_status fmu_exit_initialization(struct fmu *fmu, const char *function);
+enum fmu_status fmu_terminate(struct fmu *fmu, const char *function);
+enum fmu_status fmu_reset(struct fmu *fmu, const char *function);
 
 /* Computes the outputs before the first tick where they are stale, if the parameters make a usable
  * model. */
-fmi2Status fmu_compute_start_outputs(struct fmu *fmu, const char *function);
-static inline fmi2Status fmu_start_outputs(struct fmu *fmu, const char *function)
+enum fmu_status fmu_compute_start_outputs(struct fmu *fmu, const char *function);
+static inline enum fmu_status fmu_start_outputs(struct fmu *fmu, const char *function)
 {
-    return fmu->outputs_stale ? fmu_compute_start_outputs(fmu, function) : fmi2OK;
+    return fmu->outputs_stale ? fmu_compute_start_outputs(fmu, function) : FMU_OK;
 }
 
-/* What is not finite is never handed out. */
-bool fmu_outputs_finite(const struct fmu_outputs *output);
+/* --- values and steps -------------------------------------------------------------------------- */
 
-fmi2Status fmu_get_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
-                        double values[]);
-fmi2Status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
-                   const fmi2ValueReference references[], size_t count, void *values);
-fmi2Status fmu_set_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
-                        const double values[]);
-fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
-                   const fmi2ValueReference references[], size_t count, const void *values);
-fmi2Status fmu_set_input_derivatives(struct fmu *fmu, const fmi2ValueReference references[],
-                                     size_t count, const fmi2Integer order[], const double values[]);
-fmi2Status fmu_get_output_derivatives(struct fmu *fmu);
+/* Of one base type. fmu_get_real and fmu_set_real are the same for Reals, quickly for a single one. */
+enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
+                        const unsigned references[], size_t count, void *values);
+enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
+                        const unsigned references[], size_t count, const void *values);
+enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
+                             double values[]);
+enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
+                             const double values[]);
+enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function, const unsigned references[],
+                                          size_t count, const int order[], const double values[]);
 
-fmi2Status fmu_do_step(struct fmu *fmu, double time, double step);
-fmi2Status fmu_directional_derivative(struct fmu *fmu, const fmi2ValueReference unknowns[],
-                                      size_t unknown_count, const fmi2ValueReference knowns[],
-                                      size_t known_count, const double seeds[], double values[]);
-fmi2Status fmu_get_status(struct fmu *fmu, const char *function, fmi2StatusKind kind, void *value);
-fmi2Status fmu_cancel_step(struct fmu *fmu);
+enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step);
+enum fmu_status fmu_directional_derivative(struct fmu *fmu, const char *function, const unsigned unknowns[],
+                                           size_t unknown_count, const unsigned knowns[], size_t known_count,
+                                           const double seeds[], double values[]);
 
-fmi2Status fmu_get_state(struct fmu *fmu, fmi2FMUstate *state);
-fmi2Status fmu_set_state(struct fmu *fmu, fmi2FMUstate state);
-fmi2Status fmu_free_state(struct fmu *fmu, fmi2FMUstate *state);
-fmi2Status fmu_state_size(struct fmu *fmu, fmi2FMUstate state, size_t *size);
-fmi2Status fmu_serialize(struct fmu *fmu, fmi2FMUstate state, fmi2Byte bytes[], size_t size);
-fmi2Status fmu_deserialize(struct fmu *fmu, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state);
+/* The inputs of a tick within a step. */
+void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS]);
+
+/* --- FMU states -------------------------------------------------------------------------------- */
+
+enum fmu_status fmu_get_state(struct fmu *fmu, const char *function, void **state);
+enum fmu_status fmu_set_state(struct fmu *fmu, const char *function, const void *state);
+enum fmu_status fmu_free_state(struct fmu *fmu, const char *function, void **state);
+enum fmu_status fmu_state_size(struct fmu *fmu, const char *function, const void *state, size_t *size);
+enum fmu_status fmu_serialize(struct fmu *fmu, const char *function, const void *state, char bytes[],
+                              size_t size);
+enum fmu_status fmu_deserialize(struct fmu *fmu, const char *function, const char bytes[], size_t size,
+                                void **state);
 
 /* FNV-1a, 64 bit. */
 uint64_t fmu_hash(const void *bytes, size_t size);

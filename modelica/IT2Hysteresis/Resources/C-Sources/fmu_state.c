@@ -14,7 +14,7 @@ struct header {
     uint64_t checksum;
 };
 
-static const char MAGIC[8] = "it2hys2";
+static const char MAGIC[8] = "it2hys3";
 static const uint64_t ORDER = 0x0102030405060708u;
 
 uint64_t fmu_hash(const void *bytes, size_t size)
@@ -27,88 +27,113 @@ uint64_t fmu_hash(const void *bytes, size_t size)
     return hash;
 }
 
-static struct header header_of(const struct fmu *fmu, const struct fmu_snapshot *snapshot)
+/* The parts of a block that hold a snapshot and what is behind it. */
+static const struct fmu_snapshot *snapshot_in(const void *block)
 {
+    return block;
+}
+
+static const void *parameters_in(const void *block)
+{
+    return snapshot_in(block) + 1;
+}
+
+static const void *states_in(const struct fmu_model *model, const void *block)
+{
+    return (const char *)parameters_in(block) + model->parameters_size;
+}
+
+static struct header header_of(const struct fmu_model *model, const void *block)
+{
+    const size_t size = fmu_snapshot_size(model);
     struct header header = { .order = ORDER,
-                             .table_hash = fmu->model->table_hash,
-                             .size = sizeof *snapshot,
-                             .checksum = fmu_hash(snapshot, sizeof *snapshot) };
+                             .table_hash = model->table_hash,
+                             .size = size,
+                             .checksum = fmu_hash(block, size) };
 
     memcpy(header.magic, MAGIC, sizeof MAGIC);
     return header;
 }
 
-fmi2Status fmu_get_state(struct fmu *fmu, fmi2FMUstate *state)
+static size_t serialized_size(const struct fmu *fmu)
 {
-    if (!fmu_may(fmu, "fmi2GetFMUstate", FMU_ANY_PHASE))
-        return fmi2Error;
-    if (!state)
-        return fmu_say(fmu, fmi2Error, "fmi2GetFMUstate: FMUstate is a null pointer.");
-    if (!*state)
-        *state = malloc(sizeof fmu->now);
-    if (!*state)
-        return fmu_say(fmu, fmi2Error, "fmi2GetFMUstate: out of memory.");
-    memcpy(*state, &fmu->now, sizeof fmu->now);
-    return fmi2OK;
+    return sizeof(struct header) + fmu_snapshot_size(fmu->model);
 }
 
-static void adopt(struct fmu *fmu, const struct fmu_snapshot *snapshot)
+enum fmu_status fmu_get_state(struct fmu *fmu, const char *function, void **state)
 {
+    if (!fmu_may(fmu, function, FMU_ANY_PHASE))
+        return FMU_ERROR;
+    if (!state)
+        return fmu_say(fmu, FMU_ERROR, "%s: FMUstate is a null pointer.", function);
+    const size_t size = fmu_snapshot_size(fmu->model);
+    if (!*state)
+        *state = malloc(size);
+    if (!*state)
+        return fmu_say(fmu, FMU_ERROR, "%s: out of memory.", function);
+    memcpy(*state, fmu->now, size);
+    return FMU_OK;
+}
+
+static void adopt(struct fmu *fmu, const void *block)
+{
+    const struct fmu_model *model = fmu->model;
     /* a master that goes back to try again does so with the same parameters: they are prepared */
-    const bool prepared = !fmu->outputs_stale && memcmp(&fmu->now.values.parameter, &snapshot->values.parameter,
-                                                        sizeof snapshot->values.parameter) == 0;
+    const bool prepared = !fmu->outputs_stale &&
+                          memcmp(fmu->parameters, parameters_in(block), model->parameters_size) == 0;
 
-    memcpy(&fmu->now, snapshot, sizeof fmu->now);
+    memcpy(fmu->now, block, fmu_snapshot_size(model));
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
-    fmu->outputs_stale = fmu->now.phase < FMU_STEP_COMPLETE;
+    fmu->outputs_stale = fmu->now->phase < FMU_STEP_COMPLETE;
     if (!fmu->outputs_stale && !prepared)
-        chain_prepare(&fmu->chain, &fmu->now.values.parameter);
+        fmu->used = model->prepare(fmu->constants, fmu->parameters);
 }
 
-fmi2Status fmu_set_state(struct fmu *fmu, fmi2FMUstate state)
+enum fmu_status fmu_set_state(struct fmu *fmu, const char *function, const void *state)
 {
-    if (!fmu_may(fmu, "fmi2SetFMUstate", FMU_ANY_PHASE))
-        return fmi2Error;
+    if (!fmu_may(fmu, function, FMU_ANY_PHASE))
+        return FMU_ERROR;
     if (!state)
-        return fmu_say(fmu, fmi2Error, "fmi2SetFMUstate: FMUstate is a null pointer.");
+        return fmu_say(fmu, FMU_ERROR, "%s: FMUstate is a null pointer.", function);
     adopt(fmu, state);
-    return fmi2OK;
+    return FMU_OK;
 }
 
-fmi2Status fmu_free_state(struct fmu *fmu, fmi2FMUstate *state)
+enum fmu_status fmu_free_state(struct fmu *fmu, const char *function, void **state)
 {
-    if (!fmu_may(fmu, "fmi2FreeFMUstate", FMU_ANY_PHASE))
-        return fmi2Error;
+    if (!fmu_may(fmu, function, FMU_ANY_PHASE))
+        return FMU_ERROR;
     if (state) {
         free(*state);
         *state = NULL;
     }
-    return fmi2OK;
+    return FMU_OK;
 }
 
-fmi2Status fmu_state_size(struct fmu *fmu, fmi2FMUstate state, size_t *size)
+enum fmu_status fmu_state_size(struct fmu *fmu, const char *function, const void *state, size_t *size)
 {
-    if (!fmu_may(fmu, "fmi2SerializedFMUstateSize", FMU_ANY_PHASE))
-        return fmi2Error;
+    if (!fmu_may(fmu, function, FMU_ANY_PHASE))
+        return FMU_ERROR;
     if (!state || !size)
-        return fmu_say(fmu, fmi2Error, "fmi2SerializedFMUstateSize: a null pointer.");
-    *size = sizeof(struct header) + sizeof(struct fmu_snapshot);
-    return fmi2OK;
+        return fmu_say(fmu, FMU_ERROR, "%s: a null pointer.", function);
+    *size = serialized_size(fmu);
+    return FMU_OK;
 }
 
-fmi2Status fmu_serialize(struct fmu *fmu, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+enum fmu_status fmu_serialize(struct fmu *fmu, const char *function, const void *state, char bytes[],
+                              size_t size)
 {
-    if (!fmu_may(fmu, "fmi2SerializeFMUstate", FMU_ANY_PHASE))
-        return fmi2Error;
+    if (!fmu_may(fmu, function, FMU_ANY_PHASE))
+        return FMU_ERROR;
     if (!state || !bytes)
-        return fmu_say(fmu, fmi2Error, "fmi2SerializeFMUstate: a null pointer.");
-    const struct header header = header_of(fmu, state);
-    if (size < sizeof header + sizeof(struct fmu_snapshot))
-        return fmu_say(fmu, fmi2Error, "fmi2SerializeFMUstate: %zu bytes are too few; %zu are needed.",
-                       size, sizeof header + sizeof(struct fmu_snapshot));
+        return fmu_say(fmu, FMU_ERROR, "%s: a null pointer.", function);
+    if (size < serialized_size(fmu))
+        return fmu_say(fmu, FMU_ERROR, "%s: %zu bytes are too few; %zu are needed.", function, size,
+                       serialized_size(fmu));
+    const struct header header = header_of(fmu->model, state);
     memcpy(bytes, &header, sizeof header);
-    memcpy(bytes + sizeof header, state, sizeof(struct fmu_snapshot));
-    return fmi2OK;
+    memcpy(bytes + sizeof header, state, fmu_snapshot_size(fmu->model));
+    return FMU_OK;
 }
 
 static bool doubles_finite(const void *first, size_t size)
@@ -122,77 +147,76 @@ static bool doubles_finite(const void *first, size_t size)
 }
 
 /* A step or a derivative from invented ticks would not return. */
-static bool ticks_plausible(const struct fmu_snapshot *s)
+static bool ticks_plausible(const struct fmu_snapshot *s, double sample_time)
 {
-    const struct fmu_span *last = &s->last_step.span;
+    const struct fmu_span *last = &s->last_step;
     const double ticks = (double)last->end_tick - (double)last->first_tick;
 
-    return fmu_clock_plausible(&s->clock, s->values.parameter.sampleTime) && ticks >= 0.0 &&
-           ticks <= 2.0 * CLOCK_LONGEST_STEP && fabs((double)last->tick) <= CLOCK_LARGEST_TICK &&
-           last->rest >= 0.0 && last->rest < 1.0 &&
+    return fmu_clock_plausible(&s->clock, sample_time) && ticks >= 0.0 && ticks <= 2.0 * CLOCK_LONGEST_STEP &&
+           fabs((double)last->tick) <= CLOCK_LARGEST_TICK && last->rest >= 0.0 && last->rest < 1.0 &&
            (ticks == 0.0 || last->end_tick == s->clock.next_tick);
 }
 
-/* What is neither a variable nor the clock's. */
-static bool all_finite(const struct fmu_snapshot *s)
+/* What is neither a parameter, an output, nor the clock's. */
+static bool all_finite(const struct fmu_model *model, const void *block)
 {
-    const struct fmu_span *last = &s->last_step.span;
+    const struct fmu_snapshot *s = block;
+    const struct fmu_span *last = &s->last_step;
 
-    return isfinite(s->values.input.time) && doubles_finite(&s->slope, sizeof s->slope) &&
-           doubles_finite(&s->chain, sizeof s->chain) && isfinite(last->rest) &&
-           doubles_finite(&last->input, sizeof last->input) &&
-           doubles_finite(&last->slope, sizeof last->slope) &&
-           doubles_finite(&s->last_step.chain, sizeof s->last_step.chain);
+    return doubles_finite(s->input, sizeof s->input) && doubles_finite(s->slope, sizeof s->slope) &&
+           isfinite(last->rest) && doubles_finite(last->input, sizeof last->input) &&
+           doubles_finite(last->slope, sizeof last->slope) &&
+           doubles_finite(states_in(model, block), 2 * model->state_size);
 }
 
 /* A checksum stops damage, not invention: what a step relies on and what is handed out is checked too.
  * Returns what cannot be, or NULL; `message` is room for it. */
-static const char *invented(const struct fmu *fmu, const struct fmu_snapshot *s, char *message, size_t size)
+static const char *invented(const struct fmu *fmu, const void *block, char *message, size_t size)
 {
-    const struct chain_parameters *p = &s->values.parameter;
+    const struct fmu_snapshot *s = block;
+    const void *parameters = parameters_in(block);
     const bool one_phase = s->phase == FMU_INSTANTIATED || s->phase == FMU_INITIALIZATION ||
                            s->phase == FMU_STEP_COMPLETE || s->phase == FMU_TERMINATED;
 
-    if (!one_phase || s->last_status < 0 || s->last_status > fmi2Discard)
-        return "no such phase or status";
-    if (!all_finite(s))
+    if (!one_phase || s->last_status < 0 || s->last_status > FMU_DISCARD || s->warned >= FMU_NOT_FINITE)
+        return "no such phase, status or finding";
+    if (!all_finite(fmu->model, block))
         return "a number is not finite";
-    if (!fmu_values_possible(fmu, &s->values, message, size))
+    if (!fmu_values_possible(fmu, s, parameters, message, size))
         return message;
     if (s->phase < FMU_STEP_COMPLETE)
         return isfinite(s->clock.time) && s->clock.stop_time > -INFINITY ? NULL : "no such time";
-    if (!fmu_within_bounds(p, message, size) || !chain_check(p, message, size))
+    if (!fmu->model->check(fmu->model, parameters, message, size))
         return message;
-    return ticks_plausible(s) ? NULL : "the ticks are not those of the time";
+    return ticks_plausible(s, *(const double *)parameters) ? NULL : "the ticks are not those of the time";
 }
 
-fmi2Status fmu_deserialize(struct fmu *fmu, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+enum fmu_status fmu_deserialize(struct fmu *fmu, const char *function, const char bytes[], size_t size,
+                                void **state)
 {
-    static const char function[] = "fmi2DeSerializeFMUstate";
-    struct fmu_snapshot *snapshot;
-    struct header header;
     char message[512];
 
     if (!fmu_may(fmu, function, FMU_ANY_PHASE))
-        return fmi2Error;
+        return FMU_ERROR;
     if (!bytes || !state)
-        return fmu_say(fmu, fmi2Error, "%s: a null pointer.", function);
-    if (size != sizeof header + sizeof *snapshot)
-        return fmu_say(fmu, fmi2Error, "%s: %zu bytes are no state of %s, which has %zu.", function,
-                       size, fmu->model->identifier, sizeof header + sizeof *snapshot);
-    snapshot = malloc(sizeof *snapshot);
-    if (!snapshot)
-        return fmu_say(fmu, fmi2Error, "%s: out of memory.", function);
-    memcpy(snapshot, bytes + sizeof header, sizeof *snapshot);
-    header = header_of(fmu, snapshot);
+        return fmu_say(fmu, FMU_ERROR, "%s: a null pointer.", function);
+    const struct fmu_model *model = fmu->model;
+    if (size != serialized_size(fmu))
+        return fmu_say(fmu, FMU_ERROR, "%s: %zu bytes are no state of %s, which has %zu.", function, size,
+                       model->identifier, serialized_size(fmu));
+    void *block = malloc(fmu_snapshot_size(model));
+    if (!block)
+        return fmu_say(fmu, FMU_ERROR, "%s: out of memory.", function);
+    memcpy(block, bytes + sizeof(struct header), fmu_snapshot_size(model));
+    const struct header header = header_of(model, block);
     const char *reason = memcmp(&header, bytes, sizeof header) != 0
                              ? "header or checksum is wrong"
-                             : invented(fmu, snapshot, message, sizeof message);
+                             : invented(fmu, block, message, sizeof message);
     if (reason) {
-        free(snapshot);
-        return fmu_say(fmu, fmi2Error, "%s: these bytes are damaged or not a state of this version of "
-                       "%s: %s.", function, fmu->model->identifier, reason);
+        free(block);
+        return fmu_say(fmu, FMU_ERROR, "%s: these bytes are damaged or not a state of this version of "
+                       "%s: %s.", function, model->identifier, reason);
     }
-    *state = snapshot; /* never read before: masters pass it uninitialised */
-    return fmi2OK;
+    *state = block; /* never read before: masters pass it uninitialised */
+    return FMU_OK;
 }

@@ -3,53 +3,52 @@
 #include <string.h>
 
 #include "fmu.h"
-#include "fmu_table.h"
-
-enum { VARIABLE_COUNT = sizeof FMU_TABLE / sizeof FMU_TABLE[0] };
 
 static const char *const BASE_NAME[] = { "Real", "Integer", "Boolean", "String" };
 
-const struct fmu_variable *fmu_find(const struct fmu_model *model, fmi2ValueReference reference)
+const struct fmu_variable *fmu_find_parameter(const struct fmu_model *model, const char *name, size_t length)
 {
-    if (reference >= VARIABLE_COUNT || !(FMU_TABLE[reference].models & model->kind))
-        return NULL;
-    return &FMU_TABLE[reference];
-}
-
-const struct fmu_variable *fmu_find_parameter(const char *name, size_t length)
-{
-    for (int i = 0; i < VARIABLE_COUNT; i++)
-        if (FMU_TABLE[i].causality == FMU_PARAMETER && strlen(FMU_TABLE[i].name) == length &&
-            memcmp(FMU_TABLE[i].name, name, length) == 0)
-            return &FMU_TABLE[i];
+    for (unsigned i = 0; i < model->rows; i++) {
+        const struct fmu_variable *v = fmu_find(model, i);
+        if (v && v->causality == FMU_PARAMETER && strlen(v->name) == length &&
+            memcmp(v->name, name, length) == 0)
+            return v;
+    }
     return NULL;
 }
 
-void fmu_inputs_start(struct fmu_inputs *inputs)
+static void *at(const struct fmu *fmu, const struct fmu_variable *variable)
 {
-    *inputs = FMU_INPUT_START;
+    char *const base = variable->causality == FMU_OUTPUT  ? (char *)&fmu->now->output
+                       : variable->causality == FMU_INPUT ? (char *)fmu->now->input
+                                                          : (char *)fmu->parameters;
+
+    return base + variable->offset;
 }
 
-static void *at(struct fmu_values *values, const struct fmu_variable *variable)
+static int integer(const void *parameters, size_t offset)
 {
-    return (char *)values + variable->offset;
+    return *(const int *)((const char *)parameters + offset);
+}
+
+static double real(const void *parameters, size_t offset)
+{
+    return *(const double *)((const char *)parameters + offset);
 }
 
 /* Elements of a group beyond its count are in the table but not in use. */
-static bool in_use(const struct fmu_variable *variable, const struct fmu_values *values)
+static bool in_use(const struct fmu_variable *variable, const void *parameters)
 {
-    return variable->index == 0 || variable->index <= *(const int *)((const char *)values + variable->count);
+    return variable->index == 0 || variable->index <= integer(parameters, variable->count);
 }
 
-bool fmu_within_bounds(const struct chain_parameters *parameters, char *message, size_t size)
+bool fmu_within_bounds(const struct fmu_model *model, const void *parameters, char *message, size_t size)
 {
-    struct fmu_values values = { .parameter = *parameters };
-
-    for (int i = 0; i < VARIABLE_COUNT; i++) {
-        const struct fmu_variable *v = &FMU_TABLE[i];
-        if (v->causality != FMU_PARAMETER || !in_use(v, &values))
+    for (unsigned i = 0; i < model->rows; i++) {
+        const struct fmu_variable *v = fmu_find(model, i);
+        if (!v || v->causality != FMU_PARAMETER || !in_use(v, parameters))
             continue;
-        const double value = v->base == FMU_REAL ? *(double *)at(&values, v) : *(int *)at(&values, v);
+        const double value = v->base == FMU_REAL ? real(parameters, v->offset) : integer(parameters, v->offset);
         if (!(value >= v->minimum && value <= v->maximum)) {
             snprintf(message, size, "%s is %g; it must be %g to %g", v->name, value, v->minimum,
                      v->maximum);
@@ -64,8 +63,7 @@ bool fmu_within_bounds(const struct chain_parameters *parameters, char *message,
 static bool count_possible(const struct fmu *fmu, const struct fmu_variable *variable, int count,
                            char *message, size_t size)
 {
-    struct fmu_values own = { .parameter = fmu->start };
-    const int most = *(const int *)at(&own, variable);
+    const int most = integer(fmu->start, variable->offset);
 
     if (count >= variable->minimum && count <= most)
         return true;
@@ -78,37 +76,51 @@ static bool count_possible(const struct fmu *fmu, const struct fmu_variable *var
     return false;
 }
 
-bool fmu_values_possible(const struct fmu *fmu, const struct fmu_values *values, char *message, size_t size)
+static bool outputs_possible(const struct fmu_outputs *output)
 {
-    struct fmu_values copy = *values;
+    bool possible = true;
 
-    for (int i = 0; i < VARIABLE_COUNT; i++) {
-        const struct fmu_variable *v = &FMU_TABLE[i];
-        const void *value = at(&copy, v);
-        if (v->base == FMU_INTEGER && !count_possible(fmu, v, *(const int *)value, message, size))
+    for (int i = 0; i < FMU_REAL_OUTPUTS; i++)
+        possible &= isfinite(output->real[i]) != 0;
+    for (int i = 0; i < FMU_FLAGS; i++)
+        possible &= (unsigned)output->flag[i] <= 1u;
+    return possible;
+}
+
+bool fmu_values_possible(const struct fmu *fmu, const struct fmu_snapshot *snapshot, const void *parameters,
+                         char *message, size_t size)
+{
+    for (unsigned i = 0; i < fmu->model->rows; i++) {
+        const struct fmu_variable *v = fmu_find(fmu->model, i);
+        if (!v || v->causality != FMU_PARAMETER)
+            continue;
+        if (v->base == FMU_INTEGER &&
+            !count_possible(fmu, v, integer(parameters, v->offset), message, size))
             return false;
-        if ((v->base == FMU_REAL && !isfinite(*(const double *)value)) ||
-            (v->base == FMU_BOOLEAN && (unsigned)*(const int *)value > 1u)) {
+        if (v->base == FMU_REAL && !isfinite(real(parameters, v->offset))) {
             snprintf(message, size, "%s has no finite value", v->name);
             return false;
         }
     }
-    return true;
+    if (outputs_possible(&snapshot->output))
+        return true;
+    snprintf(message, size, "an output has no finite value");
+    return false;
 }
 
 /* The variable behind a reference, if it is one of the right type; otherwise says why not. */
 static const struct fmu_variable *lookup(const struct fmu *fmu, const char *function,
-                                         enum fmu_base base, fmi2ValueReference reference)
+                                         enum fmu_base base, unsigned reference)
 {
     const struct fmu_variable *variable = fmu_find(fmu->model, reference);
 
     if (!variable) {
-        fmu_say(fmu, fmi2Error, "%s: %s has no variable with the value reference %u.", function,
+        fmu_say(fmu, FMU_ERROR, "%s: %s has no variable with the value reference %u.", function,
                 fmu->model->identifier, reference);
         return NULL;
     }
     if (variable->base != base) {
-        fmu_say(fmu, fmi2Error, "%s: variable %s is of type %s, not %s.", function, variable->name,
+        fmu_say(fmu, FMU_ERROR, "%s: variable %s is of type %s, not %s.", function, variable->name,
                 BASE_NAME[variable->base], BASE_NAME[base]);
         return NULL;
     }
@@ -116,9 +128,9 @@ static const struct fmu_variable *lookup(const struct fmu *fmu, const char *func
 }
 
 /* The variable behind a reference that lookup has accepted. */
-static const struct fmu_variable *accepted(fmi2ValueReference reference)
+static const struct fmu_variable *accepted(const struct fmu *fmu, unsigned reference)
 {
-    return &FMU_TABLE[reference];
+    return &fmu->model->table[reference];
 }
 
 static bool null_arrays(const struct fmu *fmu, const char *function, const void *references,
@@ -126,142 +138,132 @@ static bool null_arrays(const struct fmu *fmu, const char *function, const void 
 {
     if (count == 0 || (references && values))
         return false;
-    fmu_say(fmu, fmi2Error, "%s: an array is a null pointer.", function);
+    fmu_say(fmu, FMU_ERROR, "%s: an array is a null pointer.", function);
     return true;
 }
 
-fmi2Status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
-                   const fmi2ValueReference references[], size_t count, void *values)
+enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
+                   const unsigned references[], size_t count, void *values)
 {
     if (!fmu_may(fmu, function, FMU_INITIALIZATION | FMU_STEP_COMPLETE | FMU_TERMINATED) ||
         null_arrays(fmu, function, references, values, count))
-        return fmi2Error;
+        return FMU_ERROR;
     for (size_t i = 0; i < count; i++) {
         const struct fmu_variable *v = lookup(fmu, function, base, references[i]);
         if (!v)
-            return fmi2Error;
-        if (v->causality == FMU_OUTPUT && fmu_start_outputs(fmu, function) != fmi2OK)
-            return fmi2Error;
+            return FMU_ERROR;
+        if (v->causality == FMU_OUTPUT && fmu_start_outputs(fmu, function) != FMU_OK)
+            return FMU_ERROR;
         if (base == FMU_REAL)
-            ((double *)values)[i] = *(double *)at(&fmu->now.values, v);
+            ((double *)values)[i] = *(double *)at(fmu, v);
         else
-            ((int *)values)[i] = *(int *)at(&fmu->now.values, v);
+            ((int *)values)[i] = *(int *)at(fmu, v);
     }
-    return fmi2OK;
+    return FMU_OK;
 }
 
 /* May this variable be set now? Otherwise says why not. */
 static bool settable(const struct fmu *fmu, const char *function, const struct fmu_variable *variable)
 {
     if (variable->causality == FMU_OUTPUT) {
-        fmu_say(fmu, fmi2Error, "%s: %s is an output; it cannot be set.", function, variable->name);
+        fmu_say(fmu, FMU_ERROR, "%s: %s is an output; it cannot be set.", function, variable->name);
         return false;
     }
-    if (variable->causality == FMU_PARAMETER && fmu->now.phase == FMU_STEP_COMPLETE) {
-        fmu_say(fmu, fmi2Error,
-                "%s: %s is a fixed parameter; set it before fmi2ExitInitializationMode.", function,
+    if (variable->causality == FMU_PARAMETER && fmu->now->phase == FMU_STEP_COMPLETE) {
+        fmu_say(fmu, FMU_ERROR,
+                "%s: %s is a fixed parameter; set it before initialization ends.", function,
                 variable->name);
         return false;
     }
     return true;
 }
 
-fmi2Status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
-                   const fmi2ValueReference references[], size_t count, const void *values)
+enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
+                   const unsigned references[], size_t count, const void *values)
 {
     char message[256];
 
     if (!fmu_may(fmu, function, FMU_INSTANTIATED | FMU_INITIALIZATION | FMU_STEP_COMPLETE) ||
         null_arrays(fmu, function, references, values, count))
-        return fmi2Error;
+        return FMU_ERROR;
     for (size_t i = 0; i < count; i++) { /* all are checked before any is set */
         const struct fmu_variable *v = lookup(fmu, function, base, references[i]);
         if (!v || !settable(fmu, function, v))
-            return fmi2Error;
+            return FMU_ERROR;
         if (base == FMU_REAL && !isfinite(((const double *)values)[i]))
-            return fmu_say(fmu, fmi2Discard,
+            return fmu_say(fmu, FMU_DISCARD,
                            "%s: %s must be a finite number, not %g; it keeps its last value.", function,
                            v->name, ((const double *)values)[i]);
         if (base == FMU_INTEGER &&
             !count_possible(fmu, v, ((const int *)values)[i], message, sizeof message))
-            return fmu_say(fmu, fmi2Error, "%s: %s.", function, message);
+            return fmu_say(fmu, FMU_ERROR, "%s: %s.", function, message);
     }
     for (size_t i = 0; i < count; i++) {
-        void *target = at(&fmu->now.values, accepted(references[i]));
+        void *target = at(fmu, accepted(fmu, references[i]));
         if (base == FMU_REAL)
             *(double *)target = ((const double *)values)[i];
         else
             *(int *)target = ((const int *)values)[i];
     }
-    fmu->outputs_stale |= fmu->now.phase != FMU_STEP_COMPLETE;
-    return fmi2OK;
+    fmu->outputs_stale |= fmu->now->phase != FMU_STEP_COMPLETE;
+    return FMU_OK;
 }
 
-/* Is one Real asked for, of one of these causalities (bits), in one of these phases? Then nothing else can
- * be in the way. What an FMI layer costs a tick is in such checks, so here they are once more in short. */
-static inline bool one_real(const struct fmu *fmu, unsigned phases, unsigned causalities,
-                            const fmi2ValueReference references[], size_t count, const double values[])
+/* Is one Real asked for, of this causality, in one of these phases? Then nothing else can be in the way.
+ * What an FMI layer costs a tick is in such checks, so here they are once more in short. */
+static inline bool one_real(const struct fmu *fmu, unsigned phases, enum fmu_causality causality,
+                            const unsigned references[], size_t count, const double values[])
 {
-    if (!fmu || count != 1 || !references || !values || !((unsigned)fmu->now.phase & phases))
+    if (!fmu || count != 1 || !references || !values || !((unsigned)fmu->now->phase & phases))
         return false;
     const struct fmu_variable *v = fmu_find(fmu->model, references[0]);
-    return v && v->base == FMU_REAL && causalities >> v->causality & 1u;
+    return v && v->base == FMU_REAL && v->causality == causality;
 }
 
-fmi2Status fmu_get_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
-                        double values[])
+enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
+                             double values[])
 {
-    if (!one_real(fmu, FMU_STEP_COMPLETE, 1u << FMU_OUTPUT, references, count, values))
-        return fmu_get(fmu, "fmi2GetReal", FMU_REAL, references, count, values);
-    *values = *(const double *)at(&fmu->now.values, accepted(references[0]));
-    return fmi2OK;
+    if (!one_real(fmu, FMU_STEP_COMPLETE, FMU_OUTPUT, references, count, values))
+        return fmu_get(fmu, function, FMU_REAL, references, count, values);
+    *values = *(const double *)((const char *)&fmu->now->output + accepted(fmu, references[0])->offset);
+    return FMU_OK;
 }
 
-fmi2Status fmu_set_real(struct fmu *fmu, const fmi2ValueReference references[], size_t count,
-                        const double values[])
+enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
+                             const double values[])
 {
-    if (!one_real(fmu, FMU_STEP_COMPLETE, 1u << FMU_INPUT, references, count, values) || !isfinite(*values))
-        return fmu_set(fmu, "fmi2SetReal", FMU_REAL, references, count, values);
-    *(double *)at(&fmu->now.values, accepted(references[0])) = *values;
-    return fmi2OK;
+    if (!one_real(fmu, FMU_STEP_COMPLETE, FMU_INPUT, references, count, values) || !isfinite(*values))
+        return fmu_set(fmu, function, FMU_REAL, references, count, values);
+    *(double *)((char *)fmu->now->input + accepted(fmu, references[0])->offset) = *values;
+    return FMU_OK;
 }
 
-fmi2Status fmu_set_input_derivatives(struct fmu *fmu, const fmi2ValueReference references[],
-                                     size_t count, const fmi2Integer order[], const double values[])
+enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function, const unsigned references[],
+                                          size_t count, const int order[], const double values[])
 {
-    static const char function[] = "fmi2SetRealInputDerivatives";
-
-    if (!fmu_may(fmu, function, FMU_INSTANTIATED | FMU_INITIALIZATION | FMU_STEP_COMPLETE) ||
-        null_arrays(fmu, function, references, values, count) ||
+    if (!fmu_may(fmu, function, FMU_INSTANTIATED | FMU_INITIALIZATION | FMU_STEP_COMPLETE))
+        return FMU_ERROR;
+    if (!fmu->model->interpolates)
+        return fmu_lacks(fmu, function);
+    if (null_arrays(fmu, function, references, values, count) ||
         null_arrays(fmu, function, references, order, count))
-        return fmi2Error;
+        return FMU_ERROR;
     for (size_t i = 0; i < count; i++) {
         const struct fmu_variable *v = lookup(fmu, function, FMU_REAL, references[i]);
         if (!v)
-            return fmi2Error;
+            return FMU_ERROR;
         if (v->causality != FMU_INPUT)
-            return fmu_say(fmu, fmi2Error, "%s: %s is not an input.", function, v->name);
+            return fmu_say(fmu, FMU_ERROR, "%s: %s is not an input.", function, v->name);
         if (order[i] != 1)
-            return fmu_say(fmu, fmi2Error,
+            return fmu_say(fmu, FMU_ERROR,
                            "%s: order %d of %s; inputs are interpolated linearly, from order 1 only.",
                            function, order[i], v->name);
         if (!isfinite(values[i]))
-            return fmu_say(fmu, fmi2Discard,
+            return fmu_say(fmu, FMU_DISCARD,
                            "%s: the derivative of %s must be a finite number, not %g; it keeps its "
                            "last value.", function, v->name, values[i]);
     }
-    for (size_t i = 0; i < count; i++) {
-        const size_t place = accepted(references[i])->offset - offsetof(struct fmu_values, input);
-        *(double *)((char *)&fmu->now.slope + place) = values[i];
-    }
-    return fmi2OK;
-}
-
-fmi2Status fmu_get_output_derivatives(struct fmu *fmu)
-{
-    if (!fmu_may(fmu, "fmi2GetRealOutputDerivatives", FMU_STEP_COMPLETE | FMU_TERMINATED))
-        return fmi2Error;
-    return fmu_say(fmu, fmi2Error,
-                   "fmi2GetRealOutputDerivatives: outputs are held between ticks and have no "
-                   "derivatives (maxOutputDerivativeOrder is 0).");
+    for (size_t i = 0; i < count; i++)
+        *(double *)((char *)fmu->now->slope + accepted(fmu, references[i])->offset) = values[i];
+    return FMU_OK;
 }
