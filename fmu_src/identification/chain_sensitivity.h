@@ -15,14 +15,6 @@ struct chain_record {
     size_t samples;
 };
 
-/* A parameter of an effect that is fitted: where in struct chain_parameters, whether its effect stands
- * before the core, and by how much it is changed for a difference quotient. */
-struct chain_knob {
-    size_t offset;
-    int before_core;
-    double step;
-};
-
 enum { CHAIN_MAX_KNOBS = 96 };
 
 HIDDEN_BEGIN
@@ -33,15 +25,12 @@ size_t chain_predict(const struct chain_parameters *parameters, const struct cha
                      double *measured, double *core_input, double *core_output);
 
 /* The same with `sensitivity`: a row per sample with the derivatives by the rules' parameters (in the
- * order of struct it2_rule) and the knobs.
+ * order of struct it2_rule) and by the Real parameters at these places in struct chain_parameters.
  *
- * The rules' are exact (forward sensitivities), and so is what every stage makes of those before it. By
- * its own parameters each stage is differentiated by central differences: an effect needs no more than
- * its step for that. Only the play operators' weights, which are many, need none. Returns 0 if there is
- * no memory for it. */
+ * All are exact: forward sensitivities, by the stages' tangents. By a parameter at which the reading has a
+ * corner the derivative is that of one side, or the mean of both. Returns 0 if there is no memory for it. */
 size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_record *record,
-                         const struct chain_knob *knobs, int count, double *measured,
-                         double *sensitivity);
+                         const size_t *places, int count, double *measured, double *sensitivity);
 
 HIDDEN_END
 

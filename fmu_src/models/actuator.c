@@ -9,6 +9,8 @@ bool actuator_check(const struct fmu_model *model, const void *parameters, char 
 
 size_t actuator_prepare(void *constants, const void *parameters)
 {
-    chain_prepare(constants, parameters);
-    return chain_state_in_use(constants);
+    struct chain *chain = constants;
+
+    chain_prepare(chain, parameters);
+    return chain->state_in_use;
 }

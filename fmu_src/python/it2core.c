@@ -42,7 +42,7 @@ EXPORT double it2core_chain_equilibrium(const void *parameters);
 EXPORT size_t it2core_chain_predict(const void *parameters, const struct chain_record *record,
                                     double *measured, double *core_input, double *core_output);
 EXPORT size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,
-                                        const struct chain_knob *knobs, int count, double *measured,
+                                        const size_t *places, int count, double *measured,
                                         double *sensitivity);
 
 static struct it2_range range_of(const double *range)
@@ -198,8 +198,8 @@ size_t it2core_chain_predict(const void *parameters, const struct chain_record *
 }
 
 size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,
-                                 const struct chain_knob *knobs, int count, double *measured,
+                                 const size_t *places, int count, double *measured,
                                  double *sensitivity)
 {
-    return chain_sensitivity(parameters, record, knobs, count, measured, sensitivity);
+    return chain_sensitivity(parameters, record, places, count, measured, sensitivity);
 }

@@ -34,9 +34,11 @@ struct run {
     double core_output[TICKS];
 };
 
+/* The rules' parameters first. */
 struct columns {
     int count;
-    struct chain_knob knob[MOST_COLUMNS]; /* the rules' parameters are none, but have place and step */
+    size_t place[MOST_COLUMNS]; /* in struct chain_parameters */
+    double step[MOST_COLUMNS];  /* of a difference quotient */
 };
 
 static double *value_at(struct chain_parameters *p, size_t offset)
@@ -117,63 +119,65 @@ static void is_the_chain(const struct chain_parameters *p, const struct signals 
 /* --- sensitivities ------------------------------------------------------------------------------- */
 
 /* Adds a row of parameters, but for those that are off. */
-static void add(struct columns *c, struct chain_parameters *p, size_t first, int count, int before_core)
+static void add(struct columns *c, struct chain_parameters *p, size_t first, int count)
 {
     for (int i = 0; i < count; i++) {
         const size_t offset = first + (size_t)i * sizeof(double);
         const double step = STEP * fabs(*value_at(p, offset));
-        if (step > 0.0)
-            c->knob[c->count++] = (struct chain_knob){ offset, before_core, step };
+        if (step > 0.0) {
+            c->place[c->count] = offset;
+            c->step[c->count++] = step;
+        }
     }
 }
 
-#define ADD(member, before_core) \
-    add(c, p, offsetof(struct chain_parameters, member), (int)(sizeof p->member / (sizeof(double))), \
-        (before_core))
+#define ADD(member) \
+    add(c, p, offsetof(struct chain_parameters, member), (int)(sizeof p->member / (sizeof(double))))
 
 /* All that can be fitted, first the rules' parameters. */
 static void every_column(struct columns *c, struct chain_parameters *p)
 {
     c->count = 0;
-    add(c, p, offsetof(struct chain_parameters, rule), IT2_RULE_PARAMETERS * p->ruleCount, 0);
-    ADD(delay, 1);
-    ADD(slew, 1);
-    ADD(saturation, 1);
-    ADD(lag, 1);
-    ADD(play, 1);
-    ADD(initialDisplacement, 0);
-    ADD(initialRestOffset, 1);
-    ADD(initialExcursion, 1);
-    ADD(load, 0);
-    ADD(creep, 0);
-    ADD(initialCreep, 0);
-    ADD(resonance, 0);
-    ADD(drift, 0);
-    ADD(nonlinearity, 0);
-    ADD(hum, 0);
+    add(c, p, offsetof(struct chain_parameters, rule), IT2_RULE_PARAMETERS * p->ruleCount);
+    ADD(delay);
+    ADD(slew);
+    ADD(saturation);
+    ADD(lag);
+    ADD(play);
+    ADD(initialDisplacement);
+    ADD(initialRestOffset);
+    ADD(initialExcursion);
+    ADD(load);
+    ADD(creep);
+    ADD(initialCreep);
+    ADD(displacementZero);
+    ADD(resonance);
+    ADD(drift);
+    ADD(nonlinearity);
+    ADD(hum);
 }
 
 /* Returns whether the column is far above what rounding makes of its difference quotient. */
 static bool column_is_the_derivative(const struct chain_parameters *p, const struct signals *s,
-                                     const struct chain_knob *knob, const double *column, int stride)
+                                     size_t place, double step, const double *column, int stride)
 {
     struct chain_parameters changed = *p;
     struct run below, above;
     double largest = 0.0, deviation = 0.0, furthest = RANGE;
 
-    *value_at(&changed, knob->offset) -= knob->step;
+    *value_at(&changed, place) -= step;
     predict(&changed, s, &below);
-    *value_at(&changed, knob->offset) += 2.0 * knob->step;
+    *value_at(&changed, place) += 2.0 * step;
     predict(&changed, s, &above);
     for (int k = 0; k < TICKS; k++) {
-        const double slope = (above.measured[k] - below.measured[k]) / (2.0 * knob->step);
+        const double slope = (above.measured[k] - below.measured[k]) / (2.0 * step);
         largest = fmax(largest, fabs(slope));
         deviation = fmax(deviation, fabs(column[(size_t)k * (size_t)stride] - slope));
         furthest = fmax(furthest, fabs(above.measured[k]));
     }
-    const double rounding = NOISE * furthest / knob->step;
+    const double rounding = NOISE * furthest / step;
     if (!CHECK(deviation <= TOLERANCE * largest + rounding))
-        fprintf(stderr, "offset %zu: off by %g of %g, rounding %g\n", knob->offset, deviation, largest,
+        fprintf(stderr, "offset %zu: off by %g of %g, rounding %g\n", place, deviation, largest,
                 rounding);
     return TOLERANCE * largest > rounding;
 }
@@ -191,13 +195,13 @@ static double are_the_derivatives(struct chain_parameters *p, const struct signa
 
     every_column(&c, p);
     const size_t done =
-        chain_sensitivity(p, &record, c.knob + rules, c.count - rules, measured, sensitivity);
+        chain_sensitivity(p, &record, c.place + rules, c.count - rules, measured, sensitivity);
     CHECK(done == TICKS);
     predict(p, s, &run);
     for (int k = 0; k < TICKS; k++)
         CHECK_NEAR(measured[k], run.measured[k], RANGE, 1e-14);
     for (int j = 0; j < c.count; j++)
-        told += column_is_the_derivative(p, s, &c.knob[j], sensitivity + j, c.count);
+        told += column_is_the_derivative(p, s, c.place[j], c.step[j], sensitivity + j, c.count);
     return (double)told / c.count;
 }
 

@@ -155,6 +155,7 @@ _SINGLE_TEXT = """\
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
 
 #include "it2_single.h"
 
