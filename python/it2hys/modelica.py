@@ -23,11 +23,8 @@ LIBRARY_VERSION = "0.1.0"
 PACKAGE = "IT2Hysteresis.Parameters"
 C_SOURCES = "Resources/C-Sources"
 
-#: FMI itself, what finds the parameter set of a packaged FMU, and what the FMUs do not call.
-NOT_COMPILED = {
-    *("fmi2_functions.h", "fmi2_prefix.h", "IT2Plant.c", "IT2Inverse.c"),
-    *("fmu_location.c", "fmu_parameters.c", "it2_free_run.c"),
-}
+#: The chain, the layer and the models, as one C file (`it2hys.amalgamation`).
+SOURCES = ("it2hys.h", "it2hys.c")
 
 #: Quantities of the table that `Modelica.Units.SI` has a type for, of the same name and unit.
 SI_QUANTITIES = {
@@ -131,8 +128,7 @@ def write_library(directory: Path) -> None:
 def generated_files() -> dict[str, bytes]:
     """Return records and C sources by their place in the library."""
     native = native_directory()
-    sources = [p for p in (native / "sources").glob("*.[ch]") if p.name not in NOT_COMPILED]
-    copies = [*sorted(sources), native / "LICENSE"]
+    copies = [*(native / "sources" / name for name in SOURCES), native / "LICENSE"]
     return {
         "Parameters/Base.mo": format_base().encode(),
         "Parameters/Table1.mo": format_record(table_1(), "Table1", PACKAGE).encode(),

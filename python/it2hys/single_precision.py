@@ -2,10 +2,11 @@
 
 There is one text of every equation: what is in double becomes float, with names of its own, so that
 both forms can be in one program. The IT2 core is that of `it2_single.h`, whose exponentials are made
-for it.
+for it. Only the standard library is used, because the C build runs this.
 """
 
 import re
+import sys
 from pathlib import Path
 
 # the list of stages
@@ -40,7 +41,7 @@ def single_precision(folder: Path) -> str:
     Parameters
     ----------
     folder : Path
-        Of the core's sources, as the package carries them.
+        Of the core's sources: fmu_src/core.
 
     Returns
     -------
@@ -92,3 +93,7 @@ def _inlined(match: re.Match) -> str:
     if LEFT_OUT.fullmatch(match["name"]):
         return ""
     return "static inline " + re.sub(r"^(static )?(inline )?", "", match[0])
+
+
+if __name__ == "__main__":  # the C build: from fmu_src/core to a file of the package
+    Path(sys.argv[2]).write_text(single_precision(Path(sys.argv[1])), encoding="utf-8", newline="\n")

@@ -1,8 +1,8 @@
 /* What the external functions of the Modelica library call: plant and inverse in one translation unit.
  *
- * The other files of this folder are copies of fmu_src, made by `python -m it2hys.modelica`. A tool
- * compiles them through this header alone, which every external function includes. An external object
- * holds one instance of the FMUs' layer; FMI itself has no part in it. */
+ * it2hys.c and it2hys.h are generated from fmu_src by `python -m it2hys.modelica`. A tool compiles them
+ * through this header alone, which every external function includes. An external object holds one instance
+ * of the FMUs' layer; FMI itself has no part in it. */
 #ifndef IT2HYSTERESIS_H
 #define IT2HYSTERESIS_H
 
@@ -14,40 +14,8 @@
 
 #include "ModelicaUtilities.h"
 
-/* --- chain, layer and models ---------------------------------------------------------------------------------- */
-
-#include "it2_check.c"
-#include "it2_gradient.c"
-#include "it2_inverse.c"
-#include "it2_model.c"
-#include "it2_range.c"
-
-#include "creep.c"
-#include "delay.c"
-#include "drift.c"
-#include "hum.c"
-#include "lag.c"
-#include "load.c"
-#include "nonlinearity.c"
-#include "play.c"
-#include "resonance.c"
-#include "saturation.c"
-#include "slew.c"
-
-#include "chain.c"
-#include "chain_check.c"
-#include "chain_tangent.c"
-
-#include "fmu_derivative.c"
-#include "fmu_lifecycle.c"
-#include "fmu_log.c"
-#include "fmu_state.c"
-#include "fmu_step.c"
-#include "fmu_variables.c"
-
-#include "actuator.c"
-#include "inverse.c"
-#include "plant.c"
+#define IT2HYS_NO_RESOURCES /* parameters come from a Modelica record */
+#include "it2hys.c"
 
 /* --- objects ----------------------------------------------------------------------------------- */
 
