@@ -269,7 +269,7 @@ static double inverse_with_effects(const struct chain *chain, struct chain_state
     /* what acts behind the core does so when the voltage arrives */
     const struct chain_surroundings later = { around->force, around->temperature,
                                               around->time + chain->latency };
-    double input[CHAIN_STAGE_COUNT];
+    double input[CHAIN_STAGE_COUNT] = { 0.0 };
     double passed;
     unsigned cut = 0;
 

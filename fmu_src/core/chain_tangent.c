@@ -183,7 +183,7 @@ static double inverse_with_effects_tangent(const struct chain *chain, const stru
 {
     const struct chain_surroundings later = { around->force, around->temperature,
                                               around->time + chain->latency };
-    struct both input[CHAIN_STAGE_COUNT];
+    struct both input[CHAIN_STAGE_COUNT] = { { 0.0, 0.0 } };
 
     const struct both aim = solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, d_around, input);
     struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0.0 };

@@ -88,13 +88,13 @@ static bool find_set(const struct fmu_model *model, const struct fmu_set *compil
     uint64_t half[2];
 
     if (!read_token(token, half) || half[0] != model->table_hash ||
-        (half[1] != compiled_in->hash && !compiled_in->load)) {
+        (half[1] != compiled_in->hash && !compiled_in->find)) {
         snprintf(message, size, "the GUID '%.64s' is not that of a modelDescription.xml for this binary "
                  "of %s.", token, model->identifier);
         return false;
     }
     if (half[1] != compiled_in->hash)
-        return compiled_in->load(model, half[1], resources, parameters, message, size);
+        return compiled_in->find(model, half[1], resources, parameters, message, size);
     memcpy(parameters, compiled_in->parameters, model->parameters_size);
     return true;
 }

@@ -284,7 +284,7 @@ static double inverse_with_effects(const struct chain *chain, struct chain_state
     /* what acts behind the core does so when the voltage arrives */
     const struct chain_surroundings later = { around->force, around->temperature,
                                               around->time + chain->latency };
-    double input[CHAIN_STAGE_COUNT];
+    double input[CHAIN_STAGE_COUNT] = { 0.0 };
     double passed;
     unsigned cut = 0;
 
@@ -590,7 +590,7 @@ static double inverse_with_effects_tangent(const struct chain *chain, const stru
 {
     const struct chain_surroundings later = { around->force, around->temperature,
                                               around->time + chain->latency };
-    struct both input[CHAIN_STAGE_COUNT];
+    struct both input[CHAIN_STAGE_COUNT] = { { 0.0, 0.0 } };
 
     const struct both aim = solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, d_around, input);
     struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0.0 };
@@ -2945,13 +2945,13 @@ static bool find_set(const struct fmu_model *model, const struct fmu_set *compil
     uint64_t half[2];
 
     if (!read_token(token, half) || half[0] != model->table_hash ||
-        (half[1] != compiled_in->hash && !compiled_in->load)) {
+        (half[1] != compiled_in->hash && !compiled_in->find)) {
         snprintf(message, size, "the GUID '%.64s' is not that of a modelDescription.xml for this binary "
                  "of %s.", token, model->identifier);
         return false;
     }
     if (half[1] != compiled_in->hash)
-        return compiled_in->load(model, half[1], resources, parameters, message, size);
+        return compiled_in->find(model, half[1], resources, parameters, message, size);
     memcpy(parameters, compiled_in->parameters, model->parameters_size);
     return true;
 }

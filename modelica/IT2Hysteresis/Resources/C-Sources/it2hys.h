@@ -1105,7 +1105,7 @@ struct fmu_set {
     const void *parameters;
 
     /* Finds the set of another hash in the resources; NULL where there are no others. */
-    bool (*load)(const struct fmu_model *, uint64_t hash, const char *resources, void *parameters,
+    bool (*find)(const struct fmu_model *, uint64_t hash, const char *resources, void *parameters,
                  char *message, size_t size);
 };
 
@@ -1229,7 +1229,7 @@ enum fmu_status fmu_set_debug_logging(struct fmu *fmu, const char *function, boo
 
 /* --- parameter set ----------------------------------------------------------------------------- */
 
-/* `load` of struct fmu_set, from resources/parameters.ssv. */
+/* `find` of struct fmu_set, from resources/parameters.ssv. */
 bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const char *resources,
                          void *parameters, char *message, size_t size);
 
@@ -1243,7 +1243,7 @@ struct fmu *fmu_create(const struct fmu_model *model, const char *name, const vo
                        const struct fmu_host *host, bool logging);
 
 /* The same with the set that the token {table hash, parameter hash} means: the one compiled in, or another
- * one that is loaded. Where it cannot be, NULL, and the host's log says why. */
+ * one that is found. Where it cannot be, NULL, and the host's log says why. */
 struct fmu *fmu_instantiate(const struct fmu_model *model, const struct fmu_set *compiled_in,
                             const char *function, const char *name, const char *token,
                             const char *resources, const struct fmu_host *host, bool logging);
