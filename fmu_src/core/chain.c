@@ -9,6 +9,7 @@
 
 /* --- the list ---------------------------------------------------------------------------------- */
 
+/* clang-format off */
 #define PLACE(name, side, memory, at, beside, size) \
     { &name##_stage, CHAIN_##side, CHAIN_##memory, offsetof(struct chain, name), sizeof(struct name), at, \
       beside, size },
@@ -25,6 +26,7 @@
 const struct chain_place CHAIN_PLACES[CHAIN_STAGE_COUNT] = {
     CHAIN_STAGES(PLACE_NONE, PLACE_AIMED, PLACE_SHORT, PLACE_LONG, PLACE_LONGEST)
 };
+/* clang-format on */
 
 /* --- set up ------------------------------------------------------------------------------------ */
 
@@ -78,7 +80,8 @@ static double rest(const struct chain *chain, int first, int end, struct chain_s
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
         if (place->stage->rest)
-            y = place->stage->rest(chain_constants_of(chain, place), chain_state_of(state, place), y, parameters);
+            y = place->stage->rest(chain_constants_of(chain, place), chain_state_of(state, place), y,
+                                   parameters);
     }
     return y;
 }
@@ -227,7 +230,8 @@ static double solve(const struct chain *chain, int first, int end, struct chain_
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
         if (place->stage->inverse && !place->stage->limits)
-            y = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), y, around);
+            y = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), y,
+                                      around);
         input[i] = y;
     }
     return y;
@@ -236,8 +240,8 @@ static double solve(const struct chain *chain, int first, int end, struct chain_
 /* The nearest voltage to `wanted` that may be given. `*passed` is what the amplifier makes of it: something
  * else only while the amplifier, at rest at the start, is farther out of the range than it can come back in a
  * tick. */
-static double within_limits(const struct chain *chain, struct chain_state *state, double wanted,
-                            double *passed, unsigned *limits)
+static double within_limits(const struct chain *chain, struct chain_state *state, double wanted, double *passed,
+                            unsigned *limits)
 {
     double x = wanted, allowed = wanted;
     bool followed = false;
@@ -249,7 +253,8 @@ static double within_limits(const struct chain *chain, struct chain_state *state
         allowed = is_followed(place) ? within_voltages(chain, x) : x;
         if (other_voltage(chain, allowed, x))
             *limits |= CHAIN_VOLTAGE_RANGE;
-        x = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), allowed, NULL);
+        x = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), allowed,
+                                  NULL);
         if (other_voltage(chain, x, allowed))
             *limits |= CHAIN_AMPLIFIER;
         followed |= is_followed(place);
@@ -261,9 +266,8 @@ static double within_limits(const struct chain *chain, struct chain_state *state
     return voltage;
 }
 
-static double inverse_with_effects(const struct chain *chain, struct chain_state *state,
-                                   double displacement, const struct chain_surroundings *around,
-                                   unsigned *limits)
+static double inverse_with_effects(const struct chain *chain, struct chain_state *state, double displacement,
+                                   const struct chain_surroundings *around, unsigned *limits)
 {
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */

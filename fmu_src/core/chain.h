@@ -47,6 +47,7 @@ struct chain_parameters {
     CHAIN_EVERY_STAGE(CHAIN_MEMBER)
 };
 
+/* clang-format off */
 enum chain_stage {
 #define CHAIN_INDEX(name, NAME, side) CHAIN_STAGE_##NAME,
     CHAIN_EVERY_STAGE(CHAIN_INDEX)
@@ -57,6 +58,7 @@ enum chain_effect {
 #define CHAIN_BIT(name, NAME, side) CHAIN_##NAME = 1 << CHAIN_STAGE_##NAME,
     CHAIN_EVERY_STAGE(CHAIN_BIT)
 };
+/* clang-format on */
 
 struct chain {
     unsigned effects;                        /* that are on, between voltage and displacement (bits) */
@@ -102,8 +104,8 @@ struct chain_place {
     enum chain_memory memory;
     size_t constants; /* in struct chain */
     size_t constants_size;
-    size_t state;     /* in struct chain_state; of a stage without one, nowhere */
-    size_t reached;   /* the same for what the plant reached, where that is kept beside */
+    size_t state;   /* in struct chain_state; of a stage without one, nowhere */
+    size_t reached; /* the same for what the plant reached, where that is kept beside */
     size_t state_size;
 };
 
@@ -159,8 +161,7 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *parameter
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 
-static inline void chain_copy(const struct chain *chain, struct chain_state *to,
-                              const struct chain_state *from)
+static inline void chain_copy(const struct chain *chain, struct chain_state *to, const struct chain_state *from)
 {
     memcpy(to, from, chain->state_in_use);
 }

@@ -38,8 +38,8 @@ bool chain_check(const struct chain_parameters *parameters, char *message, size_
     if (!(parameters->sampleTime > 0.0))
         return refuse(message, size, "sampleTime is %g s; it must be positive", parameters->sampleTime);
     if (!(parameters->voltageMin < parameters->voltageMax))
-        return refuse(message, size, "voltageMin, %g V, must be below voltageMax, %g V",
-                      parameters->voltageMin, parameters->voltageMax);
+        return refuse(message, size, "voltageMin, %g V, must be below voltageMax, %g V", parameters->voltageMin,
+                      parameters->voltageMax);
     return it2_check(parameters->rule, parameters->ruleCount, range, message, size) &&
            check_stages(parameters, message, size) && check_start(parameters, message, size);
 }

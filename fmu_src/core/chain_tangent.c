@@ -10,20 +10,21 @@ struct both {
     double d;
 };
 
-static double stage_tangent(const struct chain *chain, int i, const void *state, double x, void *d_state, double d_x,
-                      const struct chain_surroundings *d_around)
+static double stage_tangent(const struct chain *chain, int i, const void *state, double x, void *d_state,
+                            double d_x, const struct chain_surroundings *d_around)
 {
     const struct stage_analysis *analysis = chain_analysis(chain, i);
 
     if (analysis->tangent)
-        analysis->tangent(chain_constants_of(chain, chain_active(chain, i)), state, x, d_around, 1, d_state, &d_x);
+        analysis->tangent(chain_constants_of(chain, chain_active(chain, i)), state, x, d_around, 1, d_state,
+                          &d_x);
     return d_x;
 }
 
 /* Takes x on over the stages from number `first` to before `end`; advances `state` and `d`. */
-static struct both walk_tangent(const struct chain *chain, int first, int end, struct chain_state *state, struct both x,
-                        const struct chain_surroundings *around, struct chain_state *d,
-                        const struct chain_surroundings *d_around)
+static struct both walk_tangent(const struct chain *chain, int first, int end, struct chain_state *state,
+                                struct both x, const struct chain_surroundings *around, struct chain_state *d,
+                                const struct chain_surroundings *d_around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -84,8 +85,8 @@ static struct both within(struct it2_range limits, struct both x, double d_minim
 
 /* Back over the stages that do not limit; as solve of chain.c. */
 static struct both solve_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
-                         struct both y, const struct chain_surroundings *around, struct chain_state *d,
-                         const struct chain_surroundings *d_around, struct both input[])
+                                 struct both y, const struct chain_surroundings *around, struct chain_state *d,
+                                 const struct chain_surroundings *d_around, struct both input[])
 {
     struct chain_state copy;
 
@@ -96,8 +97,8 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->stage->inverse && !place->stage->limits) {
             y.value = place->stage->inverse(constants, chain_state_of(&copy, place), y.value, around);
-            y.d = chain_analysis(chain, i)->inverse_tangent(constants, own, y.value, chain_state_of(d, place), y.d,
-                                                            d_around);
+            y.d = chain_analysis(chain, i)->inverse_tangent(constants, own, y.value, chain_state_of(d, place),
+                                                            y.d, d_around);
         }
         input[i] = y;
     }
@@ -105,8 +106,8 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 }
 
 /* As within_limits of chain.c: what the amplifier passes on. */
-static struct both within_limits_tangent(const struct chain *chain, const struct chain_state *state, struct both x,
-                                 struct chain_state *d)
+static struct both within_limits_tangent(const struct chain *chain, const struct chain_state *state,
+                                         struct both x, struct chain_state *d)
 {
     static const struct chain_surroundings none = { 0.0, 0.0, 0.0 };
     struct chain_state copy;
@@ -134,9 +135,10 @@ static void arrive_tangent(struct chain_state *d)
 }
 
 /* As follow of chain.c. */
-static struct both follow_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
-                          struct both x, const struct chain_surroundings *around, struct chain_state *d,
-                          const struct chain_surroundings *d_around)
+static struct both follow_tangent(const struct chain *chain, int first, int end,
+                                  const struct chain_state *state, struct both x,
+                                  const struct chain_surroundings *around, struct chain_state *d,
+                                  const struct chain_surroundings *d_around)
 {
     struct chain_state copy;
 
@@ -155,8 +157,8 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
 }
 
 static void follow_plant_tangent(const struct chain *chain, const struct chain_state *state, struct both x,
-                         const struct chain_surroundings *around, struct chain_state *d,
-                         const struct chain_surroundings *d_around)
+                                 const struct chain_surroundings *around, struct chain_state *d,
+                                 const struct chain_surroundings *d_around)
 {
     x = follow_tangent(chain, 0, chain->before, state, x, around, d, d_around);
     const double y = it2_evaluate(&chain->core, state->reached.core.y, x.value);
@@ -164,8 +166,9 @@ static void follow_plant_tangent(const struct chain *chain, const struct chain_s
     follow_tangent(chain, chain->before, chain->behind, state, (struct both){ y, d_y }, around, d, d_around);
 }
 
-static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state, const struct both input[],
-                       struct chain_state *d, const struct chain_surroundings *d_around)
+static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state,
+                               const struct both input[], struct chain_state *d,
+                               const struct chain_surroundings *d_around)
 {
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -185,7 +188,8 @@ static double inverse_with_effects_tangent(const struct chain *chain, const stru
                                               around->time + chain->latency };
     struct both input[CHAIN_STAGE_COUNT] = { { 0.0, 0.0 } };
 
-    const struct both aim = solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, d_around, input);
+    const struct both aim =
+        solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, d_around, input);
     struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0.0 };
     x.d = core_inverse_tangent(chain, &state->core, x.value, &d->core, aim.d);
     const struct both wanted = solve_tangent(chain, 0, chain->before, state, x, around, d, d_around, input);
@@ -226,9 +230,9 @@ struct chain_point chain_inverse_tangent(const struct chain *chain, const struct
     chain_inverse(chain, &after, displacement, around, &limits);
     if (limits & CHAIN_REFERENCE_RANGE)
         y = (struct both){ displacement < reach.minimum ? reach.minimum : reach.maximum, 0.0 };
-    d.output = chain->effects ? inverse_with_effects_tangent(chain, state, &after, limits, y, around, &d.state,
-                                                             d_around)
-                              : inverse_of_core_tangent(chain, &state->core, y.value, y.d, &d.state.core);
+    d.output = chain->effects
+                   ? inverse_with_effects_tangent(chain, state, &after, limits, y, around, &d.state, d_around)
+                   : inverse_of_core_tangent(chain, &state->core, y.value, y.d, &d.state.core);
     return d;
 }
 
@@ -241,8 +245,8 @@ void chain_prepare_tangent(const struct chain *chain, struct chain *d,
     memset(d, 0, sizeof *d);
     for (int i = 0; i < chain->all; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        chain_analysis(chain, i)->prepare_tangent((char *)d + place->constants, chain_constants_of(chain, place),
-                                                  parameters, d_parameters);
+        chain_analysis(chain, i)->prepare_tangent((char *)d + place->constants,
+                                                  chain_constants_of(chain, place), parameters, d_parameters);
     }
 }
 
@@ -258,8 +262,9 @@ double chain_rest_tangent(const struct chain *chain, int first, int end, const s
         if (!place->stage->rest)
             continue;
         y = place->stage->rest(constants, chain_state_of(&state, place), y, parameters);
-        d_y = chain_analysis(chain, i)->rest_tangent(constants, chain_constants_of(d_chain, place),
-                                                     chain_state_of(d, place), y, d_y, parameters, d_parameters);
+        d_y =
+            chain_analysis(chain, i)->rest_tangent(constants, chain_constants_of(d_chain, place),
+                                                   chain_state_of(d, place), y, d_y, parameters, d_parameters);
     }
     return d_y;
 }

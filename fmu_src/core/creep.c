@@ -18,8 +18,10 @@ static bool creep_check(const struct chain_parameters *p, char *message, size_t 
                           element->timeConstant);
         least += fmin(element->gain, 0.0);
         if (!(least > 0.0))
-            return refuse(message, size, "1 plus the negative gains up to creep[%d].gain is %g; it must "
-                          "be positive: creep could not be inverted", i + 1, least);
+            return refuse(message, size,
+                          "1 plus the negative gains up to creep[%d].gain is %g; it must "
+                          "be positive: creep could not be inverted",
+                          i + 1, least);
     }
     return true;
 }

@@ -13,9 +13,10 @@ static bool delay_check(const struct chain_parameters *p, char *message, size_t 
     if (!(p->delay.time >= 0.0))
         return refuse(message, size, "delay.time is %g s; it must not be negative", p->delay.time);
     if (!(p->delay.time <= (DELAY_MAX_TICKS + ROUNDING) * p->sampleTime))
-        return refuse(message, size, "delay.time is %g s; at a sampleTime of %g s it must be at most %g s, "
-                      "%d ticks", p->delay.time, p->sampleTime, DELAY_MAX_TICKS * p->sampleTime,
-                      DELAY_MAX_TICKS);
+        return refuse(message, size,
+                      "delay.time is %g s; at a sampleTime of %g s it must be at most %g s, "
+                      "%d ticks",
+                      p->delay.time, p->sampleTime, DELAY_MAX_TICKS * p->sampleTime, DELAY_MAX_TICKS);
     return true;
 }
 

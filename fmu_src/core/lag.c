@@ -15,8 +15,10 @@ static bool lag_check(const struct chain_parameters *p, char *message, size_t si
         return refuse(message, size, "lag.timeConstant is %g s; it must be positive, or 0 for no lag",
                       time_constant);
     if (!(time_constant <= LAG_SLOWEST * p->sampleTime))
-        return refuse(message, size, "lag.timeConstant is %g s; at a sampleTime of %g s it must be at "
-                      "most %g s", time_constant, p->sampleTime, LAG_SLOWEST * p->sampleTime);
+        return refuse(message, size,
+                      "lag.timeConstant is %g s; at a sampleTime of %g s it must be at "
+                      "most %g s",
+                      time_constant, p->sampleTime, LAG_SLOWEST * p->sampleTime);
     return true;
 }
 

@@ -5,8 +5,10 @@
 static bool load_check(const struct chain_parameters *p, char *message, size_t size)
 {
     if (!(p->load.compliance >= 0.0))
-        return refuse(message, size, "load.compliance is %g m/N; it must not be negative (force is "
-                      "compressive positive)", p->load.compliance);
+        return refuse(message, size,
+                      "load.compliance is %g m/N; it must not be negative (force is "
+                      "compressive positive)",
+                      p->load.compliance);
     return true;
 }
 
@@ -30,7 +32,8 @@ static double load_step(const void *constants, void *state, double x, const stru
     return x - load->compliance * around->force;
 }
 
-static double load_inverse(const void *constants, void *state, double y, const struct chain_surroundings *around)
+static double load_inverse(const void *constants, void *state, double y,
+                           const struct chain_surroundings *around)
 {
     const struct load *load = constants;
 

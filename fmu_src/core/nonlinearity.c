@@ -157,13 +157,16 @@ static bool nonlinearity_check(const struct chain_parameters *p, char *message, 
     if (!nonlinearity_is_on(p))
         return true;
     if (!(p->nonlinearity.minimum < p->nonlinearity.maximum))
-        return refuse(message, size, "nonlinearity.minimum, %g m, must be below nonlinearity.maximum, "
-                      "%g m", p->nonlinearity.minimum, p->nonlinearity.maximum);
+        return refuse(message, size,
+                      "nonlinearity.minimum, %g m, must be below nonlinearity.maximum, "
+                      "%g m",
+                      p->nonlinearity.minimum, p->nonlinearity.maximum);
     nonlinearity_prepare(&curve, p);
     for (int i = 0; i <= CURVE_GRID; i++) {
         const double z = 2.0 * i / CURVE_GRID - 1.0;
         if (!(nonlinearity_slope(&curve, z) > 0.0))
-            return refuse(message, size, "nonlinearity.quadratic, cubic and quartic make a curve that "
+            return refuse(message, size,
+                          "nonlinearity.quadratic, cubic and quartic make a curve that "
                           "falls %g m above displacementZero; it must rise from nonlinearity.minimum "
                           "to nonlinearity.maximum",
                           curve.centre - p->displacementZero + z * curve.half_range);

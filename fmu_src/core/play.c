@@ -14,11 +14,14 @@ static bool play_check(const struct chain_parameters *p, char *message, size_t s
     for (int j = 0; j < p->playCount; j++) {
         const double least = j > 0 ? elements[j - 1].threshold : 0.0;
         if (!(elements[j].threshold >= least))
-            return refuse(message, size, "play[%d].threshold is %g V; thresholds must rise, so it must be "
-                          "at least %g V", j + 1, elements[j].threshold, least);
+            return refuse(message, size,
+                          "play[%d].threshold is %g V; thresholds must rise, so it must be "
+                          "at least %g V",
+                          j + 1, elements[j].threshold, least);
         slope += elements[j].weight;
         if (!(slope > 0.0))
-            return refuse(message, size, "1 plus the weights up to play[%d].weight is %g; it must be "
+            return refuse(message, size,
+                          "1 plus the weights up to play[%d].weight is %g; it must be "
                           "positive: the play operators would not be monotone and could not be inverted",
                           j + 1, slope);
     }
@@ -162,8 +165,7 @@ static double play_rest_tangent(const void *constants, const void *d_constants, 
         const struct play_moved turned =
             play_move(rested, element->threshold, d_element->threshold,
                       p->initialRestOffset + p->initialExcursion, d->initialRestOffset + d->initialExcursion);
-        const struct play_moved last =
-            play_move(turned, element->threshold, d_element->threshold, 0.0, 0.0);
+        const struct play_moved last = play_move(turned, element->threshold, d_element->threshold, 0.0, 0.0);
         d_h -= d_element->weight * (x + last.p) + element->weight * last.d_p;
         slope += element->weight;
         s->p[j] = last.d_p;

@@ -15,9 +15,10 @@ static bool resonance_check(const struct chain_parameters *p, char *message, siz
     if (frequency == 0.0)
         return true;
     if (!(frequency >= RESONANCE_SLOWEST / sample_time && frequency < 0.5 / sample_time))
-        return refuse(message, size, "resonance.frequency is %g Hz; at a sampleTime of %g s it must be "
-                      "%g Hz to below %g Hz (Nyquist), or 0 for none", frequency, sample_time,
-                      RESONANCE_SLOWEST / sample_time, 0.5 / sample_time);
+        return refuse(message, size,
+                      "resonance.frequency is %g Hz; at a sampleTime of %g s it must be "
+                      "%g Hz to below %g Hz (Nyquist), or 0 for none",
+                      frequency, sample_time, RESONANCE_SLOWEST / sample_time, 0.5 / sample_time);
     if (!(damping > 0.0 && damping < 1.0))
         return refuse(message, size, "resonance.damping is %g; it must be above 0 and below 1", damping);
     return true;

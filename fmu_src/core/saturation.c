@@ -9,8 +9,10 @@ static bool saturation_check(const struct chain_parameters *p, char *message, si
     if (limits->minimum == 0.0 && limits->maximum == 0.0)
         return true;
     if (!(limits->minimum < limits->maximum))
-        return refuse(message, size, "saturation.minimum, %g V, must be below saturation.maximum, %g V "
-                      "(both 0: no saturation)", limits->minimum, limits->maximum);
+        return refuse(message, size,
+                      "saturation.minimum, %g V, must be below saturation.maximum, %g V "
+                      "(both 0: no saturation)",
+                      limits->minimum, limits->maximum);
     return true;
 }
 

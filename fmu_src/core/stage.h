@@ -65,8 +65,9 @@ struct stage_analysis {
 
     /* Of `step` by state, input and surroundings, along `count` directions at once: number i of the state has
      * its derivatives from d_state[i * count] on; `row` goes from those of the input to those of the output. */
-    void (*tangent)(const void *constants, const void *state, double x, const struct chain_surroundings *d_around,
-                    int count, double *restrict d_state, double *restrict row);
+    void (*tangent)(const void *constants, const void *state, double x,
+                    const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                    double *restrict row);
 
     /* Of `step` by the constants alone: returns that of the output, and adds to d_state[i * stride]. */
     double (*by_parameters)(const void *constants, const void *d_constants, const void *state, double x,

@@ -21,6 +21,7 @@
 #include "saturation.h"
 #include "slew.h"
 
+/* clang-format off */
 #define CHAIN_STAGES(NONE, AIMED, SHORT, LONG, LONGEST) \
     LONGEST(delay, DELAY, BEFORE) \
     SHORT(slew, SLEW, BEFORE) \
@@ -33,6 +34,7 @@
     NONE(drift, DRIFT, BEHIND) \
     NONE(nonlinearity, NONLINEARITY, BEHIND) \
     NONE(hum, HUM, READING)
+/* clang-format on */
 
 #define CHAIN_EVERY_STAGE(STAGE) CHAIN_STAGES(STAGE, STAGE, STAGE, STAGE, STAGE)
 #define CHAIN_SKIP(name, NAME, side)

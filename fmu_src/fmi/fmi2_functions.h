@@ -47,8 +47,8 @@ static bool fmi2_can_answer(const struct fmu *fmu, const char *function, fmi2Sta
     if (!value)
         fmu_say(fmu, FMU_ERROR, "%s: value is a null pointer.", function);
     else if (!known)
-        *refusal = (fmi2Status)fmu_say(fmu, FMU_DISCARD, "%s: there is no status of kind %d.", function,
-                                       (int)kind);
+        *refusal =
+            (fmi2Status)fmu_say(fmu, FMU_DISCARD, "%s: there is no status of kind %d.", function, (int)kind);
     return value && known;
 }
 
@@ -68,8 +68,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
-                              const fmi2CallbackFunctions *functions, fmi2Boolean visible,
-                              fmi2Boolean logging)
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
 {
     const struct fmu_host host = fmi2_host(functions);
 
@@ -89,7 +88,8 @@ void fmi2FreeInstance(fmi2Component c)
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance,
                                fmi2Real start_time, fmi2Boolean stop_time_defined, fmi2Real stop_time)
 {
-    return (fmi2Status)fmu_setup(c, "fmi2SetupExperiment", tolerance_defined, tolerance, start_time, stop_time_defined, stop_time);
+    return (fmi2Status)fmu_setup(c, "fmi2SetupExperiment", tolerance_defined, tolerance, start_time,
+                                 stop_time_defined, stop_time);
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
@@ -137,20 +137,17 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     return (fmi2Status)fmu_set_real(c, "fmi2SetReal", vr, n, value);
 }
 
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n,
-                          const fmi2Integer value[])
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[])
 {
     return (fmi2Status)fmu_set(c, "fmi2SetInteger", FMU_INTEGER, vr, n, value);
 }
 
-fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n,
-                          const fmi2Boolean value[])
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean value[])
 {
     return (fmi2Status)fmu_set(c, "fmi2SetBoolean", FMU_BOOLEAN, vr, n, value);
 }
 
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n,
-                         const fmi2String value[])
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[])
 {
     return (fmi2Status)fmu_set(c, "fmi2SetString", FMU_STRING, vr, n, value);
 }
@@ -180,8 +177,7 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
     return (fmi2Status)fmu_serialize(c, "fmi2SerializeFMUstate", state, bytes, size);
 }
 
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
-                                   fmi2FMUstate *state)
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
     return (fmi2Status)fmu_deserialize(c, "fmi2DeSerializeFMUstate", bytes, size, state);
 }
@@ -190,7 +186,8 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                                         size_t unknown_count, const fmi2ValueReference knowns[],
                                         size_t known_count, const fmi2Real seeds[], fmi2Real values[])
 {
-    return (fmi2Status)fmu_directional_derivative(c, "fmi2GetDirectionalDerivative", unknowns, unknown_count, knowns, known_count, seeds, values);
+    return (fmi2Status)fmu_directional_derivative(c, "fmi2GetDirectionalDerivative", unknowns, unknown_count,
+                                                  knowns, known_count, seeds, values);
 }
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
@@ -207,8 +204,10 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     (void)vr, (void)n, (void)order, (void)value;
     if (!fmu_may(c, function, FMU_STEP_COMPLETE | FMU_TERMINATED))
         return fmi2Error;
-    return (fmi2Status)fmu_say(c, FMU_ERROR, "%s: outputs are held between ticks and have no derivatives "
-                               "(maxOutputDerivativeOrder is 0).", function);
+    return (fmi2Status)fmu_say(c, FMU_ERROR,
+                               "%s: outputs are held between ticks and have no derivatives "
+                               "(maxOutputDerivativeOrder is 0).",
+                               function);
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_rollback)
@@ -221,7 +220,8 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 {
     if (!fmu_may(c, "fmi2CancelStep", FMU_ANY_PHASE))
         return fmi2Error;
-    return (fmi2Status)fmu_say(c, FMU_ERROR, "fmi2CancelStep: no step is in progress; fmi2DoStep returns "
+    return (fmi2Status)fmu_say(c, FMU_ERROR,
+                               "fmi2CancelStep: no step is in progress; fmi2DoStep returns "
                                "when its step is complete.");
 }
 
@@ -275,4 +275,3 @@ fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2S
     *value = "";
     return fmi2OK;
 }
-

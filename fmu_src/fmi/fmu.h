@@ -47,8 +47,8 @@ struct fmu_variable {
     const char *name;
     enum fmu_base base;
     enum fmu_causality causality;
-    unsigned kinds;  /* of models that have it, or-ed */
-    size_t offset;   /* in the parameters, the inputs or struct fmu_outputs */
+    unsigned kinds; /* of models that have it, or-ed */
+    size_t offset;  /* in the parameters, the inputs or struct fmu_outputs */
     double minimum;
     double maximum;
     size_t count; /* of an element's group: offset of the parameter that says how many are in use */
@@ -87,13 +87,12 @@ struct fmu_model {
                   char *message, size_t size);
 
     /* Returns findings, bits of the model's own or FMU_NOT_FINITE, each of which is logged once. */
-    unsigned (*tick)(const void *constants, void *state, const void *parameters,
-                     const double input[FMU_INPUTS], double time, struct fmu_outputs *);
+    unsigned (*tick)(const void *constants, void *state, const void *parameters, const double input[FMU_INPUTS],
+                     double time, struct fmu_outputs *);
 
     /* Writes what a finding means; NULL where there are none. */
-    void (*explain)(unsigned finding, const void *state, const void *parameters,
-                    const double input[FMU_INPUTS], double time, const struct fmu_outputs *, char *text,
-                    size_t size);
+    void (*explain)(unsigned finding, const void *state, const void *parameters, const double input[FMU_INPUTS],
+                    double time, const struct fmu_outputs *, char *text, size_t size);
 
     /* NULL where the model has none. tick_tangent leaves `state` as it is. */
     void (*start_tangent)(const void *constants, const void *state, const void *parameters,
@@ -161,8 +160,8 @@ struct fmu {
     void *state;
     void *last_state;
     void *constants;
-    void *before;       /* room for a state */
-    void *d_state;      /* room for derivatives */
+    void *before;  /* room for a state */
+    void *d_state; /* room for derivatives */
     void *d_parameters;
     void *start;        /* the parameters that reset returns to */
     size_t used;        /* bytes of the state */
@@ -233,8 +232,8 @@ enum fmu_status fmu_set_debug_logging(struct fmu *fmu, const char *function, boo
 /* --- parameter set ----------------------------------------------------------------------------- */
 
 /* `find` of struct fmu_set, from resources/parameters.ssv. */
-bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const char *resources,
-                         void *parameters, char *message, size_t size);
+bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const char *resources, void *parameters,
+                         char *message, size_t size);
 
 /* Opens FILE in the resources at a URI; where the URI is missing, beside this binary. */
 void *fmu_open_resource(const char *uri, const char *file, char *path, size_t size);
@@ -248,8 +247,8 @@ struct fmu *fmu_create(const struct fmu_model *model, const char *name, const vo
 /* The same with the set that the token {table hash, parameter hash} means: the one compiled in, or another
  * one that is found. Where it cannot be, NULL, and the host's log says why. */
 struct fmu *fmu_instantiate(const struct fmu_model *model, const struct fmu_set *compiled_in,
-                            const char *function, const char *name, const char *token,
-                            const char *resources, const struct fmu_host *host, bool logging);
+                            const char *function, const char *name, const char *token, const char *resources,
+                            const struct fmu_host *host, bool logging);
 void fmu_free(struct fmu *fmu);
 enum fmu_status fmu_setup(struct fmu *fmu, const char *function, bool tolerance_defined, double tolerance,
                           double start_time, bool stop_time_defined, double stop_time);
@@ -269,10 +268,10 @@ static inline enum fmu_status fmu_start_outputs(struct fmu *fmu, const char *fun
 /* --- values and steps -------------------------------------------------------------------------- */
 
 /* Of one base type. fmu_get_real and fmu_set_real are the same for Reals, quickly for a single one. */
-enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
-                        const unsigned references[], size_t count, void *values);
-enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
-                        const unsigned references[], size_t count, const void *values);
+enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
+                        size_t count, void *values);
+enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
+                        size_t count, const void *values);
 enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
                              double values[]);
 enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,

@@ -139,8 +139,8 @@ static inline bool fmu_clock_beyond_stop(const struct fmu_clock *clock, double s
 }
 
 /* fmu_clock_step by the rules. */
-static inline bool fmu_clock_any_step(const struct fmu_clock *now, double sample_time, double time,
-                                      double step, struct fmu_clock *end)
+static inline bool fmu_clock_any_step(const struct fmu_clock *now, double sample_time, double time, double step,
+                                      struct fmu_clock *end)
 {
     const double ticks = step / sample_time;
 
@@ -190,17 +190,23 @@ static inline const char *fmu_clock_refusal(const struct fmu_clock *now, double 
     const double ticks = step / sample_time;
 
     if (!isfinite(time) || !isfinite(step) || step < 0.0)
-        snprintf(text, size, "a step of %g s from %g s is not possible; both must be finite and the step not "
-                 "negative", step, time);
+        snprintf(text, size,
+                 "a step of %g s from %g s is not possible; both must be finite and the step not "
+                 "negative",
+                 step, time);
     else if (!(fabs(time / sample_time) + ticks < CLOCK_LARGEST_TICK &&
                fabs((double)now->tick) + ticks < CLOCK_LARGEST_TICK))
         snprintf(text, size, "at %g s ticks of %g s can no longer be counted", end, sample_time);
     else if (!fmu_clock_agrees(now, sample_time, time) && !fmu_clock_continues(now, sample_time, time))
-        snprintf(text, size, "the step begins at %.17g s, but this instance is at %.17g s; to go back, set an "
-                 "earlier FMU state", time, now->time);
+        snprintf(text, size,
+                 "the step begins at %.17g s, but this instance is at %.17g s; to go back, set an "
+                 "earlier FMU state",
+                 time, now->time);
     else if (ticks > CLOCK_LONGEST_STEP)
-        snprintf(text, size, "the step of %g s has %.4g ticks of %g s; at most %g are run in one step, so make "
-                 "shorter ones", step, ticks, sample_time, CLOCK_LONGEST_STEP);
+        snprintf(text, size,
+                 "the step of %g s has %.4g ticks of %g s; at most %g are run in one step, so make "
+                 "shorter ones",
+                 step, ticks, sample_time, CLOCK_LONGEST_STEP);
     else
         snprintf(text, size, "the step ends at %.17g s, after stopTime, %.17g s", end, now->stop_time);
     return text;
@@ -211,9 +217,9 @@ static inline bool fmu_clock_plausible(const struct fmu_clock *clock, double sam
 {
     struct fmu_clock due = { .tick = clock->tick, .next_tick = INT64_MIN };
 
-    if (!(isfinite(clock->time) && clock->stop_time > -INFINITY && clock->rest >= 0.0 &&
-          clock->rest < 1.0 && fabs((double)clock->tick) <= CLOCK_LARGEST_TICK &&
-          clock->additions >= 0 && (double)clock->additions <= 2.0 * CLOCK_LARGEST_TICK))
+    if (!(isfinite(clock->time) && clock->stop_time > -INFINITY && clock->rest >= 0.0 && clock->rest < 1.0 &&
+          fabs((double)clock->tick) <= CLOCK_LARGEST_TICK && clock->additions >= 0 &&
+          (double)clock->additions <= 2.0 * CLOCK_LARGEST_TICK))
         return false;
     fmu_clock_put(&due, clock->rest, 0.0);
     const double ahead = (double)clock->next_tick - (double)due.next_tick; /* since it was set back */

@@ -16,9 +16,10 @@ static bool collect_seeds(const struct fmu *fmu, const char *function, const uns
         const struct fmu_variable *v = fmu_find(fmu->model, knowns[i]);
         const bool input = v && v->causality == FMU_INPUT;
         if (!v || v->base != FMU_REAL || !(input || (starting && v->causality == FMU_PARAMETER))) {
-            fmu_say(fmu, FMU_ERROR, "%s: %s is not a known here; knowns are the inputs and, in "
-                    "initializationMode, the parameters.", function,
-                    v ? v->name : "a value reference that does not exist");
+            fmu_say(fmu, FMU_ERROR,
+                    "%s: %s is not a known here; knowns are the inputs and, in "
+                    "initializationMode, the parameters.",
+                    function, v ? v->name : "a value reference that does not exist");
             return false;
         }
         *(double *)((input ? (char *)d_input : (char *)fmu->d_parameters) + v->offset) += seeds[i];
@@ -80,8 +81,10 @@ enum fmu_status fmu_directional_derivative(struct fmu *fmu, const char *function
         return FMU_ERROR;
     const struct fmu_span *last = &fmu->now->last_step;
     if (!starting && (double)last->end_tick - (double)last->first_tick > LONGEST_DERIVATIVE)
-        return fmu_say(fmu, FMU_DISCARD, "%s: the last step has more than %d ticks; derivatives are "
-                       "those of shorter ones.", function, LONGEST_DERIVATIVE);
+        return fmu_say(fmu, FMU_DISCARD,
+                       "%s: the last step has more than %d ticks; derivatives are "
+                       "those of shorter ones.",
+                       function, LONGEST_DERIVATIVE);
     if (!starting)
         last_step_tangent(fmu, d_input, &d_output);
     else if (fmu_start_outputs(fmu, function) != FMU_OK)
@@ -92,8 +95,10 @@ enum fmu_status fmu_directional_derivative(struct fmu *fmu, const char *function
         const struct fmu_variable *v = fmu_find(fmu->model, unknowns[i]);
         const double value = *(const double *)((const char *)&d_output + v->offset);
         if (!isfinite(value))
-            return fmu_say(fmu, FMU_DISCARD, "%s: the derivative of %s is no finite number for these "
-                           "seeds.", function, v->name);
+            return fmu_say(fmu, FMU_DISCARD,
+                           "%s: the derivative of %s is no finite number for these "
+                           "seeds.",
+                           function, v->name);
         values[i] = value;
     }
     return FMU_OK;

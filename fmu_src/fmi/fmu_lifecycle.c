@@ -89,8 +89,10 @@ static bool find_set(const struct fmu_model *model, const struct fmu_set *compil
 
     if (!read_token(token, half) || half[0] != model->table_hash ||
         (half[1] != compiled_in->hash && !compiled_in->find)) {
-        snprintf(message, size, "the GUID '%.64s' is not that of a modelDescription.xml for this binary "
-                 "of %s.", token, model->identifier);
+        snprintf(message, size,
+                 "the GUID '%.64s' is not that of a modelDescription.xml for this binary "
+                 "of %s.",
+                 token, model->identifier);
         return false;
     }
     if (half[1] != compiled_in->hash)
@@ -100,8 +102,8 @@ static bool find_set(const struct fmu_model *model, const struct fmu_set *compil
 }
 
 struct fmu *fmu_instantiate(const struct fmu_model *model, const struct fmu_set *compiled_in,
-                            const char *function, const char *name, const char *token,
-                            const char *resources, const struct fmu_host *host, bool logging)
+                            const char *function, const char *name, const char *token, const char *resources,
+                            const struct fmu_host *host, bool logging)
 {
     char message[1024], text[1100];
     struct fmu *fmu = NULL;

@@ -84,8 +84,7 @@ static bool own_path(char *path, size_t size)
 {
     WCHAR wide[2048];
     HMODULE module;
-    const DWORD flags =
-        GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT;
+    const DWORD flags = GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT;
 
     if (!GetModuleHandleExW(flags, (LPCWSTR)(const void *)&ANCHOR, &module))
         return false;
@@ -130,8 +129,7 @@ void *fmu_open_resource(const char *uri, const char *file, char *path, size_t si
 {
     FILE *opened = NULL;
 
-    if (uri && *uri && uri_to_path(uri, path, size) && append(path, size, "/") &&
-        append(path, size, file))
+    if (uri && *uri && uri_to_path(uri, path, size) && append(path, size, "/") && append(path, size, file))
         opened = open_utf8(path);
     if (!opened && own_resources(path, size) && append(path, size, "/") && append(path, size, file))
         opened = open_utf8(path);

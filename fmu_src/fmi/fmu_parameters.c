@@ -39,8 +39,8 @@ static bool read_number(const char *text, size_t length, double *value)
     return n > 0 && end == buffer + n && isfinite(*value);
 }
 
-static bool set_parameter(const struct fmu_model *model, void *parameters, const char *name,
-                          size_t name_length, const char *text, size_t length)
+static bool set_parameter(const struct fmu_model *model, void *parameters, const char *name, size_t name_length,
+                          const char *text, size_t length)
 {
     const struct fmu_variable *variable = fmu_find_parameter(model, name, name_length);
     double value;
@@ -63,8 +63,7 @@ static bool set_parameter(const struct fmu_model *model, void *parameters, const
 }
 
 /* Reads the SSV text that the packager writes; the hash has shown that it is that text. */
-static bool parse(const struct fmu_model *model, const char *text, void *parameters, char *message,
-                  size_t size)
+static bool parse(const struct fmu_model *model, const char *text, void *parameters, char *message, size_t size)
 {
     memset(parameters, 0, model->parameters_size);
     for (const char *entry = strstr(text, ENTRY); entry; entry = strstr(entry, ENTRY)) {
@@ -75,7 +74,8 @@ static bool parse(const struct fmu_model *model, const char *text, void *paramet
         if (end && value && value < end) {
             value += sizeof VALUE - 1;
             if (!set_parameter(model, parameters, name, name_length, value, strcspn(value, "\""))) {
-                snprintf(message, size, "parameters.ssv: parameter '%.*s' is unknown or its value is "
+                snprintf(message, size,
+                         "parameters.ssv: parameter '%.*s' is unknown or its value is "
                          "not usable",
                          (int)(name_length < 80 ? name_length : 80), name);
                 return false;
@@ -96,8 +96,8 @@ static char *read_all(FILE *file)
     return text;
 }
 
-bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const char *resources,
-                         void *parameters, char *message, size_t size)
+bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const char *resources, void *parameters,
+                         char *message, size_t size)
 {
     char path[2048] = "";
     FILE *file = fmu_open_resource(resources, "parameters.ssv", path, sizeof path);
@@ -107,11 +107,13 @@ bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const cha
     if (file)
         fclose(file);
     if (!text)
-        snprintf(message, size, "the parameter set cannot be read from '%s' (resource location '%s').",
-                 path, resources ? resources : "(null)");
+        snprintf(message, size, "the parameter set cannot be read from '%s' (resource location '%s').", path,
+                 resources ? resources : "(null)");
     else if (fmu_hash(text, strlen(text)) != hash)
-        snprintf(message, size, "'%s' is not the parameter set that modelDescription.xml was made for; "
-                 "package the FMU anew instead of editing it.", path);
+        snprintf(message, size,
+                 "'%s' is not the parameter set that modelDescription.xml was made for; "
+                 "package the FMU anew instead of editing it.",
+                 path);
     else
         ok = parse(model, text, parameters, message, size);
     free(text);

@@ -46,10 +46,9 @@ static const void *states_in(const struct fmu_model *model, const void *block)
 static struct header header_of(const struct fmu_model *model, const void *block)
 {
     const size_t size = fmu_snapshot_size(model);
-    struct header header = { .order = ORDER,
-                             .table_hash = model->table_hash,
-                             .size = size,
-                             .checksum = fmu_hash(block, size) };
+    struct header header = {
+        .order = ORDER, .table_hash = model->table_hash, .size = size, .checksum = fmu_hash(block, size)
+    };
 
     memcpy(header.magic, MAGIC, sizeof MAGIC);
     return header;
@@ -79,8 +78,8 @@ static void adopt(struct fmu *fmu, const void *block)
 {
     const struct fmu_model *model = fmu->model;
     /* a master that goes back to try again does so with the same parameters: they are prepared */
-    const bool prepared = !fmu->outputs_stale &&
-                          memcmp(fmu->parameters, parameters_in(block), model->parameters_size) == 0;
+    const bool prepared =
+        !fmu->outputs_stale && memcmp(fmu->parameters, parameters_in(block), model->parameters_size) == 0;
 
     memcpy(fmu->now, block, fmu_snapshot_size(model));
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
@@ -214,8 +213,10 @@ enum fmu_status fmu_deserialize(struct fmu *fmu, const char *function, const cha
                              : invented(fmu, block, message, sizeof message);
     if (reason) {
         free(block);
-        return fmu_say(fmu, FMU_ERROR, "%s: these bytes are damaged or not a state of this version of "
-                       "%s: %s.", function, model->identifier, reason);
+        return fmu_say(fmu, FMU_ERROR,
+                       "%s: these bytes are damaged or not a state of this version of "
+                       "%s: %s.",
+                       function, model->identifier, reason);
     }
     *state = block; /* never read before: masters pass it uninitialised */
     return FMU_OK;

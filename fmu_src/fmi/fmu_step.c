@@ -111,9 +111,10 @@ enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, 
         copy_state(fmu->state, fmu->before, fmu->used);
         now->output = held;
         now->warned = warned;
-        return fmu_say(fmu, FMU_DISCARD, "%s: the %s is no longer finite between %g s and %g s; the step is "
-                       "not made and the state is that of %g s.", function, fmu->model->diverging, time,
-                       end.time, time);
+        return fmu_say(fmu, FMU_DISCARD,
+                       "%s: the %s is no longer finite between %g s and %g s; the step is "
+                       "not made and the state is that of %g s.",
+                       function, fmu->model->diverging, time, end.time, time);
     }
     copy_state(fmu->last_state, fmu->before, fmu->used);
     now->last_step.tick = now->clock.tick;

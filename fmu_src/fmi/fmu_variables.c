@@ -50,8 +50,7 @@ bool fmu_within_bounds(const struct fmu_model *model, const void *parameters, ch
             continue;
         const double value = v->base == FMU_REAL ? real(parameters, v->offset) : integer(parameters, v->offset);
         if (!(value >= v->minimum && value <= v->maximum)) {
-            snprintf(message, size, "%s is %g; it must be %g to %g", v->name, value, v->minimum,
-                     v->maximum);
+            snprintf(message, size, "%s is %g; it must be %g to %g", v->name, value, v->minimum, v->maximum);
             return false;
         }
     }
@@ -60,16 +59,18 @@ bool fmu_within_bounds(const struct fmu_model *model, const void *parameters, ch
 
 /* An Integer is the number of rules, play operators or creep terms: as many as the set that the FMU was
  * packaged with has, or fewer. Of more the XML lists nothing. */
-static bool count_possible(const struct fmu *fmu, const struct fmu_variable *variable, int count,
-                           char *message, size_t size)
+static bool count_possible(const struct fmu *fmu, const struct fmu_variable *variable, int count, char *message,
+                           size_t size)
 {
     const int most = integer(fmu->start, variable->offset);
 
     if (count >= variable->minimum && count <= most)
         return true;
     if (count > most && most < variable->maximum)
-        snprintf(message, size, "%s is %d, but this FMU was packaged with %d; for more, package a parameter "
-                 "set that has more (it2hys package)", variable->name, count, most);
+        snprintf(message, size,
+                 "%s is %d, but this FMU was packaged with %d; for more, package a parameter "
+                 "set that has more (it2hys package)",
+                 variable->name, count, most);
     else
         snprintf(message, size, "%s is %d; it must be %g to %d", variable->name, count, variable->minimum,
                  most);
@@ -94,8 +95,7 @@ bool fmu_values_possible(const struct fmu *fmu, const struct fmu_snapshot *snaps
         const struct fmu_variable *v = fmu_find(fmu->model, i);
         if (!v || v->causality != FMU_PARAMETER)
             continue;
-        if (v->base == FMU_INTEGER &&
-            !count_possible(fmu, v, integer(parameters, v->offset), message, size))
+        if (v->base == FMU_INTEGER && !count_possible(fmu, v, integer(parameters, v->offset), message, size))
             return false;
         if (v->base == FMU_REAL && !isfinite(real(parameters, v->offset))) {
             snprintf(message, size, "%s has no finite value", v->name);
@@ -109,8 +109,8 @@ bool fmu_values_possible(const struct fmu *fmu, const struct fmu_snapshot *snaps
 }
 
 /* The variable behind a reference, if it is one of the right type; otherwise says why not. */
-static const struct fmu_variable *lookup(const struct fmu *fmu, const char *function,
-                                         enum fmu_base base, unsigned reference)
+static const struct fmu_variable *lookup(const struct fmu *fmu, const char *function, enum fmu_base base,
+                                         unsigned reference)
 {
     const struct fmu_variable *variable = fmu_find(fmu->model, reference);
 
@@ -133,8 +133,8 @@ static const struct fmu_variable *accepted(const struct fmu *fmu, unsigned refer
     return &fmu->model->table[reference];
 }
 
-static bool null_arrays(const struct fmu *fmu, const char *function, const void *references,
-                        const void *values, size_t count)
+static bool null_arrays(const struct fmu *fmu, const char *function, const void *references, const void *values,
+                        size_t count)
 {
     if (count == 0 || (references && values))
         return false;
@@ -142,8 +142,8 @@ static bool null_arrays(const struct fmu *fmu, const char *function, const void 
     return true;
 }
 
-enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
-                   const unsigned references[], size_t count, void *values)
+enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
+                        size_t count, void *values)
 {
     if (!fmu_may(fmu, function, FMU_INITIALIZATION | FMU_STEP_COMPLETE | FMU_TERMINATED) ||
         null_arrays(fmu, function, references, values, count))
@@ -170,16 +170,15 @@ static bool settable(const struct fmu *fmu, const char *function, const struct f
         return false;
     }
     if (variable->causality == FMU_PARAMETER && fmu->now->phase == FMU_STEP_COMPLETE) {
-        fmu_say(fmu, FMU_ERROR,
-                "%s: %s is a fixed parameter; set it before initialization ends.", function,
+        fmu_say(fmu, FMU_ERROR, "%s: %s is a fixed parameter; set it before initialization ends.", function,
                 variable->name);
         return false;
     }
     return true;
 }
 
-enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
-                   const unsigned references[], size_t count, const void *values)
+enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
+                        size_t count, const void *values)
 {
     char message[256];
 
@@ -191,11 +190,9 @@ enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base bas
         if (!v || !settable(fmu, function, v))
             return FMU_ERROR;
         if (base == FMU_REAL && !isfinite(((const double *)values)[i]))
-            return fmu_say(fmu, FMU_DISCARD,
-                           "%s: %s must be a finite number, not %g; it keeps its last value.", function,
-                           v->name, ((const double *)values)[i]);
-        if (base == FMU_INTEGER &&
-            !count_possible(fmu, v, ((const int *)values)[i], message, sizeof message))
+            return fmu_say(fmu, FMU_DISCARD, "%s: %s must be a finite number, not %g; it keeps its last value.",
+                           function, v->name, ((const double *)values)[i]);
+        if (base == FMU_INTEGER && !count_possible(fmu, v, ((const int *)values)[i], message, sizeof message))
             return fmu_say(fmu, FMU_ERROR, "%s: %s.", function, message);
     }
     for (size_t i = 0; i < count; i++) {
@@ -256,12 +253,13 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
             return fmu_say(fmu, FMU_ERROR, "%s: %s is not an input.", function, v->name);
         if (order[i] != 1)
             return fmu_say(fmu, FMU_ERROR,
-                           "%s: order %d of %s; inputs are interpolated linearly, from order 1 only.",
-                           function, order[i], v->name);
+                           "%s: order %d of %s; inputs are interpolated linearly, from order 1 only.", function,
+                           order[i], v->name);
         if (!isfinite(values[i]))
             return fmu_say(fmu, FMU_DISCARD,
                            "%s: the derivative of %s must be a finite number, not %g; it keeps its "
-                           "last value.", function, v->name, values[i]);
+                           "last value.",
+                           function, v->name, values[i]);
     }
     for (size_t i = 0; i < count; i++)
         *(double *)((char *)fmu->now->slope + accepted(fmu, references[i])->offset) = values[i];

@@ -27,8 +27,8 @@ enum allowed { OK_ERROR = 1, OK_DISCARD_ERROR = 2, STEP = 3, VALUES = 4 };
 struct subject {
     const struct fmi2_api *api;
     fmi2Component c;
-    fmi2FMUstate *slot;                /* of its model */
-    fmi2FMUstate phase[PHASES];        /* where sequences begin */
+    fmi2FMUstate *slot;         /* of its model */
+    fmi2FMUstate phase[PHASES]; /* where sequences begin */
     struct block before;        /* of the call under test */
 };
 
@@ -203,8 +203,7 @@ static void watch(struct subject *s)
 
 static void check(struct subject *s, fmi2Status status, enum allowed allowed)
 {
-    FUZZ_PROMISE(status == fmi2OK || status == fmi2Error ||
-                 (status == fmi2Discard && allowed != OK_ERROR) ||
+    FUZZ_PROMISE(status == fmi2OK || status == fmi2Error || (status == fmi2Discard && allowed != OK_ERROR) ||
                  (status == fmi2Warning && allowed == STEP));
     if (refused(status)) {
         if (allowed == STEP && status == fmi2Discard)
@@ -346,9 +345,9 @@ static void call_derivative(struct subject *s, struct fuzz_bytes *in)
 
     arrays(in, &of);
     arrays(in, &by);
-    const fmi2Status status = s->api->GetDirectionalDerivative(
-        s->c, of.references, of.count, by.references, by.count, by.null ? NULL : by.real,
-        of.null ? NULL : values);
+    const fmi2Status status =
+        s->api->GetDirectionalDerivative(s->c, of.references, of.count, by.references, by.count,
+                                         by.null ? NULL : by.real, of.null ? NULL : values);
     check(s, status, OK_DISCARD_ERROR);
     for (size_t i = 0; i < of.count && status == fmi2OK; i++)
         FUZZ_PROMISE(isfinite(values[i]));
@@ -475,10 +474,9 @@ static void call_null(struct subject *s, struct fuzz_bytes *in)
 typedef void call(struct subject *, struct fuzz_bytes *);
 
 static call *const CALL[] = {
-    call_ordinary_step, call_ordinary_step, call_step,        call_step,        call_set,
-    call_set,           call_get,           call_state,       call_state,       call_deserialize,
-    call_rollback,      call_derivative,    call_lifecycle,   call_lifecycle,   call_status,
-    call_logging,       call_instantiate,   call_null,
+    call_ordinary_step, call_ordinary_step, call_step,   call_step,        call_set,         call_set,
+    call_get,           call_state,         call_state,  call_deserialize, call_rollback,    call_derivative,
+    call_lifecycle,     call_lifecycle,     call_status, call_logging,     call_instantiate, call_null,
 };
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -44,8 +44,7 @@ static struct block *inside(fmi2Component c)
 static void open_instances(void)
 {
     for (int i = 0; i < INSTANCES; i++) {
-        instances[i] =
-            fmi2Instantiate("fuzz", fmi2CoSimulation, GUID, NULL, &HOST, fmi2False, fmi2True);
+        instances[i] = fmi2Instantiate("fuzz", fmi2CoSimulation, GUID, NULL, &HOST, fmi2False, fmi2True);
         FUZZ_PROMISE(instances[i]);
         const fmi2ValueReference gains[] = { PROPORTIONAL_GAIN, INTEGRAL_GAIN };
         const double values[] = { 2e6, 1e9 };
@@ -228,11 +227,11 @@ static void call_logging(fmi2Component c, struct fuzz_bytes *in, fmi2Status *sta
     *status = fmi2SetDebugLogging(c, which & 1, which & 2 ? 1 : 0, &NAMES[fuzz_byte(in) % 5]);
 }
 
-typedef void call(fmi2Component , struct fuzz_bytes *, fmi2Status *);
+typedef void call(fmi2Component, struct fuzz_bytes *, fmi2Status *);
 
-static call *const CALL[] = { call_step,  call_step,        call_set,      call_set,     call_get,
-                              call_state, call_deserialize, call_rollback, call_lacking, call_lifecycle,
-                              call_logging };
+static call *const CALL[] = { call_step,    call_step,      call_set,         call_set,
+                              call_get,     call_state,     call_deserialize, call_rollback,
+                              call_lacking, call_lifecycle, call_logging };
 
 /* --- promises ------------------------------------------------------------------------------------ */
 

@@ -37,8 +37,8 @@ struct sensitivities {
     struct side before, behind;
     int rules, count;
     double row[CHAIN_MAX_KNOBS + 1]; /* before the core, of what goes from stage to stage */
-    double core[COLUMNS];    /* of the core's output */
-    double resting[COLUMNS]; /* of the core's input at rest, of columns that act by it only */
+    double core[COLUMNS];            /* of the core's output */
+    double resting[COLUMNS];         /* of the core's input at rest, of columns that act by it only */
     struct knob *knob;
     unsigned char acting[CHAIN_STAGE_COUNT][CHAIN_MAX_KNOBS]; /* knobs that act in each active stage */
     int acting_count[CHAIN_STAGE_COUNT];
@@ -91,7 +91,8 @@ static bool any(const void *bytes, size_t size)
 }
 
 /* What knob number j changes of constants and rest; returns the derivative of the core's output at rest. */
-static double begin_knob(struct sensitivities *s, int j, const struct chain_parameters *parameters, size_t place)
+static double begin_knob(struct sensitivities *s, int j, const struct chain_parameters *parameters,
+                         size_t place)
 {
     const struct chain *chain = &s->walker.chain;
     struct knob *knob = &s->knob[j];
@@ -116,8 +117,8 @@ static bool acts_before(const struct knob *knob, const struct chain *chain, doub
                         const struct chain_parameters *parameters)
 {
     struct chain_state d = { .core = { 0.0 } };
-    const double by_itself = chain_rest_tangent(chain, 0, chain->before, &knob->d, input, parameters, &d, 0.0,
-                                                &knob->d_parameters);
+    const double by_itself =
+        chain_rest_tangent(chain, 0, chain->before, &knob->d, input, parameters, &d, 0.0, &knob->d_parameters);
 
     return knob->before || by_itself != 0.0 || any(&d, sizeof d);
 }
@@ -221,7 +222,8 @@ static double pass(struct sensitivities *s, struct side *side, double x, double 
 }
 
 /* Returns the reading, or what is not finite where the derivatives are not. */
-static double tick(struct sensitivities *s, double voltage, const struct chain_surroundings *around, double *row)
+static double tick(struct sensitivities *s, double voltage, const struct chain_surroundings *around,
+                   double *row)
 {
     struct it2_state *core = &s->walker.state.core;
     const int columns = s->rules + s->count;

@@ -66,8 +66,8 @@ static unsigned pi_tick(const void *constants, void *state, const void *paramete
     const double integral = s->integral + p->integralGain * p->sampleTime * error;
     const double wanted = input[IN_FEEDFORWARD] + p->proportionalGain * error + integral;
     const double given = pi_limit(wanted, p);
-    const bool deeper = (wanted > given && integral > s->integral) ||
-                        (wanted < given && integral < s->integral);
+    const bool deeper =
+        (wanted > given && integral > s->integral) || (wanted < given && integral < s->integral);
 
     (void)constants, (void)time;
     output->flag[OUT_LIMITED] = given != wanted;

@@ -7,8 +7,8 @@
 enum plant_finding { PLANT_VOLTAGE_RANGE = 1, PLANT_DISPLACEMENT_RANGE = 2 };
 
 /* Before the first tick the reading is taken as the displacement: hum begins with the ticks. */
-static bool plant_start(const void *constants, void *state, const void *parameters,
-                        struct fmu_outputs *output, char *message, size_t size)
+static bool plant_start(const void *constants, void *state, const void *parameters, struct fmu_outputs *output,
+                        char *message, size_t size)
 {
     const struct chain_parameters *p = parameters;
 
@@ -58,14 +58,16 @@ static void plant_explain(unsigned finding, const void *state, const void *param
 
     (void)output;
     if (finding == PLANT_VOLTAGE_RANGE)
-        snprintf(text, size, "the voltage left voltageMin..voltageMax, %g to %g V, the range that the "
+        snprintf(text, size,
+                 "the voltage left voltageMin..voltageMax, %g to %g V, the range that the "
                  "parameters are valid for: it is %g V at %g s; outOfRange is true as long as it is outside.",
                  p->voltageMin, p->voltageMax, input[IN_VOLTAGE], time);
     else
-        snprintf(text, size, "the core's displacement left displacementMin..displacementMax, %g to %g um, the "
+        snprintf(text, size,
+                 "the core's displacement left displacementMin..displacementMax, %g to %g um, the "
                  "range that its rules hold for: it is %g um at %g s. Outside the model is extrapolated; "
-                 "outOfRange is true there.", 1e6 * p->displacementMin, 1e6 * p->displacementMax,
-                 1e6 * s->core.y, time);
+                 "outOfRange is true there.",
+                 1e6 * p->displacementMin, 1e6 * p->displacementMax, 1e6 * s->core.y, time);
 }
 
 static void plant_tick_tangent(const void *constants, const void *state, const double input[FMU_INPUTS],
@@ -75,8 +77,8 @@ static void plant_tick_tangent(const void *constants, const void *state, const d
     const struct chain_surroundings around = actuator_surroundings(input, time);
     const struct chain_surroundings d_around = actuator_surroundings_tangent(d_input);
     struct chain_state *d = d_state;
-    const struct chain_point next = chain_step_tangent(constants, state, input[IN_VOLTAGE], &around, *d,
-                                                       d_input[IN_VOLTAGE], &d_around);
+    const struct chain_point next =
+        chain_step_tangent(constants, state, input[IN_VOLTAGE], &around, *d, d_input[IN_VOLTAGE], &d_around);
 
     d_output->real[OUT_DISPLACEMENT] = d_output->real[OUT_MEASURED] = next.output; /* hum adds to it */
     *d = next.state;

@@ -58,8 +58,8 @@ const struct chain_parameters *start_parameters(void)
 
 fmi2Component make(const struct fmi2_api *api)
 {
-    fmi2Component c = api->Instantiate("test", fmi2CoSimulation, guid_of(api), NULL, &CALLBACKS,
-                                       fmi2False, fmi2False);
+    fmi2Component c =
+        api->Instantiate("test", fmi2CoSimulation, guid_of(api), NULL, &CALLBACKS, fmi2False, fmi2False);
 
     if (!c) {
         fprintf(stderr, "no instance of %s: %s\n", api->identifier, logged.text);

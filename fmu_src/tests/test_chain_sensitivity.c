@@ -158,8 +158,8 @@ static void every_column(struct columns *c, struct chain_parameters *p)
 }
 
 /* Returns whether the column is far above what rounding makes of its difference quotient. */
-static bool column_is_the_derivative(const struct chain_parameters *p, const struct signals *s,
-                                     size_t place, double step, const double *column, int stride)
+static bool column_is_the_derivative(const struct chain_parameters *p, const struct signals *s, size_t place,
+                                     double step, const double *column, int stride)
 {
     struct chain_parameters changed = *p;
     struct run below, above;
@@ -177,8 +177,7 @@ static bool column_is_the_derivative(const struct chain_parameters *p, const str
     }
     const double rounding = NOISE * furthest / step;
     if (!CHECK(deviation <= TOLERANCE * largest + rounding))
-        fprintf(stderr, "offset %zu: off by %g of %g, rounding %g\n", place, deviation, largest,
-                rounding);
+        fprintf(stderr, "offset %zu: off by %g of %g, rounding %g\n", place, deviation, largest, rounding);
     return TOLERANCE * largest > rounding;
 }
 
@@ -194,8 +193,7 @@ static double are_the_derivatives(struct chain_parameters *p, const struct signa
     int told = 0;
 
     every_column(&c, p);
-    const size_t done =
-        chain_sensitivity(p, &record, c.place + rules, c.count - rules, measured, sensitivity);
+    const size_t done = chain_sensitivity(p, &record, c.place + rules, c.count - rules, measured, sensitivity);
     CHECK(done == TICKS);
     predict(p, s, &run);
     for (int k = 0; k < TICKS; k++)

@@ -9,13 +9,13 @@ CHECK_MAIN;
 
 enum { SETS = 40, TICKS = 200 };
 
-static const unsigned EVERY[] = { CHAIN_DELAY, CHAIN_SLEW,  CHAIN_SATURATION, CHAIN_LAG,
-                                  CHAIN_PLAY,  CHAIN_LOAD,  CHAIN_CREEP,      CHAIN_RESONANCE,
+static const unsigned EVERY[] = { CHAIN_DELAY, CHAIN_SLEW,         CHAIN_SATURATION, CHAIN_LAG,
+                                  CHAIN_PLAY,  CHAIN_LOAD,         CHAIN_CREEP,      CHAIN_RESONANCE,
                                   CHAIN_DRIFT, CHAIN_NONLINEARITY, CHAIN_HUM };
 enum { EFFECTS = sizeof EVERY / sizeof EVERY[0] };
 static const unsigned ALL = 2047;
-static const unsigned INVERTIBLE = CHAIN_LAG | CHAIN_PLAY | CHAIN_LOAD | CHAIN_CREEP | CHAIN_RESONANCE |
-                                   CHAIN_DRIFT | CHAIN_NONLINEARITY;
+static const unsigned INVERTIBLE =
+    CHAIN_LAG | CHAIN_PLAY | CHAIN_LOAD | CHAIN_CREEP | CHAIN_RESONANCE | CHAIN_DRIFT | CHAIN_NONLINEARITY;
 
 static bool prepare(struct chain *chain, const struct chain_parameters *p)
 {
@@ -388,8 +388,7 @@ static void another_zero(uint64_t *seed, double by)
         CHECK_NEAR(chain_step(&other, &plant_moved, u, &around) - by, y, 16.0, 1e-11);
         const double aim = swing(5.0, 9.0, k, 0.0);
         const double x = chain_inverse(&chain, &inverse, aim, &around, &limits);
-        CHECK_NEAR(chain_inverse(&other, &inverse_moved, aim + by, &around, &limits_moved), x, 100.0,
-                   1e-6);
+        CHECK_NEAR(chain_inverse(&other, &inverse_moved, aim + by, &around, &limits_moved), x, 100.0, 1e-6);
         CHECK(limits == limits_moved);
     }
 }
@@ -538,10 +537,9 @@ static bool tangent_is_difference(const struct chain *chain, const struct variat
     const struct chain_point down = value(chain, moved(at, d, -h), inverse);
     const struct chain_point here = value(chain, *at, inverse);
     const struct chain_point t =
-        inverse ? chain_inverse_tangent(chain, &at->state, at->input, &at->around, d->state, d->input,
-                                        &d->around)
-                : chain_step_tangent(chain, &at->state, at->input, &at->around, d->state, d->input,
-                                     &d->around);
+        inverse
+            ? chain_inverse_tangent(chain, &at->state, at->input, &at->around, d->state, d->input, &d->around)
+            : chain_step_tangent(chain, &at->state, at->input, &at->around, d->state, d->input, &d->around);
     const double *a = (const double *)(const void *)&up, *b = (const double *)(const void *)&down;
     const double *c = (const double *)(const void *)&here, *e = (const double *)(const void *)&t;
     double bend = 0.0;
@@ -678,12 +676,14 @@ static void equilibrium(void)
         for (int k = 0; i % 2 && i % 3 < 2 && i % 5 < 4 && k < 20; k++)
             CHECK_CLOSE(chain_step(&chain, &state, hold, &still), 5.0, 1e-9);
         chain_reset(&chain, &state, &p);
-        double *const moved_by[] = { &p.initialDisplacement, &p.play[0].weight, &p.play[0].threshold,
-                                     &p.creep[0].gain,       &p.rule[1].q3,     &p.initialRestOffset,
-                                     &p.initialExcursion,    &p.initialCreep,   &p.displacementZero,
-                                     &p.voltageMin,          &p.voltageMax,     &p.saturation.minimum,
-                                     &p.saturation.maximum,  &p.nonlinearity.quadratic,
-                                     &p.nonlinearity.cubic,  &p.nonlinearity.quartic,
+        double *const moved_by[] = { &p.initialDisplacement,  &p.play[0].weight,
+                                     &p.play[0].threshold,    &p.creep[0].gain,
+                                     &p.rule[1].q3,           &p.initialRestOffset,
+                                     &p.initialExcursion,     &p.initialCreep,
+                                     &p.displacementZero,     &p.voltageMin,
+                                     &p.voltageMax,           &p.saturation.minimum,
+                                     &p.saturation.maximum,   &p.nonlinearity.quadratic,
+                                     &p.nonlinearity.cubic,   &p.nonlinearity.quartic,
                                      &p.nonlinearity.minimum, &p.nonlinearity.maximum };
         const size_t count = i % 2 ? 11 : 18; /* limits and curve, where there are any */
         for (size_t m = 0; m < count; m++) {
@@ -695,8 +695,7 @@ static void equilibrium(void)
             *moved_by[m] = before - h;
             const double slope = (up - hold_voltage(&p)) / (2.0 * h);
             *moved_by[m] = before;
-            CHECK_NEAR(chain_equilibrium_tangent(&chain, &state, &p, &d), slope, fmax(1.0, fabs(slope)),
-                       1e-5);
+            CHECK_NEAR(chain_equilibrium_tangent(&chain, &state, &p, &d), slope, fmax(1.0, fabs(slope)), 1e-5);
         }
     }
 }

@@ -86,8 +86,7 @@ static void phases(const struct fmi2_api *m)
 {
     for (unsigned from = 1; from <= 8; from *= 2)
         for (unsigned to = 1; to <= 8; to *= 2) {
-            fmi2Component c = make_in_phase(m, (enum fmu_phase)from),
-                          d = make_in_phase(m, (enum fmu_phase)to);
+            fmi2Component c = make_in_phase(m, (enum fmu_phase)from), d = make_in_phase(m, (enum fmu_phase)to);
             struct state_bytes before, after;
             fmi2FMUstate state = NULL;
             CHECK(m->GetFMUstate(c, &state) == fmi2OK);
@@ -173,8 +172,7 @@ static void forge(const struct fmi2_api *m, fmi2Component c, const struct block 
 }
 
 /* What cannot be is refused with its reason. */
-static bool refused_when(const struct fmi2_api *m, fmi2Component c, struct block snapshot,
-                         const char *reason)
+static bool refused_when(const struct fmi2_api *m, fmi2Component c, struct block snapshot, const char *reason)
 {
     struct state_bytes bytes;
 
@@ -219,8 +217,12 @@ static const struct {
     { offsetof(struct block, parameter.ruleCount),
       offsetof(struct chain_parameters, rule) - offsetof(struct chain_parameters, ruleCount) },
     { offsetof(struct block, s.output.flag), sizeof(((struct fmu_outputs *)0)->flag) },
-    WORD(s.clock.tick), WORD(s.clock.next_tick), WORD(s.clock.additions),
-    WORD(s.last_step.tick), WORD(s.last_step.first_tick), WORD(s.last_step.end_tick),
+    WORD(s.clock.tick),
+    WORD(s.clock.next_tick),
+    WORD(s.clock.additions),
+    WORD(s.last_step.tick),
+    WORD(s.last_step.first_tick),
+    WORD(s.last_step.end_tick),
     WORD(s.warned),
 };
 
@@ -261,9 +263,14 @@ static void planted(const struct fmi2_api *m, enum fmu_phase phase)
     static const union {
         double number;
         int64_t integer;
-    } SEEDS[] = { { .number = NAN },          { .number = INFINITY },     { .number = -INFINITY },
-                  { .integer = INT64_MAX },   { .integer = INT64_MIN },   { .integer = -1 },
-                  { .integer = INT64_C(1) << 62 }, { .integer = 0x7fffffff } };
+    } SEEDS[] = { { .number = NAN },
+                  { .number = INFINITY },
+                  { .number = -INFINITY },
+                  { .integer = INT64_MAX },
+                  { .integer = INT64_MIN },
+                  { .integer = -1 },
+                  { .integer = INT64_C(1) << 62 },
+                  { .integer = 0x7fffffff } };
     const size_t seeds = sizeof SEEDS / sizeof SEEDS[0];
     fmi2Component c = make_in_phase(m, phase);
     struct block *now = block_of(c);

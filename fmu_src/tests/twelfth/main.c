@@ -1,7 +1,11 @@
 /* Chain, inverse, tangents, check and sensitivity with a twelfth stage; what fails first is printed. */
 #include "chain_sensitivity.h"
 #include "effect_sets.h"
-#define MUST(condition) do { if (!(condition)) return printf("line %d: " #condition "\n", __LINE__), 1; } while (0)
+#define MUST(condition) \
+    do { \
+        if (!(condition)) \
+            return printf("line %d: " #condition "\n", __LINE__), 1; \
+    } while (0)
 
 enum { TICKS = 60 };
 
@@ -43,9 +47,8 @@ int main(void)
     }
     d.reached = (struct chain_reached){ .core = d.core, .tilt = d.tilt };
     for (int back = 0; back < 2; back++) {
-        const struct chain_point t =
-            back ? chain_inverse_tangent(&chain, &inverse, 5.0, &around, d, 0.5, &none)
-                 : chain_step_tangent(&chain, &inverse, 40.0, &around, d, 0.5, &none);
+        const struct chain_point t = back ? chain_inverse_tangent(&chain, &inverse, 5.0, &around, d, 0.5, &none)
+                                          : chain_step_tangent(&chain, &inverse, 40.0, &around, d, 0.5, &none);
         double end[2];
         for (int i = 0; i < 2; i++) {
             const double h = i ? 1e-6 : -1e-6;

@@ -1,5 +1,8 @@
 #include "chain.h"
-static bool is_on(const struct chain_parameters *p) { return p->tilt.gain != 0.0; }
+static bool is_on(const struct chain_parameters *p)
+{
+    return p->tilt.gain != 0.0;
+}
 static void prepare(void *constants, const struct chain_parameters *p)
 {
     ((struct tilt *)constants)->gain = p->tilt.gain;
@@ -47,8 +50,9 @@ static double rest_tangent(const void *constants, const void *d_constants, void 
     return rest(constants, d_state, d_y, p);
 }
 
-static void tangent(const void *constants, const void *state, double x, const struct chain_surroundings *d_around,
-                    int count, double *restrict d_state, double *restrict row)
+static void tangent(const void *constants, const void *state, double x,
+                    const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                    double *restrict row)
 {
     (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
@@ -72,7 +76,8 @@ static double inverse_tangent(const void *constants, const void *state, double x
     return inverse(constants, d_state, d_y, d_around);
 }
 
-const struct stage tilt_stage = { .is_on = is_on, .prepare = prepare, .rest = rest, .step = step,
-                                  .inverse = inverse };
-const struct stage_analysis tilt_analysis = { check, prepare_tangent, rest_tangent, tangent, by_parameters,
-                                              inverse_tangent };
+const struct stage tilt_stage = {
+    .is_on = is_on, .prepare = prepare, .rest = rest, .step = step, .inverse = inverse
+};
+const struct stage_analysis tilt_analysis = { check,   prepare_tangent, rest_tangent,
+                                              tangent, by_parameters,   inverse_tangent };

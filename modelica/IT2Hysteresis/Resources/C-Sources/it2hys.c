@@ -24,6 +24,7 @@
 
 /* --- the list ---------------------------------------------------------------------------------- */
 
+/* clang-format off */
 #define PLACE(name, side, memory, at, beside, size) \
     { &name##_stage, CHAIN_##side, CHAIN_##memory, offsetof(struct chain, name), sizeof(struct name), at, \
       beside, size },
@@ -40,6 +41,7 @@
 const struct chain_place CHAIN_PLACES[CHAIN_STAGE_COUNT] = {
     CHAIN_STAGES(PLACE_NONE, PLACE_AIMED, PLACE_SHORT, PLACE_LONG, PLACE_LONGEST)
 };
+/* clang-format on */
 
 /* --- set up ------------------------------------------------------------------------------------ */
 
@@ -93,7 +95,8 @@ static double rest(const struct chain *chain, int first, int end, struct chain_s
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
         if (place->stage->rest)
-            y = place->stage->rest(chain_constants_of(chain, place), chain_state_of(state, place), y, parameters);
+            y = place->stage->rest(chain_constants_of(chain, place), chain_state_of(state, place), y,
+                                   parameters);
     }
     return y;
 }
@@ -242,7 +245,8 @@ static double solve(const struct chain *chain, int first, int end, struct chain_
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
         if (place->stage->inverse && !place->stage->limits)
-            y = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), y, around);
+            y = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), y,
+                                      around);
         input[i] = y;
     }
     return y;
@@ -251,8 +255,8 @@ static double solve(const struct chain *chain, int first, int end, struct chain_
 /* The nearest voltage to `wanted` that may be given. `*passed` is what the amplifier makes of it: something
  * else only while the amplifier, at rest at the start, is farther out of the range than it can come back in a
  * tick. */
-static double within_limits(const struct chain *chain, struct chain_state *state, double wanted,
-                            double *passed, unsigned *limits)
+static double within_limits(const struct chain *chain, struct chain_state *state, double wanted, double *passed,
+                            unsigned *limits)
 {
     double x = wanted, allowed = wanted;
     bool followed = false;
@@ -264,7 +268,8 @@ static double within_limits(const struct chain *chain, struct chain_state *state
         allowed = is_followed(place) ? within_voltages(chain, x) : x;
         if (other_voltage(chain, allowed, x))
             *limits |= CHAIN_VOLTAGE_RANGE;
-        x = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), allowed, NULL);
+        x = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), allowed,
+                                  NULL);
         if (other_voltage(chain, x, allowed))
             *limits |= CHAIN_AMPLIFIER;
         followed |= is_followed(place);
@@ -276,9 +281,8 @@ static double within_limits(const struct chain *chain, struct chain_state *state
     return voltage;
 }
 
-static double inverse_with_effects(const struct chain *chain, struct chain_state *state,
-                                   double displacement, const struct chain_surroundings *around,
-                                   unsigned *limits)
+static double inverse_with_effects(const struct chain *chain, struct chain_state *state, double displacement,
+                                   const struct chain_surroundings *around, unsigned *limits)
 {
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */
@@ -398,8 +402,8 @@ bool chain_check(const struct chain_parameters *parameters, char *message, size_
     if (!(parameters->sampleTime > 0.0))
         return refuse(message, size, "sampleTime is %g s; it must be positive", parameters->sampleTime);
     if (!(parameters->voltageMin < parameters->voltageMax))
-        return refuse(message, size, "voltageMin, %g V, must be below voltageMax, %g V",
-                      parameters->voltageMin, parameters->voltageMax);
+        return refuse(message, size, "voltageMin, %g V, must be below voltageMax, %g V", parameters->voltageMin,
+                      parameters->voltageMax);
     return it2_check(parameters->rule, parameters->ruleCount, range, message, size) &&
            check_stages(parameters, message, size) && check_start(parameters, message, size);
 }
@@ -417,20 +421,21 @@ struct both {
     double d;
 };
 
-static double stage_tangent(const struct chain *chain, int i, const void *state, double x, void *d_state, double d_x,
-                      const struct chain_surroundings *d_around)
+static double stage_tangent(const struct chain *chain, int i, const void *state, double x, void *d_state,
+                            double d_x, const struct chain_surroundings *d_around)
 {
     const struct stage_analysis *analysis = chain_analysis(chain, i);
 
     if (analysis->tangent)
-        analysis->tangent(chain_constants_of(chain, chain_active(chain, i)), state, x, d_around, 1, d_state, &d_x);
+        analysis->tangent(chain_constants_of(chain, chain_active(chain, i)), state, x, d_around, 1, d_state,
+                          &d_x);
     return d_x;
 }
 
 /* Takes x on over the stages from number `first` to before `end`; advances `state` and `d`. */
-static struct both walk_tangent(const struct chain *chain, int first, int end, struct chain_state *state, struct both x,
-                        const struct chain_surroundings *around, struct chain_state *d,
-                        const struct chain_surroundings *d_around)
+static struct both walk_tangent(const struct chain *chain, int first, int end, struct chain_state *state,
+                                struct both x, const struct chain_surroundings *around, struct chain_state *d,
+                                const struct chain_surroundings *d_around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -491,8 +496,8 @@ static struct both within(struct it2_range limits, struct both x, double d_minim
 
 /* Back over the stages that do not limit; as solve of chain.c. */
 static struct both solve_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
-                         struct both y, const struct chain_surroundings *around, struct chain_state *d,
-                         const struct chain_surroundings *d_around, struct both input[])
+                                 struct both y, const struct chain_surroundings *around, struct chain_state *d,
+                                 const struct chain_surroundings *d_around, struct both input[])
 {
     struct chain_state copy;
 
@@ -503,8 +508,8 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->stage->inverse && !place->stage->limits) {
             y.value = place->stage->inverse(constants, chain_state_of(&copy, place), y.value, around);
-            y.d = chain_analysis(chain, i)->inverse_tangent(constants, own, y.value, chain_state_of(d, place), y.d,
-                                                            d_around);
+            y.d = chain_analysis(chain, i)->inverse_tangent(constants, own, y.value, chain_state_of(d, place),
+                                                            y.d, d_around);
         }
         input[i] = y;
     }
@@ -512,8 +517,8 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 }
 
 /* As within_limits of chain.c: what the amplifier passes on. */
-static struct both within_limits_tangent(const struct chain *chain, const struct chain_state *state, struct both x,
-                                 struct chain_state *d)
+static struct both within_limits_tangent(const struct chain *chain, const struct chain_state *state,
+                                         struct both x, struct chain_state *d)
 {
     static const struct chain_surroundings none = { 0.0, 0.0, 0.0 };
     struct chain_state copy;
@@ -541,9 +546,10 @@ static void arrive_tangent(struct chain_state *d)
 }
 
 /* As follow of chain.c. */
-static struct both follow_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
-                          struct both x, const struct chain_surroundings *around, struct chain_state *d,
-                          const struct chain_surroundings *d_around)
+static struct both follow_tangent(const struct chain *chain, int first, int end,
+                                  const struct chain_state *state, struct both x,
+                                  const struct chain_surroundings *around, struct chain_state *d,
+                                  const struct chain_surroundings *d_around)
 {
     struct chain_state copy;
 
@@ -562,8 +568,8 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
 }
 
 static void follow_plant_tangent(const struct chain *chain, const struct chain_state *state, struct both x,
-                         const struct chain_surroundings *around, struct chain_state *d,
-                         const struct chain_surroundings *d_around)
+                                 const struct chain_surroundings *around, struct chain_state *d,
+                                 const struct chain_surroundings *d_around)
 {
     x = follow_tangent(chain, 0, chain->before, state, x, around, d, d_around);
     const double y = it2_evaluate(&chain->core, state->reached.core.y, x.value);
@@ -571,8 +577,9 @@ static void follow_plant_tangent(const struct chain *chain, const struct chain_s
     follow_tangent(chain, chain->before, chain->behind, state, (struct both){ y, d_y }, around, d, d_around);
 }
 
-static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state, const struct both input[],
-                       struct chain_state *d, const struct chain_surroundings *d_around)
+static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state,
+                               const struct both input[], struct chain_state *d,
+                               const struct chain_surroundings *d_around)
 {
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -592,7 +599,8 @@ static double inverse_with_effects_tangent(const struct chain *chain, const stru
                                               around->time + chain->latency };
     struct both input[CHAIN_STAGE_COUNT] = { { 0.0, 0.0 } };
 
-    const struct both aim = solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, d_around, input);
+    const struct both aim =
+        solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, d_around, input);
     struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0.0 };
     x.d = core_inverse_tangent(chain, &state->core, x.value, &d->core, aim.d);
     const struct both wanted = solve_tangent(chain, 0, chain->before, state, x, around, d, d_around, input);
@@ -633,9 +641,9 @@ struct chain_point chain_inverse_tangent(const struct chain *chain, const struct
     chain_inverse(chain, &after, displacement, around, &limits);
     if (limits & CHAIN_REFERENCE_RANGE)
         y = (struct both){ displacement < reach.minimum ? reach.minimum : reach.maximum, 0.0 };
-    d.output = chain->effects ? inverse_with_effects_tangent(chain, state, &after, limits, y, around, &d.state,
-                                                             d_around)
-                              : inverse_of_core_tangent(chain, &state->core, y.value, y.d, &d.state.core);
+    d.output = chain->effects
+                   ? inverse_with_effects_tangent(chain, state, &after, limits, y, around, &d.state, d_around)
+                   : inverse_of_core_tangent(chain, &state->core, y.value, y.d, &d.state.core);
     return d;
 }
 
@@ -648,8 +656,8 @@ void chain_prepare_tangent(const struct chain *chain, struct chain *d,
     memset(d, 0, sizeof *d);
     for (int i = 0; i < chain->all; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        chain_analysis(chain, i)->prepare_tangent((char *)d + place->constants, chain_constants_of(chain, place),
-                                                  parameters, d_parameters);
+        chain_analysis(chain, i)->prepare_tangent((char *)d + place->constants,
+                                                  chain_constants_of(chain, place), parameters, d_parameters);
     }
 }
 
@@ -665,8 +673,9 @@ double chain_rest_tangent(const struct chain *chain, int first, int end, const s
         if (!place->stage->rest)
             continue;
         y = place->stage->rest(constants, chain_state_of(&state, place), y, parameters);
-        d_y = chain_analysis(chain, i)->rest_tangent(constants, chain_constants_of(d_chain, place),
-                                                     chain_state_of(d, place), y, d_y, parameters, d_parameters);
+        d_y =
+            chain_analysis(chain, i)->rest_tangent(constants, chain_constants_of(d_chain, place),
+                                                   chain_state_of(d, place), y, d_y, parameters, d_parameters);
     }
     return d_y;
 }
@@ -735,8 +744,10 @@ static bool creep_check(const struct chain_parameters *p, char *message, size_t 
                           element->timeConstant);
         least += fmin(element->gain, 0.0);
         if (!(least > 0.0))
-            return refuse(message, size, "1 plus the negative gains up to creep[%d].gain is %g; it must "
-                          "be positive: creep could not be inverted", i + 1, least);
+            return refuse(message, size,
+                          "1 plus the negative gains up to creep[%d].gain is %g; it must "
+                          "be positive: creep could not be inverted",
+                          i + 1, least);
     }
     return true;
 }
@@ -927,9 +938,10 @@ static bool delay_check(const struct chain_parameters *p, char *message, size_t 
     if (!(p->delay.time >= 0.0))
         return refuse(message, size, "delay.time is %g s; it must not be negative", p->delay.time);
     if (!(p->delay.time <= (DELAY_MAX_TICKS + ROUNDING) * p->sampleTime))
-        return refuse(message, size, "delay.time is %g s; at a sampleTime of %g s it must be at most %g s, "
-                      "%d ticks", p->delay.time, p->sampleTime, DELAY_MAX_TICKS * p->sampleTime,
-                      DELAY_MAX_TICKS);
+        return refuse(message, size,
+                      "delay.time is %g s; at a sampleTime of %g s it must be at most %g s, "
+                      "%d ticks",
+                      p->delay.time, p->sampleTime, DELAY_MAX_TICKS * p->sampleTime, DELAY_MAX_TICKS);
     return true;
 }
 
@@ -1230,6 +1242,7 @@ const struct stage_analysis hum_analysis = {
 /* 2^(j/64), j = 0..63, for exponential.h: the bits of the nearest double less j * 2^46, so that adding
  * a multiple of 2^46 sets the exponent, and what rounding left off, relative to it. Two tables: an index
  * into one of pairs costs two instructions more. */
+/* clang-format off */
 static const uint64_t EXP_BITS[EXP_STEPS] = {
     0x3ff0000000000000u, 0x3fefec9a3e778061u, 0x3fefd9b0d3158574u, 0x3fefc74518759bc8u,
     0x3fefb5586cf9890fu, 0x3fefa3ec32d3d1a2u, 0x3fef9301d0125b51u, 0x3fef829aaea92de0u,
@@ -1267,15 +1280,15 @@ static const double EXP_TAIL[EXP_STEPS] = {
     0x1.4a385a63d07a7p-56, 0x1.e5a50d5c192acp-55, -0x1.2d52107b43e1fp-55, 0x1.4b604603a88d3p-56,
     -0x1.ff7128fd391f0p-55, 0x1.ec3bc41aa2008p-55, 0x1.a64a931d185eep-55, 0x1.7893b4d91cd9dp-56,
 };
+/* clang-format on */
 
 /* 1.5 * 2^52: a sum with it is rounded to an integer, which stands in its low bits. */
 #define EXP_ROUND 6755399441055744.0
 
 /* 2^(r/64) - 1, and what the table's rounding left off: of doubles or of vectors of them. Short products
  * beside each other, not one long chain, and what is looked up comes last: a step waits for the slowest. */
-#define EXP_REST(r, r2, tail)                                                                              \
-    ((tail) + (((r) * 0.010830424696249145 +                                                               \
-                (r2) * (5.864904955054418e-05 + (r) * 2.1173137155462066e-07)) +                           \
+#define EXP_REST(r, r2, tail) \
+    ((tail) + (((r) * 0.010830424696249145 + (r2) * (5.864904955054418e-05 + (r) * 2.1173137155462066e-07)) + \
                (r2) * (r2) * (5.732857292414682e-10 + (r) * 1.2417852371895379e-12)))
 
 /* exp(x / EXP_SCALE) of two x in EXP_UNDERFLOW..0. */
@@ -1333,10 +1346,10 @@ static inline void exp_scaled_pair(const double x[2], double result[2])
 }
 
 struct it2_memberships {
-    double lower[IT2_MAX_RULES]; /* f_l */
-    double upper[IT2_MAX_RULES]; /* F_l */
+    double lower[IT2_MAX_RULES];  /* f_l */
+    double upper[IT2_MAX_RULES];  /* F_l */
     double weight[IT2_MAX_RULES]; /* f_l + F_l */
-    double sum; /* D of (10) */
+    double sum;                   /* D of (10) */
 };
 
 /* Below this sum some memberships have underflowed while others still count. */
@@ -1386,8 +1399,7 @@ double it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, d
                            double *gradient, struct it2_partials *partials);
 HIDDEN_END
 
-static inline void it2_memberships(const struct it2 *stage, double y_previous,
-                                   struct it2_memberships *m)
+static inline void it2_memberships(const struct it2 *stage, double y_previous, struct it2_memberships *m)
 {
     if (!it2_is_plain(stage, y_previous)) {
         it2_memberships_anywhere(stage, y_previous, m);
@@ -1433,16 +1445,15 @@ static bool fail(char *message, size_t size, const char *format, ...)
 
 static bool check_rule(const struct it2_rule *rule, int number, char *message, size_t size)
 {
-    const double value[] = { rule->sigmaLower, rule->sigmaUpper, rule->centre,
-                             rule->q1,         rule->q2,         rule->q3 };
+    const double value[] = { rule->sigmaLower, rule->sigmaUpper, rule->centre, rule->q1, rule->q2, rule->q3 };
     static const char *const name[] = { "sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3" };
 
     for (int i = 0; i < IT2_RULE_PARAMETERS; i++)
         if (!isfinite(value[i]))
             return fail(message, size, "rule[%d].%s is not a finite number", number, name[i]);
     if (!(rule->sigmaLower > 0.0))
-        return fail(message, size, "rule[%d].sigmaLower is %g; a standard deviation must be positive",
-                    number, rule->sigmaLower);
+        return fail(message, size, "rule[%d].sigmaLower is %g; a standard deviation must be positive", number,
+                    rule->sigmaLower);
     if (!(rule->sigmaUpper >= rule->sigmaLower))
         return fail(message, size,
                     "rule[%d].sigmaUpper is %g, below rule[%d].sigmaLower, %g; the upper membership "
@@ -1478,8 +1489,7 @@ double it2_contraction(const struct it2 *stage, struct it2_range range, double *
     return largest;
 }
 
-bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message,
-               size_t size)
+bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message, size_t size)
 {
     struct it2 stage;
     double where = range.minimum;
@@ -1487,8 +1497,8 @@ bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, 
     if (count < 1 || count > IT2_MAX_RULES)
         return fail(message, size, "ruleCount is %d; it must be 1 to %d", count, IT2_MAX_RULES);
     if (!(isfinite(range.minimum) && isfinite(range.maximum) && range.minimum < range.maximum))
-        return fail(message, size, "displacementMin, %g, must be below displacementMax, %g",
-                    range.minimum, range.maximum);
+        return fail(message, size, "displacementMin, %g, must be below displacementMax, %g", range.minimum,
+                    range.maximum);
     for (int l = 0; l < count; l++)
         if (!check_rule(&rules[l], l + 1, message, size))
             return false;
@@ -1556,8 +1566,8 @@ double it2_gradient(const struct it2 *stage, double y_previous, double x, double
     for (int l = 0; l < stage->rules; l++) {
         const struct it2_rule *rule = &stage->rule[l];
         const double excess = consequent[l] - y;
-        const double by_centre = rule_gradient(rule, m.lower[l], m.upper[l], y_previous, x, excess,
-                                               m.sum, gradient + IT2_RULE_PARAMETERS * l);
+        const double by_centre = rule_gradient(rule, m.lower[l], m.upper[l], y_previous, x, excess, m.sum,
+                                               gradient + IT2_RULE_PARAMETERS * l);
         dx += rule->q2 * m.weight[l];
         dy += rule->q1 * m.weight[l] - by_centre * excess;
     }
@@ -1841,13 +1851,13 @@ static void rule_changes(const struct it2_rule *rule, const struct it2_end *end,
 /* dF/dp = dA/dp (x - x_e) - A dx_e/dp + ds/dp (y - y_e), where (10) changes by d at (y_e, x_e) and
  * dx_e/dp = -d / A brings it back to y_e. */
 static double by_parameter(const struct it2_rule *rule, const struct it2_end *end, const struct curvature *f,
-                           const struct rule_at_end *at, const struct rule_change *change,
-                           struct distance from)
+                           const struct rule_at_end *at, const struct rule_change *change, struct distance from)
 {
     const double d = (change->consequent * at->weight + at->excess * change->weight) / f->sum;
     const double dA = (change->q2 * at->weight + (rule->q2 - end->dx) * change->weight) / f->sum;
     const double ds = (change->q1 * at->weight + (rule->q1 - end->dy) * change->weight +
-                       change->consequent * at->slope + at->excess * change->slope - d * f->slopes) / f->sum;
+                       change->consequent * at->slope + at->excess * change->slope - d * f->slopes) /
+                      f->sum;
 
     return dA * from.x + d + (ds - f->dxdy * d / end->dx) * from.y;
 }
@@ -1897,8 +1907,10 @@ static bool lag_check(const struct chain_parameters *p, char *message, size_t si
         return refuse(message, size, "lag.timeConstant is %g s; it must be positive, or 0 for no lag",
                       time_constant);
     if (!(time_constant <= LAG_SLOWEST * p->sampleTime))
-        return refuse(message, size, "lag.timeConstant is %g s; at a sampleTime of %g s it must be at "
-                      "most %g s", time_constant, p->sampleTime, LAG_SLOWEST * p->sampleTime);
+        return refuse(message, size,
+                      "lag.timeConstant is %g s; at a sampleTime of %g s it must be at "
+                      "most %g s",
+                      time_constant, p->sampleTime, LAG_SLOWEST * p->sampleTime);
     return true;
 }
 
@@ -2015,8 +2027,10 @@ const struct stage_analysis lag_analysis = {
 static bool load_check(const struct chain_parameters *p, char *message, size_t size)
 {
     if (!(p->load.compliance >= 0.0))
-        return refuse(message, size, "load.compliance is %g m/N; it must not be negative (force is "
-                      "compressive positive)", p->load.compliance);
+        return refuse(message, size,
+                      "load.compliance is %g m/N; it must not be negative (force is "
+                      "compressive positive)",
+                      p->load.compliance);
     return true;
 }
 
@@ -2040,7 +2054,8 @@ static double load_step(const void *constants, void *state, double x, const stru
     return x - load->compliance * around->force;
 }
 
-static double load_inverse(const void *constants, void *state, double y, const struct chain_surroundings *around)
+static double load_inverse(const void *constants, void *state, double y,
+                           const struct chain_surroundings *around)
 {
     const struct load *load = constants;
 
@@ -2251,13 +2266,16 @@ static bool nonlinearity_check(const struct chain_parameters *p, char *message, 
     if (!nonlinearity_is_on(p))
         return true;
     if (!(p->nonlinearity.minimum < p->nonlinearity.maximum))
-        return refuse(message, size, "nonlinearity.minimum, %g m, must be below nonlinearity.maximum, "
-                      "%g m", p->nonlinearity.minimum, p->nonlinearity.maximum);
+        return refuse(message, size,
+                      "nonlinearity.minimum, %g m, must be below nonlinearity.maximum, "
+                      "%g m",
+                      p->nonlinearity.minimum, p->nonlinearity.maximum);
     nonlinearity_prepare(&curve, p);
     for (int i = 0; i <= CURVE_GRID; i++) {
         const double z = 2.0 * i / CURVE_GRID - 1.0;
         if (!(nonlinearity_slope(&curve, z) > 0.0))
-            return refuse(message, size, "nonlinearity.quadratic, cubic and quartic make a curve that "
+            return refuse(message, size,
+                          "nonlinearity.quadratic, cubic and quartic make a curve that "
                           "falls %g m above displacementZero; it must rise from nonlinearity.minimum "
                           "to nonlinearity.maximum",
                           curve.centre - p->displacementZero + z * curve.half_range);
@@ -2294,11 +2312,14 @@ static bool play_check(const struct chain_parameters *p, char *message, size_t s
     for (int j = 0; j < p->playCount; j++) {
         const double least = j > 0 ? elements[j - 1].threshold : 0.0;
         if (!(elements[j].threshold >= least))
-            return refuse(message, size, "play[%d].threshold is %g V; thresholds must rise, so it must be "
-                          "at least %g V", j + 1, elements[j].threshold, least);
+            return refuse(message, size,
+                          "play[%d].threshold is %g V; thresholds must rise, so it must be "
+                          "at least %g V",
+                          j + 1, elements[j].threshold, least);
         slope += elements[j].weight;
         if (!(slope > 0.0))
-            return refuse(message, size, "1 plus the weights up to play[%d].weight is %g; it must be "
+            return refuse(message, size,
+                          "1 plus the weights up to play[%d].weight is %g; it must be "
                           "positive: the play operators would not be monotone and could not be inverted",
                           j + 1, slope);
     }
@@ -2442,8 +2463,7 @@ static double play_rest_tangent(const void *constants, const void *d_constants, 
         const struct play_moved turned =
             play_move(rested, element->threshold, d_element->threshold,
                       p->initialRestOffset + p->initialExcursion, d->initialRestOffset + d->initialExcursion);
-        const struct play_moved last =
-            play_move(turned, element->threshold, d_element->threshold, 0.0, 0.0);
+        const struct play_moved last = play_move(turned, element->threshold, d_element->threshold, 0.0, 0.0);
         d_h -= d_element->weight * (x + last.p) + element->weight * last.d_p;
         slope += element->weight;
         s->p[j] = last.d_p;
@@ -2540,9 +2560,10 @@ static bool resonance_check(const struct chain_parameters *p, char *message, siz
     if (frequency == 0.0)
         return true;
     if (!(frequency >= RESONANCE_SLOWEST / sample_time && frequency < 0.5 / sample_time))
-        return refuse(message, size, "resonance.frequency is %g Hz; at a sampleTime of %g s it must be "
-                      "%g Hz to below %g Hz (Nyquist), or 0 for none", frequency, sample_time,
-                      RESONANCE_SLOWEST / sample_time, 0.5 / sample_time);
+        return refuse(message, size,
+                      "resonance.frequency is %g Hz; at a sampleTime of %g s it must be "
+                      "%g Hz to below %g Hz (Nyquist), or 0 for none",
+                      frequency, sample_time, RESONANCE_SLOWEST / sample_time, 0.5 / sample_time);
     if (!(damping > 0.0 && damping < 1.0))
         return refuse(message, size, "resonance.damping is %g; it must be above 0 and below 1", damping);
     return true;
@@ -2690,8 +2711,10 @@ static bool saturation_check(const struct chain_parameters *p, char *message, si
     if (limits->minimum == 0.0 && limits->maximum == 0.0)
         return true;
     if (!(limits->minimum < limits->maximum))
-        return refuse(message, size, "saturation.minimum, %g V, must be below saturation.maximum, %g V "
-                      "(both 0: no saturation)", limits->minimum, limits->maximum);
+        return refuse(message, size,
+                      "saturation.minimum, %g V, must be below saturation.maximum, %g V "
+                      "(both 0: no saturation)",
+                      limits->minimum, limits->maximum);
     return true;
 }
 
@@ -2946,8 +2969,10 @@ static bool find_set(const struct fmu_model *model, const struct fmu_set *compil
 
     if (!read_token(token, half) || half[0] != model->table_hash ||
         (half[1] != compiled_in->hash && !compiled_in->find)) {
-        snprintf(message, size, "the GUID '%.64s' is not that of a modelDescription.xml for this binary "
-                 "of %s.", token, model->identifier);
+        snprintf(message, size,
+                 "the GUID '%.64s' is not that of a modelDescription.xml for this binary "
+                 "of %s.",
+                 token, model->identifier);
         return false;
     }
     if (half[1] != compiled_in->hash)
@@ -2957,8 +2982,8 @@ static bool find_set(const struct fmu_model *model, const struct fmu_set *compil
 }
 
 struct fmu *fmu_instantiate(const struct fmu_model *model, const struct fmu_set *compiled_in,
-                            const char *function, const char *name, const char *token,
-                            const char *resources, const struct fmu_host *host, bool logging)
+                            const char *function, const char *name, const char *token, const char *resources,
+                            const struct fmu_host *host, bool logging)
 {
     char message[1024], text[1100];
     struct fmu *fmu = NULL;
@@ -3104,8 +3129,7 @@ bool fmu_within_bounds(const struct fmu_model *model, const void *parameters, ch
             continue;
         const double value = v->base == FMU_REAL ? real(parameters, v->offset) : integer(parameters, v->offset);
         if (!(value >= v->minimum && value <= v->maximum)) {
-            snprintf(message, size, "%s is %g; it must be %g to %g", v->name, value, v->minimum,
-                     v->maximum);
+            snprintf(message, size, "%s is %g; it must be %g to %g", v->name, value, v->minimum, v->maximum);
             return false;
         }
     }
@@ -3114,16 +3138,18 @@ bool fmu_within_bounds(const struct fmu_model *model, const void *parameters, ch
 
 /* An Integer is the number of rules, play operators or creep terms: as many as the set that the FMU was
  * packaged with has, or fewer. Of more the XML lists nothing. */
-static bool count_possible(const struct fmu *fmu, const struct fmu_variable *variable, int count,
-                           char *message, size_t size)
+static bool count_possible(const struct fmu *fmu, const struct fmu_variable *variable, int count, char *message,
+                           size_t size)
 {
     const int most = integer(fmu->start, variable->offset);
 
     if (count >= variable->minimum && count <= most)
         return true;
     if (count > most && most < variable->maximum)
-        snprintf(message, size, "%s is %d, but this FMU was packaged with %d; for more, package a parameter "
-                 "set that has more (it2hys package)", variable->name, count, most);
+        snprintf(message, size,
+                 "%s is %d, but this FMU was packaged with %d; for more, package a parameter "
+                 "set that has more (it2hys package)",
+                 variable->name, count, most);
     else
         snprintf(message, size, "%s is %d; it must be %g to %d", variable->name, count, variable->minimum,
                  most);
@@ -3148,8 +3174,7 @@ bool fmu_values_possible(const struct fmu *fmu, const struct fmu_snapshot *snaps
         const struct fmu_variable *v = fmu_find(fmu->model, i);
         if (!v || v->causality != FMU_PARAMETER)
             continue;
-        if (v->base == FMU_INTEGER &&
-            !count_possible(fmu, v, integer(parameters, v->offset), message, size))
+        if (v->base == FMU_INTEGER && !count_possible(fmu, v, integer(parameters, v->offset), message, size))
             return false;
         if (v->base == FMU_REAL && !isfinite(real(parameters, v->offset))) {
             snprintf(message, size, "%s has no finite value", v->name);
@@ -3163,8 +3188,8 @@ bool fmu_values_possible(const struct fmu *fmu, const struct fmu_snapshot *snaps
 }
 
 /* The variable behind a reference, if it is one of the right type; otherwise says why not. */
-static const struct fmu_variable *lookup(const struct fmu *fmu, const char *function,
-                                         enum fmu_base base, unsigned reference)
+static const struct fmu_variable *lookup(const struct fmu *fmu, const char *function, enum fmu_base base,
+                                         unsigned reference)
 {
     const struct fmu_variable *variable = fmu_find(fmu->model, reference);
 
@@ -3187,8 +3212,8 @@ static const struct fmu_variable *accepted(const struct fmu *fmu, unsigned refer
     return &fmu->model->table[reference];
 }
 
-static bool null_arrays(const struct fmu *fmu, const char *function, const void *references,
-                        const void *values, size_t count)
+static bool null_arrays(const struct fmu *fmu, const char *function, const void *references, const void *values,
+                        size_t count)
 {
     if (count == 0 || (references && values))
         return false;
@@ -3196,8 +3221,8 @@ static bool null_arrays(const struct fmu *fmu, const char *function, const void 
     return true;
 }
 
-enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
-                   const unsigned references[], size_t count, void *values)
+enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
+                        size_t count, void *values)
 {
     if (!fmu_may(fmu, function, FMU_INITIALIZATION | FMU_STEP_COMPLETE | FMU_TERMINATED) ||
         null_arrays(fmu, function, references, values, count))
@@ -3224,16 +3249,15 @@ static bool settable(const struct fmu *fmu, const char *function, const struct f
         return false;
     }
     if (variable->causality == FMU_PARAMETER && fmu->now->phase == FMU_STEP_COMPLETE) {
-        fmu_say(fmu, FMU_ERROR,
-                "%s: %s is a fixed parameter; set it before initialization ends.", function,
+        fmu_say(fmu, FMU_ERROR, "%s: %s is a fixed parameter; set it before initialization ends.", function,
                 variable->name);
         return false;
     }
     return true;
 }
 
-enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
-                   const unsigned references[], size_t count, const void *values)
+enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
+                        size_t count, const void *values)
 {
     char message[256];
 
@@ -3245,11 +3269,9 @@ enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base bas
         if (!v || !settable(fmu, function, v))
             return FMU_ERROR;
         if (base == FMU_REAL && !isfinite(((const double *)values)[i]))
-            return fmu_say(fmu, FMU_DISCARD,
-                           "%s: %s must be a finite number, not %g; it keeps its last value.", function,
-                           v->name, ((const double *)values)[i]);
-        if (base == FMU_INTEGER &&
-            !count_possible(fmu, v, ((const int *)values)[i], message, sizeof message))
+            return fmu_say(fmu, FMU_DISCARD, "%s: %s must be a finite number, not %g; it keeps its last value.",
+                           function, v->name, ((const double *)values)[i]);
+        if (base == FMU_INTEGER && !count_possible(fmu, v, ((const int *)values)[i], message, sizeof message))
             return fmu_say(fmu, FMU_ERROR, "%s: %s.", function, message);
     }
     for (size_t i = 0; i < count; i++) {
@@ -3310,12 +3332,13 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
             return fmu_say(fmu, FMU_ERROR, "%s: %s is not an input.", function, v->name);
         if (order[i] != 1)
             return fmu_say(fmu, FMU_ERROR,
-                           "%s: order %d of %s; inputs are interpolated linearly, from order 1 only.",
-                           function, order[i], v->name);
+                           "%s: order %d of %s; inputs are interpolated linearly, from order 1 only.", function,
+                           order[i], v->name);
         if (!isfinite(values[i]))
             return fmu_say(fmu, FMU_DISCARD,
                            "%s: the derivative of %s must be a finite number, not %g; it keeps its "
-                           "last value.", function, v->name, values[i]);
+                           "last value.",
+                           function, v->name, values[i]);
     }
     for (size_t i = 0; i < count; i++)
         *(double *)((char *)fmu->now->slope + accepted(fmu, references[i])->offset) = values[i];
@@ -3433,9 +3456,10 @@ enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, 
         copy_state(fmu->state, fmu->before, fmu->used);
         now->output = held;
         now->warned = warned;
-        return fmu_say(fmu, FMU_DISCARD, "%s: the %s is no longer finite between %g s and %g s; the step is "
-                       "not made and the state is that of %g s.", function, fmu->model->diverging, time,
-                       end.time, time);
+        return fmu_say(fmu, FMU_DISCARD,
+                       "%s: the %s is no longer finite between %g s and %g s; the step is "
+                       "not made and the state is that of %g s.",
+                       function, fmu->model->diverging, time, end.time, time);
     }
     copy_state(fmu->last_state, fmu->before, fmu->used);
     now->last_step.tick = now->clock.tick;
@@ -3464,9 +3488,10 @@ static bool collect_seeds(const struct fmu *fmu, const char *function, const uns
         const struct fmu_variable *v = fmu_find(fmu->model, knowns[i]);
         const bool input = v && v->causality == FMU_INPUT;
         if (!v || v->base != FMU_REAL || !(input || (starting && v->causality == FMU_PARAMETER))) {
-            fmu_say(fmu, FMU_ERROR, "%s: %s is not a known here; knowns are the inputs and, in "
-                    "initializationMode, the parameters.", function,
-                    v ? v->name : "a value reference that does not exist");
+            fmu_say(fmu, FMU_ERROR,
+                    "%s: %s is not a known here; knowns are the inputs and, in "
+                    "initializationMode, the parameters.",
+                    function, v ? v->name : "a value reference that does not exist");
             return false;
         }
         *(double *)((input ? (char *)d_input : (char *)fmu->d_parameters) + v->offset) += seeds[i];
@@ -3528,8 +3553,10 @@ enum fmu_status fmu_directional_derivative(struct fmu *fmu, const char *function
         return FMU_ERROR;
     const struct fmu_span *last = &fmu->now->last_step;
     if (!starting && (double)last->end_tick - (double)last->first_tick > LONGEST_DERIVATIVE)
-        return fmu_say(fmu, FMU_DISCARD, "%s: the last step has more than %d ticks; derivatives are "
-                       "those of shorter ones.", function, LONGEST_DERIVATIVE);
+        return fmu_say(fmu, FMU_DISCARD,
+                       "%s: the last step has more than %d ticks; derivatives are "
+                       "those of shorter ones.",
+                       function, LONGEST_DERIVATIVE);
     if (!starting)
         last_step_tangent(fmu, d_input, &d_output);
     else if (fmu_start_outputs(fmu, function) != FMU_OK)
@@ -3540,8 +3567,10 @@ enum fmu_status fmu_directional_derivative(struct fmu *fmu, const char *function
         const struct fmu_variable *v = fmu_find(fmu->model, unknowns[i]);
         const double value = *(const double *)((const char *)&d_output + v->offset);
         if (!isfinite(value))
-            return fmu_say(fmu, FMU_DISCARD, "%s: the derivative of %s is no finite number for these "
-                           "seeds.", function, v->name);
+            return fmu_say(fmu, FMU_DISCARD,
+                           "%s: the derivative of %s is no finite number for these "
+                           "seeds.",
+                           function, v->name);
         values[i] = value;
     }
     return FMU_OK;
@@ -3592,10 +3621,9 @@ static const void *states_in(const struct fmu_model *model, const void *block)
 static struct header header_of(const struct fmu_model *model, const void *block)
 {
     const size_t size = fmu_snapshot_size(model);
-    struct header header = { .order = ORDER,
-                             .table_hash = model->table_hash,
-                             .size = size,
-                             .checksum = fmu_hash(block, size) };
+    struct header header = {
+        .order = ORDER, .table_hash = model->table_hash, .size = size, .checksum = fmu_hash(block, size)
+    };
 
     memcpy(header.magic, MAGIC, sizeof MAGIC);
     return header;
@@ -3625,8 +3653,8 @@ static void adopt(struct fmu *fmu, const void *block)
 {
     const struct fmu_model *model = fmu->model;
     /* a master that goes back to try again does so with the same parameters: they are prepared */
-    const bool prepared = !fmu->outputs_stale &&
-                          memcmp(fmu->parameters, parameters_in(block), model->parameters_size) == 0;
+    const bool prepared =
+        !fmu->outputs_stale && memcmp(fmu->parameters, parameters_in(block), model->parameters_size) == 0;
 
     memcpy(fmu->now, block, fmu_snapshot_size(model));
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
@@ -3760,8 +3788,10 @@ enum fmu_status fmu_deserialize(struct fmu *fmu, const char *function, const cha
                              : invented(fmu, block, message, sizeof message);
     if (reason) {
         free(block);
-        return fmu_say(fmu, FMU_ERROR, "%s: these bytes are damaged or not a state of this version of "
-                       "%s: %s.", function, model->identifier, reason);
+        return fmu_say(fmu, FMU_ERROR,
+                       "%s: these bytes are damaged or not a state of this version of "
+                       "%s: %s.",
+                       function, model->identifier, reason);
     }
     *state = block; /* never read before: masters pass it uninitialised */
     return FMU_OK;
@@ -3895,8 +3925,8 @@ static bool read_number(const char *text, size_t length, double *value)
     return n > 0 && end == buffer + n && isfinite(*value);
 }
 
-static bool set_parameter(const struct fmu_model *model, void *parameters, const char *name,
-                          size_t name_length, const char *text, size_t length)
+static bool set_parameter(const struct fmu_model *model, void *parameters, const char *name, size_t name_length,
+                          const char *text, size_t length)
 {
     const struct fmu_variable *variable = fmu_find_parameter(model, name, name_length);
     double value;
@@ -3919,8 +3949,7 @@ static bool set_parameter(const struct fmu_model *model, void *parameters, const
 }
 
 /* Reads the SSV text that the packager writes; the hash has shown that it is that text. */
-static bool parse(const struct fmu_model *model, const char *text, void *parameters, char *message,
-                  size_t size)
+static bool parse(const struct fmu_model *model, const char *text, void *parameters, char *message, size_t size)
 {
     memset(parameters, 0, model->parameters_size);
     for (const char *entry = strstr(text, ENTRY); entry; entry = strstr(entry, ENTRY)) {
@@ -3931,7 +3960,8 @@ static bool parse(const struct fmu_model *model, const char *text, void *paramet
         if (end && value && value < end) {
             value += sizeof VALUE - 1;
             if (!set_parameter(model, parameters, name, name_length, value, strcspn(value, "\""))) {
-                snprintf(message, size, "parameters.ssv: parameter '%.*s' is unknown or its value is "
+                snprintf(message, size,
+                         "parameters.ssv: parameter '%.*s' is unknown or its value is "
                          "not usable",
                          (int)(name_length < 80 ? name_length : 80), name);
                 return false;
@@ -3952,8 +3982,8 @@ static char *read_all(FILE *file)
     return text;
 }
 
-bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const char *resources,
-                         void *parameters, char *message, size_t size)
+bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const char *resources, void *parameters,
+                         char *message, size_t size)
 {
     char path[2048] = "";
     FILE *file = fmu_open_resource(resources, "parameters.ssv", path, sizeof path);
@@ -3963,11 +3993,13 @@ bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const cha
     if (file)
         fclose(file);
     if (!text)
-        snprintf(message, size, "the parameter set cannot be read from '%s' (resource location '%s').",
-                 path, resources ? resources : "(null)");
+        snprintf(message, size, "the parameter set cannot be read from '%s' (resource location '%s').", path,
+                 resources ? resources : "(null)");
     else if (fmu_hash(text, strlen(text)) != hash)
-        snprintf(message, size, "'%s' is not the parameter set that modelDescription.xml was made for; "
-                 "package the FMU anew instead of editing it.", path);
+        snprintf(message, size,
+                 "'%s' is not the parameter set that modelDescription.xml was made for; "
+                 "package the FMU anew instead of editing it.",
+                 path);
     else
         ok = parse(model, text, parameters, message, size);
     free(text);
@@ -4058,8 +4090,7 @@ static bool own_path(char *path, size_t size)
 {
     WCHAR wide[2048];
     HMODULE module;
-    const DWORD flags =
-        GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT;
+    const DWORD flags = GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT;
 
     if (!GetModuleHandleExW(flags, (LPCWSTR)(const void *)&ANCHOR, &module))
         return false;
@@ -4104,8 +4135,7 @@ void *fmu_open_resource(const char *uri, const char *file, char *path, size_t si
 {
     FILE *opened = NULL;
 
-    if (uri && *uri && uri_to_path(uri, path, size) && append(path, size, "/") &&
-        append(path, size, file))
+    if (uri && *uri && uri_to_path(uri, path, size) && append(path, size, "/") && append(path, size, file))
         opened = open_utf8(path);
     if (!opened && own_resources(path, size) && append(path, size, "/") && append(path, size, file))
         opened = open_utf8(path);
@@ -4348,8 +4378,8 @@ size_t actuator_prepare(void *constants, const void *parameters)
 enum plant_finding { PLANT_VOLTAGE_RANGE = 1, PLANT_DISPLACEMENT_RANGE = 2 };
 
 /* Before the first tick the reading is taken as the displacement: hum begins with the ticks. */
-static bool plant_start(const void *constants, void *state, const void *parameters,
-                        struct fmu_outputs *output, char *message, size_t size)
+static bool plant_start(const void *constants, void *state, const void *parameters, struct fmu_outputs *output,
+                        char *message, size_t size)
 {
     const struct chain_parameters *p = parameters;
 
@@ -4399,14 +4429,16 @@ static void plant_explain(unsigned finding, const void *state, const void *param
 
     (void)output;
     if (finding == PLANT_VOLTAGE_RANGE)
-        snprintf(text, size, "the voltage left voltageMin..voltageMax, %g to %g V, the range that the "
+        snprintf(text, size,
+                 "the voltage left voltageMin..voltageMax, %g to %g V, the range that the "
                  "parameters are valid for: it is %g V at %g s; outOfRange is true as long as it is outside.",
                  p->voltageMin, p->voltageMax, input[IN_VOLTAGE], time);
     else
-        snprintf(text, size, "the core's displacement left displacementMin..displacementMax, %g to %g um, the "
+        snprintf(text, size,
+                 "the core's displacement left displacementMin..displacementMax, %g to %g um, the "
                  "range that its rules hold for: it is %g um at %g s. Outside the model is extrapolated; "
-                 "outOfRange is true there.", 1e6 * p->displacementMin, 1e6 * p->displacementMax,
-                 1e6 * s->core.y, time);
+                 "outOfRange is true there.",
+                 1e6 * p->displacementMin, 1e6 * p->displacementMax, 1e6 * s->core.y, time);
 }
 
 static void plant_tick_tangent(const void *constants, const void *state, const double input[FMU_INPUTS],
@@ -4416,8 +4448,8 @@ static void plant_tick_tangent(const void *constants, const void *state, const d
     const struct chain_surroundings around = actuator_surroundings(input, time);
     const struct chain_surroundings d_around = actuator_surroundings_tangent(d_input);
     struct chain_state *d = d_state;
-    const struct chain_point next = chain_step_tangent(constants, state, input[IN_VOLTAGE], &around, *d,
-                                                       d_input[IN_VOLTAGE], &d_around);
+    const struct chain_point next =
+        chain_step_tangent(constants, state, input[IN_VOLTAGE], &around, *d, d_input[IN_VOLTAGE], &d_around);
 
     d_output->real[OUT_DISPLACEMENT] = d_output->real[OUT_MEASURED] = next.output; /* hum adds to it */
     *d = next.state;
@@ -4496,17 +4528,20 @@ static void inverse_explain(unsigned finding, const void *state, const void *par
 
     (void)state;
     if (finding == INVERSE_OUT_OF_REACH)
-        snprintf(text, size, "the reference, %g um at %g s, is outside displacementMin..displacementMax, %g to "
-                 "%g um; the nearest displacement within is aimed at (saturated is true).", reference, time,
-                 1e6 * p->displacementMin, 1e6 * p->displacementMax);
+        snprintf(text, size,
+                 "the reference, %g um at %g s, is outside displacementMin..displacementMax, %g to "
+                 "%g um; the nearest displacement within is aimed at (saturated is true).",
+                 reference, time, 1e6 * p->displacementMin, 1e6 * p->displacementMax);
     else if (finding == INVERSE_AMPLIFIER_LIMIT)
-        snprintf(text, size, "the reference, %g um at %g s, asks for more than slew.rate or saturation.minimum.."
+        snprintf(text, size,
+                 "the reference, %g um at %g s, asks for more than slew.rate or saturation.minimum.."
                  "saturation.maximum let through; the nearest voltage is given, %g V (saturated is true).",
                  reference, time, voltage);
     else
-        snprintf(text, size, "the reference, %g um at %g s, asks for a voltage outside voltageMin..voltageMax, "
-                 "%g to %g V; the nearest is given (saturated is true).", reference, time, p->voltageMin,
-                 p->voltageMax);
+        snprintf(text, size,
+                 "the reference, %g um at %g s, asks for a voltage outside voltageMin..voltageMax, "
+                 "%g to %g V; the nearest is given (saturated is true).",
+                 reference, time, p->voltageMin, p->voltageMax);
 }
 
 static void inverse_tick_tangent(const void *constants, const void *state, const double input[FMU_INPUTS],

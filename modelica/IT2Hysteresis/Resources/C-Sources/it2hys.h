@@ -68,10 +68,7 @@
 #define HIDDEN_END
 #endif
 
-enum {
-    IT2_MAX_RULES = 16,
-    IT2_RULE_PARAMETERS = 6
-};
+enum { IT2_MAX_RULES = 16, IT2_RULE_PARAMETERS = 6 };
 
 /* One rule, in the order of the paper's Table 1: antecedent (s1, s2, c), consequent (q1, q2, q3). */
 struct it2_rule {
@@ -123,9 +120,7 @@ struct it2_partials {
 /* The end that y_{k-1} lies beyond; NULL within the range. */
 static inline const struct it2_end *it2_beyond(const struct it2 *stage, double y_previous)
 {
-    return y_previous < stage->lower.y   ? &stage->lower
-           : y_previous > stage->upper.y ? &stage->upper
-                                         : NULL;
+    return y_previous < stage->lower.y ? &stage->lower : y_previous > stage->upper.y ? &stage->upper : NULL;
 }
 
 HIDDEN_BEGIN
@@ -152,16 +147,15 @@ double it2_gradient(const struct it2 *stage, double y_previous, double x, double
 /* y[k] = F(y[k-1], x[k]), k = 0..n-1, y[-1] = y_initial. Where `sensitivity` (n rows of 6 L + 1,
  * row-major) is given: the derivatives of y[k] with respect to all parameters and y_initial.
  * Returns the number of samples computed: less than n if a value is not finite. */
-size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const double *x,
-                    size_t n, double y_initial, double *y, double *sensitivity);
+size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const double *x, size_t n,
+                    double y_initial, double *y, double *sensitivity);
 
 /* Is the parameter set usable over the range of displacement? On a grid of y that has both ends: the sum of
  * q_l2 memberships is positive (invertible) and |dy_k/dy_{k-1}| < 1 on the equilibrium curve (an equilibrium
  * is stable). With it at the ends, a free run cannot diverge: beyond them y_k moves by that share of what
  * y_{k-1} does, and from within them one step goes no farther than the voltage takes it.
  * Otherwise false, and `message` names the culprit and the mend. */
-bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message,
-               size_t size);
+bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message, size_t size);
 
 /* The largest |dy_k/dy_{k-1}| on the equilibrium curve and the displacement where it occurs. */
 double it2_contraction(const struct it2 *stage, struct it2_range range, double *where);
@@ -247,8 +241,9 @@ struct stage_analysis {
 
     /* Of `step` by state, input and surroundings, along `count` directions at once: number i of the state has
      * its derivatives from d_state[i * count] on; `row` goes from those of the input to those of the output. */
-    void (*tangent)(const void *constants, const void *state, double x, const struct chain_surroundings *d_around,
-                    int count, double *restrict d_state, double *restrict row);
+    void (*tangent)(const void *constants, const void *state, double x,
+                    const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                    double *restrict row);
 
     /* Of `step` by the constants alone: returns that of the output, and adds to d_state[i * stride]. */
     double (*by_parameters)(const void *constants, const void *d_constants, const void *state, double x,
@@ -560,6 +555,7 @@ extern const struct stage slew_stage;
 extern const struct stage_analysis slew_analysis;
 HIDDEN_END
 
+/* clang-format off */
 #define CHAIN_STAGES(NONE, AIMED, SHORT, LONG, LONGEST) \
     LONGEST(delay, DELAY, BEFORE) \
     SHORT(slew, SLEW, BEFORE) \
@@ -572,6 +568,7 @@ HIDDEN_END
     NONE(drift, DRIFT, BEHIND) \
     NONE(nonlinearity, NONLINEARITY, BEHIND) \
     NONE(hum, HUM, READING)
+/* clang-format on */
 
 #define CHAIN_EVERY_STAGE(STAGE) CHAIN_STAGES(STAGE, STAGE, STAGE, STAGE, STAGE)
 #define CHAIN_SKIP(name, NAME, side)
@@ -596,6 +593,7 @@ struct chain_parameters {
     CHAIN_EVERY_STAGE(CHAIN_MEMBER)
 };
 
+/* clang-format off */
 enum chain_stage {
 #define CHAIN_INDEX(name, NAME, side) CHAIN_STAGE_##NAME,
     CHAIN_EVERY_STAGE(CHAIN_INDEX)
@@ -606,6 +604,7 @@ enum chain_effect {
 #define CHAIN_BIT(name, NAME, side) CHAIN_##NAME = 1 << CHAIN_STAGE_##NAME,
     CHAIN_EVERY_STAGE(CHAIN_BIT)
 };
+/* clang-format on */
 
 struct chain {
     unsigned effects;                        /* that are on, between voltage and displacement (bits) */
@@ -651,8 +650,8 @@ struct chain_place {
     enum chain_memory memory;
     size_t constants; /* in struct chain */
     size_t constants_size;
-    size_t state;     /* in struct chain_state; of a stage without one, nowhere */
-    size_t reached;   /* the same for what the plant reached, where that is kept beside */
+    size_t state;   /* in struct chain_state; of a stage without one, nowhere */
+    size_t reached; /* the same for what the plant reached, where that is kept beside */
     size_t state_size;
 };
 
@@ -708,8 +707,7 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *parameter
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 
-static inline void chain_copy(const struct chain *chain, struct chain_state *to,
-                              const struct chain_state *from)
+static inline void chain_copy(const struct chain *chain, struct chain_state *to, const struct chain_state *from)
 {
     memcpy(to, from, chain->state_in_use);
 }
@@ -939,8 +937,8 @@ static inline bool fmu_clock_beyond_stop(const struct fmu_clock *clock, double s
 }
 
 /* fmu_clock_step by the rules. */
-static inline bool fmu_clock_any_step(const struct fmu_clock *now, double sample_time, double time,
-                                      double step, struct fmu_clock *end)
+static inline bool fmu_clock_any_step(const struct fmu_clock *now, double sample_time, double time, double step,
+                                      struct fmu_clock *end)
 {
     const double ticks = step / sample_time;
 
@@ -990,17 +988,23 @@ static inline const char *fmu_clock_refusal(const struct fmu_clock *now, double 
     const double ticks = step / sample_time;
 
     if (!isfinite(time) || !isfinite(step) || step < 0.0)
-        snprintf(text, size, "a step of %g s from %g s is not possible; both must be finite and the step not "
-                 "negative", step, time);
+        snprintf(text, size,
+                 "a step of %g s from %g s is not possible; both must be finite and the step not "
+                 "negative",
+                 step, time);
     else if (!(fabs(time / sample_time) + ticks < CLOCK_LARGEST_TICK &&
                fabs((double)now->tick) + ticks < CLOCK_LARGEST_TICK))
         snprintf(text, size, "at %g s ticks of %g s can no longer be counted", end, sample_time);
     else if (!fmu_clock_agrees(now, sample_time, time) && !fmu_clock_continues(now, sample_time, time))
-        snprintf(text, size, "the step begins at %.17g s, but this instance is at %.17g s; to go back, set an "
-                 "earlier FMU state", time, now->time);
+        snprintf(text, size,
+                 "the step begins at %.17g s, but this instance is at %.17g s; to go back, set an "
+                 "earlier FMU state",
+                 time, now->time);
     else if (ticks > CLOCK_LONGEST_STEP)
-        snprintf(text, size, "the step of %g s has %.4g ticks of %g s; at most %g are run in one step, so make "
-                 "shorter ones", step, ticks, sample_time, CLOCK_LONGEST_STEP);
+        snprintf(text, size,
+                 "the step of %g s has %.4g ticks of %g s; at most %g are run in one step, so make "
+                 "shorter ones",
+                 step, ticks, sample_time, CLOCK_LONGEST_STEP);
     else
         snprintf(text, size, "the step ends at %.17g s, after stopTime, %.17g s", end, now->stop_time);
     return text;
@@ -1011,9 +1015,9 @@ static inline bool fmu_clock_plausible(const struct fmu_clock *clock, double sam
 {
     struct fmu_clock due = { .tick = clock->tick, .next_tick = INT64_MIN };
 
-    if (!(isfinite(clock->time) && clock->stop_time > -INFINITY && clock->rest >= 0.0 &&
-          clock->rest < 1.0 && fabs((double)clock->tick) <= CLOCK_LARGEST_TICK &&
-          clock->additions >= 0 && (double)clock->additions <= 2.0 * CLOCK_LARGEST_TICK))
+    if (!(isfinite(clock->time) && clock->stop_time > -INFINITY && clock->rest >= 0.0 && clock->rest < 1.0 &&
+          fabs((double)clock->tick) <= CLOCK_LARGEST_TICK && clock->additions >= 0 &&
+          (double)clock->additions <= 2.0 * CLOCK_LARGEST_TICK))
         return false;
     fmu_clock_put(&due, clock->rest, 0.0);
     const double ahead = (double)clock->next_tick - (double)due.next_tick; /* since it was set back */
@@ -1044,8 +1048,8 @@ struct fmu_variable {
     const char *name;
     enum fmu_base base;
     enum fmu_causality causality;
-    unsigned kinds;  /* of models that have it, or-ed */
-    size_t offset;   /* in the parameters, the inputs or struct fmu_outputs */
+    unsigned kinds; /* of models that have it, or-ed */
+    size_t offset;  /* in the parameters, the inputs or struct fmu_outputs */
     double minimum;
     double maximum;
     size_t count; /* of an element's group: offset of the parameter that says how many are in use */
@@ -1084,13 +1088,12 @@ struct fmu_model {
                   char *message, size_t size);
 
     /* Returns findings, bits of the model's own or FMU_NOT_FINITE, each of which is logged once. */
-    unsigned (*tick)(const void *constants, void *state, const void *parameters,
-                     const double input[FMU_INPUTS], double time, struct fmu_outputs *);
+    unsigned (*tick)(const void *constants, void *state, const void *parameters, const double input[FMU_INPUTS],
+                     double time, struct fmu_outputs *);
 
     /* Writes what a finding means; NULL where there are none. */
-    void (*explain)(unsigned finding, const void *state, const void *parameters,
-                    const double input[FMU_INPUTS], double time, const struct fmu_outputs *, char *text,
-                    size_t size);
+    void (*explain)(unsigned finding, const void *state, const void *parameters, const double input[FMU_INPUTS],
+                    double time, const struct fmu_outputs *, char *text, size_t size);
 
     /* NULL where the model has none. tick_tangent leaves `state` as it is. */
     void (*start_tangent)(const void *constants, const void *state, const void *parameters,
@@ -1158,8 +1161,8 @@ struct fmu {
     void *state;
     void *last_state;
     void *constants;
-    void *before;       /* room for a state */
-    void *d_state;      /* room for derivatives */
+    void *before;  /* room for a state */
+    void *d_state; /* room for derivatives */
     void *d_parameters;
     void *start;        /* the parameters that reset returns to */
     size_t used;        /* bytes of the state */
@@ -1230,8 +1233,8 @@ enum fmu_status fmu_set_debug_logging(struct fmu *fmu, const char *function, boo
 /* --- parameter set ----------------------------------------------------------------------------- */
 
 /* `find` of struct fmu_set, from resources/parameters.ssv. */
-bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const char *resources,
-                         void *parameters, char *message, size_t size);
+bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const char *resources, void *parameters,
+                         char *message, size_t size);
 
 /* Opens FILE in the resources at a URI; where the URI is missing, beside this binary. */
 void *fmu_open_resource(const char *uri, const char *file, char *path, size_t size);
@@ -1245,8 +1248,8 @@ struct fmu *fmu_create(const struct fmu_model *model, const char *name, const vo
 /* The same with the set that the token {table hash, parameter hash} means: the one compiled in, or another
  * one that is found. Where it cannot be, NULL, and the host's log says why. */
 struct fmu *fmu_instantiate(const struct fmu_model *model, const struct fmu_set *compiled_in,
-                            const char *function, const char *name, const char *token,
-                            const char *resources, const struct fmu_host *host, bool logging);
+                            const char *function, const char *name, const char *token, const char *resources,
+                            const struct fmu_host *host, bool logging);
 void fmu_free(struct fmu *fmu);
 enum fmu_status fmu_setup(struct fmu *fmu, const char *function, bool tolerance_defined, double tolerance,
                           double start_time, bool stop_time_defined, double stop_time);
@@ -1266,10 +1269,10 @@ static inline enum fmu_status fmu_start_outputs(struct fmu *fmu, const char *fun
 /* --- values and steps -------------------------------------------------------------------------- */
 
 /* Of one base type. fmu_get_real and fmu_set_real are the same for Reals, quickly for a single one. */
-enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base,
-                        const unsigned references[], size_t count, void *values);
-enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base,
-                        const unsigned references[], size_t count, const void *values);
+enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
+                        size_t count, void *values);
+enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
+                        size_t count, const void *values);
 enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
                              double values[]);
 enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
