@@ -13,12 +13,12 @@
  *
  * Some stages lose information, and the inverse keeps to the displacements and the voltages that the
  * parameters hold for: beyond them the core is extrapolated. Where that cuts off what a reference asks for,
- * the inverse gives the nearest. Without effects it goes on from what the plant reaches. With effects, what remembers
- * for long is kept on what the plant reaches: the amplifier's voltage, the play operators and creep. The
- * inverses of core, lag and resonance remember one or two ticks, and of those what was aimed at: the plant
- * comes back to it by its own contraction. (To take the plant back in one tick from what it reached would
- * make a limit cycle of lag, core and slew limit.) So nothing winds up. Until the plant is back, it is
- * followed in `reached`, and the inverse says so. */
+ * the inverse gives the nearest. Without effects it goes on from what the plant reaches. With effects, what
+ * remembers for long is kept on what the plant reaches: the amplifier's voltage, the play operators and
+ * creep. The inverses of core, lag and resonance remember one or two ticks, and of those what was aimed at:
+ * the plant comes back to it by its own contraction. (To take the plant back in one tick from what it
+ * reached would make a limit cycle of lag, core and slew limit.) So nothing winds up. Until the plant is
+ * back, it is followed in `reached`, and the inverse says so. */
 #ifndef IT2HYS_CHAIN_H
 #define IT2HYS_CHAIN_H
 

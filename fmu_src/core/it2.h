@@ -78,7 +78,7 @@ HIDDEN_BEGIN
 
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range);
 
-/* The four operations that every stage of the chain has. step and inverse advance the state. */
+/* The core as a stage that the chain always has. step and inverse advance the state. */
 void it2_reset(struct it2_state *state, double y);
 double it2_step(const struct it2 *stage, struct it2_state *state, double x);
 double it2_inverse(const struct it2 *stage, struct it2_state *state, double y);

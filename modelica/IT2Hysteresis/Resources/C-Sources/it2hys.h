@@ -33,12 +33,12 @@
  *
  * Some stages lose information, and the inverse keeps to the displacements and the voltages that the
  * parameters hold for: beyond them the core is extrapolated. Where that cuts off what a reference asks for,
- * the inverse gives the nearest. Without effects it goes on from what the plant reaches. With effects, what remembers
- * for long is kept on what the plant reaches: the amplifier's voltage, the play operators and creep. The
- * inverses of core, lag and resonance remember one or two ticks, and of those what was aimed at: the plant
- * comes back to it by its own contraction. (To take the plant back in one tick from what it reached would
- * make a limit cycle of lag, core and slew limit.) So nothing winds up. Until the plant is back, it is
- * followed in `reached`, and the inverse says so. */
+ * the inverse gives the nearest. Without effects it goes on from what the plant reaches. With effects, what
+ * remembers for long is kept on what the plant reaches: the amplifier's voltage, the play operators and
+ * creep. The inverses of core, lag and resonance remember one or two ticks, and of those what was aimed at:
+ * the plant comes back to it by its own contraction. (To take the plant back in one tick from what it
+ * reached would make a limit cycle of lag, core and slew limit.) So nothing winds up. Until the plant is
+ * back, it is followed in `reached`, and the inverse says so. */
 
 /* --- it2.h --- */
 
@@ -127,7 +127,7 @@ HIDDEN_BEGIN
 
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range);
 
-/* The four operations that every stage of the chain has. step and inverse advance the state. */
+/* The core as a stage that the chain always has. step and inverse advance the state. */
 void it2_reset(struct it2_state *state, double y);
 double it2_step(const struct it2 *stage, struct it2_state *state, double x);
 double it2_inverse(const struct it2 *stage, struct it2_state *state, double y);
