@@ -460,7 +460,7 @@ class Bench:
         rows = rows[:, criterion.start_columns] / (trace.noise / self.scaling.y_unit)
         samples = np.flatnonzero(trace.weight > 0.0)
         for share in _LEADS:
-            lead = max(int(share * len(trace.y)), _SHORTEST_LEAD)
+            lead = int(samples[0]) + max(int(share * len(trace.y)), _SHORTEST_LEAD)
             first = samples < lead
             information = rows[first].T @ rows[first] / (1.0 + missed * correlated)
             information += START_PRIOR**2 * np.eye(rows.shape[1])

@@ -37,7 +37,7 @@ def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
     """
     record, used = prepared.record, prepared.used
     weight = float(1.0 / np.sqrt(1.0 + repetitions(prepared)))
-    lead = int(_LEAD * len(record))
+    lead = int(np.flatnonzero(used)[0] + _LEAD * len(record))
     judged = used.copy()
     if role != "train":
         judged[:lead] = False
