@@ -500,7 +500,11 @@ def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) ->
     """Return the errors of both FMUs on a record, begun with a start."""
     begun = parameters.replace(**start)
     e_mr, e_rms, y = _errors(trace, begun, offset)
-    told = parameters.replace(initialDisplacement=float(trace.y[0]) - offset)
+    # the phase of what is picked up is nothing that a stage or its model could be told
+    told = parameters.replace(
+        **{n: v for n, v in start.items() if n == "hum.phase"},
+        initialDisplacement=float(trace.y[0]) - offset,
+    )
     return Judgement(
         name=trace.name,
         role=trace.role,

@@ -163,13 +163,12 @@ def find_period(x: np.ndarray) -> int | None:
 def _between_periods(y: np.ndarray, period: int) -> float:
     """Return the noise from successive periods; a shift between them (drift) is not noise.
 
-    The first of them is left out where that leaves three: in it, a stage that begins at rest comes into
-    its loop.
+    The first of them is left out: in it, a stage that begins at rest comes into its loop.
 
     NaN where no two of them have enough samples in common.
     """
     periods = y[: len(y) // period * period].reshape(-1, period)
-    periods = periods[1:] if len(periods) > _FEWEST_PERIODS else periods
+    periods = periods[1:] if len(periods) >= _FEWEST_PERIODS else periods
     difference = np.diff(periods, axis=0)
     known = np.isfinite(difference)
     # pairs of periods that have less than half of their samples in common say little
