@@ -24,7 +24,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, as_completed
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -38,12 +38,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 import numpy as np
 from diagnosis.cases import CHOSEN_ON, RANGE, Case, suite
+from diagnosis.outcomes import Outcome, run_case
 from tqdm import tqdm
 
-from it2hys import core
-from it2hys.chain import EFFECTS, active_effects
-from it2hys.diagnosis import Diagnosis, diagnose
-from it2hys.diagnosis_report import at_rest, scaled_reference
+from it2hys.chain import EFFECTS
+from it2hys.diagnosis import diagnose
 from it2hys.processes import make_pool
 from it2hys.records import Record
 
@@ -54,8 +53,7 @@ DONE = ROOT / "build" / "diagnosis"
 #: What decides on the outcome of a case: other files may change and its outcome stays.
 SOURCES = (
     "python/it2hys/**/*.py", "python/it2hys/**/*.toml", "fmu_src/**/*.[ch]",
-    "tests/diagnosis/cases.py", "tests/diagnosis/simulator.py", "tests/diagnosis/voltages.py",
-    "benchmarks/diagnosis.py",
+    *(f"tests/diagnosis/{name}.py" for name in ("cases", "simulator", "voltages", "outcomes")),
 )  # fmt: skip
 NOTHING = "nothing"
 #: Shares of the records of some 40,000 samples in all, and the effects in them, of the table of growth.
@@ -97,101 +95,6 @@ class Limits:
 
 
 LIMITS = Limits()
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What came of one case.
-
-    Parameters
-    ----------
-    name, kind : str
-        Kind is what was undeclared, joined by "+"; "none", or "outside".
-    seeds : int
-        First of its range of seeds.
-    there, named, indistinguishable : tuple of str
-        Effects to be named, and those that were, and those that were said not to be told apart.
-    unexplained : bool
-    noise : float
-        True noise, m rms.
-    cold : tuple of bool
-        Of each test record whether the error is that from a cold start; otherwise it is that behind the
-        lead-in.
-    errors, best : tuple of float
-        Of each test record, m rms: of the packaged FMU, and of one of a model told the truth. Empty
-        where there is none.
-    inverse, inverse_best, inverse_noise : tuple of float
-        The same of the inverse on the measured displacement, V rms, and what noise makes of it.
-    held_back : float
-        Share of the tracking reference at which the inverse found cannot follow it; NaN where a limit
-        of the amplifier is in the model.
-    cpu : float
-        Processor time of the diagnosis, s.
-    seconds : dict of str to float
-        Of each phase.
-    failure, failure_of_truth : str
-        The message of a run that ended with one.
-    """
-
-    name: str
-    kind: str
-    seeds: int
-    there: tuple[str, ...]
-    named: tuple[str, ...] = ()
-    indistinguishable: tuple[str, ...] = ()
-    unexplained: bool = False
-    noise: float = np.nan
-    cold: tuple[bool, ...] = ()
-    errors: tuple[float, ...] = ()
-    best: tuple[float, ...] = ()
-    inverse: tuple[float, ...] = ()
-    inverse_best: tuple[float, ...] = ()
-    inverse_noise: tuple[float, ...] = ()
-    held_back: float = np.nan
-    cpu: float = np.nan
-    seconds: dict[str, float] | None = None
-    failure: str = ""
-    failure_of_truth: str = ""
-
-    @classmethod
-    def read(cls, line: str) -> Outcome:
-        """Return what `line` of this class wrote."""
-        values = json.loads(line)
-        return cls(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
-
-    @property
-    def line(self) -> str:
-        """One line of JSON."""
-        return json.dumps(asdict(self)) + "\n"
-
-    @property
-    def is_right(self) -> bool:
-        """Whether exactly what is there was named."""
-        return not self.failure and set(self.named) == set(self.there)
-
-    @property
-    def false(self) -> set[str]:
-        """What was named and is not there."""
-        return {*self.named} - {*self.there}
-
-    @property
-    def over_noise(self) -> float:
-        """Error over the true noise; infinite where the diagnosis failed."""
-        return np.inf if self.failure else _rms(self.errors) / self.noise
-
-    @property
-    def over_truth(self) -> float:
-        """Error over that of a model told the truth; NaN where there is none."""
-        return np.inf if self.failure else _rms(self.errors) / _rms(self.best)
-
-    @property
-    def inverse_over_truth(self) -> float:
-        """Error of the inverse over that of a model told the truth; NaN where there is none."""
-        return np.inf if self.failure else _rms(self.inverse) / _rms(self.inverse_best)
-
-
-def _rms(values: Sequence[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(values)))) if values else np.nan
 
 
 def main() -> int:
@@ -349,69 +252,6 @@ def _in_brief(o: Outcome) -> str:
     return f"{o.name}: {verdict}; {o.over_noise:.2f} x noise, {o.cpu:.0f} s"
 
 
-def run_case(case: Case, first: int) -> Outcome:
-    """Diagnose one case, and fit a model told the truth; a failure of either is its outcome."""
-    kind = "outside" if case.outside else "+".join(case.undeclared) or "none"
-    outcome = Outcome(case.name, kind, first, case.undeclared)
-    try:
-        outcome = replace(outcome, noise=case.noise_rms, cold=_from_cold_start(case))
-        start = time.process_time()
-        found = diagnose(case.train, case.validation, case.test, declared=case.declared)
-        outcome = replace(outcome, **_measured(case, found), cpu=time.process_time() - start)
-    except Exception as error:  # whatever it is, the suite goes on and the case counts as failed
-        return replace(outcome, failure=f"{type(error).__name__}: {error}")
-    if case.outside:
-        return outcome
-    try:
-        return replace(outcome, **_told_the_truth(case))
-    except Exception as error:
-        return replace(outcome, failure_of_truth=f"{type(error).__name__}: {error}")
-
-
-def _from_cold_start(case: Case) -> tuple[bool, ...]:
-    """Tell of which test records the first displacement says how they begin.
-
-    Of a line it does not: its phase is each record's own.
-    """
-    return tuple(rest and "hum" not in case.truth for rest in case.tests_begin_at_rest)
-
-
-def _measured(case: Case, found: Diagnosis) -> dict:
-    judged = [j for j in found.after if j.role == "test"]
-    return {
-        "named": found.effects,
-        "indistinguishable": tuple(e for group in found.indistinguishable for e in group),
-        "unexplained": bool(found.unexplained),
-        "errors": _packaged_errors(case, found),
-        "inverse": tuple(float(j.inverse.e_rms) for j in judged),
-        "inverse_noise": tuple(float(j.inverse.noise) for j in judged),
-        "held_back": _held_back(case, found),
-        "seconds": found.seconds,
-    }
-
-
-def _packaged_errors(case: Case, found: Diagnosis) -> tuple[float, ...]:
-    """Return the errors of the FMU as packaged on the test records, m rms."""
-    judged = [j for j in found.after if j.role == "test"]
-    cold = _from_cold_start(case)
-    return tuple(float(j.cold_start if c else j.e_rms) for j, c in zip(judged, cold, strict=True))
-
-
-def _told_the_truth(case: Case) -> dict:
-    others = [name for name in EFFECTS if name not in case.truth]
-    told = diagnose(case.train, case.validation, case.test, declared=case.truth, excluded=others)
-    inverse = tuple(float(j.inverse.e_rms) for j in told.after if j.role == "test")
-    return {"best": _packaged_errors(case, told), "inverse_best": inverse}
-
-
-def _held_back(case: Case, found: Diagnosis) -> float:
-    if {"slew", "saturation"} & {*active_effects(found.parameters)}:
-        return np.nan
-    reference = scaled_reference(case.train)
-    start = found.parameters.replace(**at_rest(reference[0]))
-    return float(np.mean(core.chain_inverse_run(start, reference)[1]))
-
-
 # --- figures -------------------------------------------------------------------------------------
 
 
@@ -430,6 +270,7 @@ def summarise(outcomes: Sequence[Outcome]) -> dict:
         "error_over_noise": _spread(over_noise, LIMITS.error_over_noise),
         "from_cold_start": _spread([o.over_noise for o in explained if all(o.cold)]),
         "error_over_truth": _spread([o.over_truth for o in explained]),
+        "truth_over_noise": _spread([o.truth_over_noise for o in explained]),
         "inverse_over_truth": _spread(inverse, LIMITS.inverse_over_truth),
         "without_truth": sum(bool(o.failure_of_truth) for o in outcomes),
         "explained": len(explained),

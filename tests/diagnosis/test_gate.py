@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from diagnosis.cases import CHOSEN_ON, RANGE, suite
+from diagnosis.outcomes import Outcome, run_case
 
 SPEC = importlib.util.spec_from_file_location(
     "diagnosis_gate", Path(__file__).parents[2] / "benchmarks" / "diagnosis.py"
@@ -16,7 +17,7 @@ SPEC = importlib.util.spec_from_file_location(
 gate = sys.modules[SPEC.name] = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(gate)
 
-GOOD = gate.Outcome(
+GOOD = Outcome(
     "play 1", "play", RANGE, ("play",), ("play",), noise=5e-9, cold=(True, True),
     errors=(5e-9, 5e-9), best=(5e-9, 5e-9), inverse=(0.1, 0.1), inverse_best=(0.1, 0.1),
     inverse_noise=(0.05, 0.05), held_back=0.0, cpu=30.0, seconds={"search": 20.0},
@@ -110,11 +111,11 @@ def test_a_case_that_cannot_be_diagnosed_counts_as_failed(monkeypatch):
     def fail(*_, **__):
         raise ArithmeticError("what nobody thought of")
 
-    monkeypatch.setattr(gate, "diagnose", fail)
-    outcome = gate.run_case(next(suite(RANGE)), RANGE)
+    monkeypatch.setattr("diagnosis.outcomes.diagnose", fail)
+    outcome = run_case(next(suite(RANGE)), RANGE)
     assert outcome.failure == "ArithmeticError: what nobody thought of"
     assert not outcome.is_right and outcome.over_noise == float("inf")
-    assert gate.Outcome.read(outcome.line).failure == outcome.failure
+    assert Outcome.read(outcome.line).failure == outcome.failure
 
 
 # --- which seeds ---------------------------------------------------------------------------------
