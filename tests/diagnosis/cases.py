@@ -403,7 +403,8 @@ def _draw_history(
     swings = (voltages.sine, voltages.decaying, voltages.two_sines, voltages.staircase)
     before = np.repeat(voltage[:, :1], t.size, axis=1)
     rests = rng.random(len(voltage)) < 0.25
-    for row, first in zip(before[~rests], voltage[~rests, 0], strict=True):
+    for i in np.flatnonzero(~rests):
+        row, first = before[i], voltage[i, 0]
         if case.history == "stepped":
             row[: t.size - int(rng.integers(0, 8))] = rng.uniform(0.0, greatest)
             continue
