@@ -39,6 +39,8 @@ _ATTEMPTS = 60
 #: Longest sample time for which voltages, forces and effects are as quick as they are, s; where samples
 #: are further apart, all of it is slower by so much, the stage included.
 _QUICK = 5e-4
+#: Samples of a record whose voltages are as quick as `voltages` has them, where a length is given.
+_USUAL = 4000
 #: Ends of the voltages of a stage that is driven both ways, V.
 BIPOLAR = (-150.0, 150.0)
 
@@ -70,7 +72,8 @@ class Case:
     sample_time : float
         In s; where it is 0, one of 0.1, 0.2 and 0.5 ms is drawn.
     length : int
-        Samples of a record; where it is 0, 4000 to 5000 are drawn.
+        Samples of a record, whose voltages are as much quicker as it is shorter; where it is 0, 4000 to
+        5000 are drawn.
     bipolar : bool
         Whether the voltages are within `BIPOLAR`; otherwise none is below 0 V.
     history : str
@@ -430,7 +433,8 @@ def _draw_scene(case: Case, rng: np.random.Generator) -> _Scene:
     samples = case.length or samples
     lead = int(rng.integers(300, 1500)) if case.in_motion or case.history else 0
     quick = min(sample_time, _QUICK)
-    t = np.arange(samples + lead) * quick  # as long as it would be with everything quick
+    # as long as records are with everything quick: short ones go through as much
+    t = np.arange(samples + lead) * quick * (_USUAL / case.length if case.length else 1.0)
     greatest = float(rng.choice([sim.PAPER_VOLTAGE, rng.uniform(80.0, 150.0)], p=[0.6, 0.4]))
     lowest, greatest = BIPOLAR if case.bipolar else (0.0, greatest)
     quickness = rng.uniform(0.8, 2.5) * (quick / 1e-4) ** 0.5
@@ -636,4 +640,4 @@ def quick() -> Iterator[Case]:
 def short() -> Iterator[Case]:
     """Yield a case of each effect whose records are short, so that a diagnosis takes seconds."""
     for i, effect in enumerate(sim.CATALOGUE):
-        yield Case(9000 + i, f"{effect}, short", (effect,), sample_time=5e-4, length=1500)
+        yield Case(9000 + i, f"{effect}, short", (effect,), sample_time=1e-4, length=1200)
