@@ -1,13 +1,14 @@
 """Whether a record was taken in closed loop: whether its voltage answers the displacement.
 
-Under a controller the sensor's noise, and whatever disturbs the stage, enters the voltage. In open loop it
-does not: nothing in the displacement helps to predict a voltage that was chosen beforehand. So the voltage
-is predicted from its own past, and what that leaves, its surprise, from the surprises of the displacement
-(what neither its past nor the voltage's tells). That is Granger's test, with three things added:
+Under a controller the sensor's noise, and whatever disturbs the stage, enters the voltage. In open loop
+it does not: nothing in the displacement helps to predict a voltage that was chosen beforehand. So the
+voltage is predicted from its own past, and what that leaves, its surprise, from the surprises of the
+displacement (what neither its past nor the voltage's tells). That is Granger's test, with three things
+added:
 
-- a controller answers a displacement that is too large with less voltage, so that the first of the answers
-  has to be negative. A displacement that tells of a badly measured voltage what its noise hides, or
-  that was read after the voltage of the same sample had acted, has the other sign;
+- a controller answers a displacement that is too large with less voltage, so that the first of the
+  answers has to be negative. A displacement that tells of a badly measured voltage what its noise hides,
+  or that was read after the voltage of the same sample had acted, has the other sign;
 - the share of the surprise that is explained has to be large: with enough samples any imperfection of a
   linear prediction is significant;
 - samples at which either signal jumps do not count: a step or a corner of the drive is no answer.
@@ -30,8 +31,8 @@ _JUMP = 6.0
 #: A voltage that its own past tells to this share of its deviation is known beforehand: what is left is
 #: the rounding of the numbers in a file.
 _ROUNDING = 1e-6
-#: A displacement that its own past and the voltage tell to this share of its deviation shows no noise that
-#: a controller could answer: what it knows better than a voltage that was measured with noise counts then.
+#: A displacement that its own past and the voltage tell to this share of its deviation shows no noise
+#: that a controller could answer; what it knows better than a badly measured voltage would count then.
 _NO_SURPRISE = 1e-5
 #: Standard errors beyond which an answer is no chance: p below 1e-8, for each of ten answers.
 _SURE = 6.0
@@ -90,7 +91,7 @@ def find_feedback(record: Record) -> Feedback | None:
 def _first_answer(
     voltage: np.ndarray, displacement: np.ndarray, trusted: np.ndarray, first: int
 ) -> Feedback | None:
-    """Return the first answer to surprises from `first` samples ago on, if it is one of a controller."""
+    """Return the first answer to surprises of `first` samples ago or more, if it is a controller's."""
     lags = range(_ANSWERS, first - 1, -1)  # the latest comes last
     rows = np.flatnonzero(_past(trusted, lags).all(axis=1))
     own, past = _past(voltage, range(1, _PAST + 1)), _past(displacement, lags)
