@@ -13,6 +13,7 @@ from it2hys import core
 from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import ChainFit, Model, Trace
+from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.experiments import deciding_experiment
 from it2hys.diagnosis.explained import explained_by_model, explained_by_voltage
@@ -277,8 +278,7 @@ class _Session:
         traces, deciding = self._searched(), self._traces("validation")
         self._all_fitted = self._traces("train")
         parts = not deciding
-        if parts:
-            traces, deciding = set_aside(traces)
+        traces, deciding = set_aside(traces) if parts else steps_aside(traces, deciding)
         deciding = [within(t, self._extent.voltage) for t in deciding]
         return Bench(traces, deciding, self._scaling, self._extent, parts)
 

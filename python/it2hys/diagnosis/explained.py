@@ -1,10 +1,10 @@
 """How much of a displacement its voltage explains, whatever the model.
 
-A displacement that other inputs move too (a second axis, a force, heat, a neighbour's machine) cannot be
-explained by its voltage, and no model is to blame for that. So a generous predictor is fitted that knows
-no physics: past voltages, slow answers to them, play of many widths, powers and branches, all linear in
-their coefficients. What it explains of parts of the record that it was not fitted to is a lower bound of
-what the voltage explains.
+A displacement that other inputs move too (a second axis, a force, heat, a neighbour's machine) cannot
+be explained by its voltage, and no model is to blame for that. So a generous predictor is fitted that
+knows no physics: past voltages, slow answers to them, play of many widths, powers and branches, all
+linear in their coefficients. What it explains of parts of the record that it was not fitted to is a
+lower bound of what the voltage explains.
 """
 
 from __future__ import annotations

@@ -13,8 +13,8 @@ from it2hys.records.feedback import find_feedback
 from it2hys.records.unused import unused_columns
 
 UM = 1e6
-#: A reading is coarse if its step is this many times the noise: rounding alone, step / sqrt(12) rms, then
-#: makes more than half of its power ...
+#: A reading is coarse if its step is this many times the noise: rounding alone, step / sqrt(12) rms,
+#: then makes more than half of its power ...
 _COARSE = np.sqrt(6.0)
 #: ... and this share of the travel: finer ones are those of the digits in a file.
 _LEAST_STEP = 1e-5

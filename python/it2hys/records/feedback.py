@@ -7,8 +7,8 @@ displacement (what neither its past nor the voltage's tells). That is Granger's 
 added:
 
 - a controller answers a displacement that is too large with less voltage, so that the first of the
-  answers has to be negative. A displacement that tells of a badly measured voltage what its noise hides,
-  or that was read after the voltage of the same sample had acted, has the other sign;
+  answers has to be negative. A displacement that tells of a badly measured voltage what its noise
+  hides, or that was read after the voltage of the same sample had acted, has the other sign;
 - the share of the surprise that is explained has to be large: with enough samples any imperfection of a
   linear prediction is significant;
 - samples at which either signal jumps do not count: a step or a corner of the drive is no answer.
