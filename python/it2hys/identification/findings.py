@@ -10,6 +10,7 @@ import numpy as np
 from it2hys.identification.noise import number_step
 from it2hys.records import Record
 from it2hys.records.feedback import find_feedback
+from it2hys.records.loop_width import wide_loop
 from it2hys.records.unused import unused_columns
 
 UM = 1e6
@@ -30,8 +31,9 @@ class Judged(Protocol):
 
 
 def record_findings(records: Sequence[Record]) -> list[str]:
-    """Return sentences on columns that are not used and on records that were taken in closed loop."""
-    return [*unused_columns(records), *filter(None, (_feedback_sentence(r) for r in records))]
+    """Return sentences on unused columns, closed loops, and loops too wide for a piezo's."""
+    said = [text for r in records for text in (_feedback_sentence(r), wide_loop(r)) if text]
+    return [*unused_columns(records), *said]
 
 
 def in_closed_loop(records: Sequence[Record]) -> list[str]:
