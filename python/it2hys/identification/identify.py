@@ -13,6 +13,7 @@ from it2hys.errors import InputError
 from it2hys.identification import usability
 from it2hys.identification.coverage import coverage_warnings
 from it2hys.identification.criteria import Series
+from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.fitting import Fit, fit_rules, refit, shake
 from it2hys.identification.order import choose_rule_count, split
 from it2hys.identification.prediction import explains_lead, judge, judge_new
@@ -272,7 +273,11 @@ class _Session:
             intervals=uncertainty.intervals,
             condition=uncertainty.condition,
             undetermined=uncertainty.undetermined,
-            warnings=(*self._warnings(fit, usable), *uncertainty.sentences()),
+            warnings=(
+                *self._findings(results),
+                *self._warnings(fit, usable),
+                *uncertainty.sentences(),
+            ),
             converged=fit.minimum.converged,
             message=fit.minimum.message,
             contraction=self._contraction(fit)[0],
@@ -285,6 +290,14 @@ class _Session:
         )
         self._progress(1.0, "done")
         return _with_lack(identification)
+
+    def _findings(self, results: Sequence[RecordResult]) -> list[str]:
+        """Return what there is to say of the records whatever the model."""
+        records = [p.record for p in (*self._train, *(p for _, p in self._others))]
+        return [
+            *record_findings(records),
+            *coarse_readings(records, [r.noise_rms for r in results], results),
+        ]
 
     def _parameters(self, fit: Fit, usable: tuple[float, float]) -> ParameterSet:
         scaling = self._scaling

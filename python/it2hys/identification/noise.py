@@ -75,10 +75,10 @@ def noise_floor(y: np.ndarray) -> float:
     It is the deviation that the step of its numbers makes, and no less than what the best of sensors
     resolve.
     """
-    return max(_step(y) / np.sqrt(12.0), _FINEST * float(np.ptp(y)), np.finfo(float).tiny)
+    return max(number_step(y) / np.sqrt(12.0), _FINEST * float(np.ptp(y)), np.finfo(float).tiny)
 
 
-def _step(y: np.ndarray) -> float:
+def number_step(y: np.ndarray) -> float:
     """Return the step of which all values are multiples, from the first; 0 where there is none.
 
     By Euclid's algorithm on the distances of neighbouring values. Fewer than ten of them may be far
