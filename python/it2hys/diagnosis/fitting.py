@@ -21,6 +21,7 @@ from it2hys.diagnosis.criterion import (
 from it2hys.diagnosis.inverse import inverse_error
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.effects import Clue, Clues, Extent
+from it2hys.effects._statistics import StepResponse, readable
 from it2hys.effects.hum import phases
 from it2hys.identification.criteria import Series
 from it2hys.identification.fitting import search_rules
@@ -39,6 +40,8 @@ _SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
 IMITATED = ("delay", "lag", "nonlinearity")
 _ANEW, _ANEW_STARTS = 6, 1
+#: Delays from new rules are tried up to so many times what steps show, and from that much less on.
+_NEAR_STEPS = 2.0
 #: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
 #: noise is not known better. What looks so has more than this probability to.
 _REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
@@ -340,9 +343,22 @@ class Bench:
         Where the rules imitate the effect, no descent leads to where the effect does it.
         """
         trials = self._guessed(model, effect)
+        if effect == "delay":
+            trials = self._near_steps(model, trials)
         spread = np.unique(np.linspace(0, len(trials) - 1, _ANEW).round().astype(int))
         fits = [self.reshaped(trials[i], _ANEW_STARTS) for i in spread]
         return self.preferred(fits) if fits else None
+
+    def _near_steps(self, model: Model, trials: list[Model]) -> list[Model]:
+        """Return the delays that are near the one that the response to steps shows, if it shows any."""
+        seen = readable(self.clues(model))
+        if seen is None:
+            return trials
+        delay = StepResponse(seen).dynamics("delay").parameter * self.extent.sample_time
+        near = [
+            t for t in trials if 1.0 / _NEAR_STEPS <= t.values["delay.time"] / delay <= _NEAR_STEPS
+        ]
+        return near or trials
 
     def _guessed(self, model: Model, effect: str) -> list[Model]:
         guesses = EFFECTS[effect].guesses(self.clues(model))

@@ -190,6 +190,8 @@ class Search:
     def _grow_waiting(self) -> None:
         """Try a delay beside what was found: the free run may be as good, and the inverse better."""
         best = min(self.nodes.values(), key=lambda n: n.rms)
+        if self.bench.leaves_noise(best.fit):
+            return
         for node in self._grow(best, True, (WAITING,)):
             self._keep(node)
 
@@ -264,9 +266,11 @@ class Search:
     def _is_of_its_kind(self, node: Node, addition: str, comparison: Comparison) -> bool:
         """Return whether an addition explains much, or what it explains is what it alone predicts.
 
-        What a record's own history is fitted to takes a little of whatever is slow.
+        What a record's own history is fitted to takes a little of whatever is slow. Hum has its own
+        phase in every record, so that it takes a part of any error: it needs its line.
         """
-        if addition not in EFFECTS or self._share(comparison) > LEAST_SHARE:
+        explains_much = self._share(comparison) > LEAST_SHARE and addition != "hum"
+        if addition not in EFFECTS or explains_much:
             return True
         signature = EFFECTS[addition].signature(self.bench.clues(node.fit.model))
         return signature is not None and signature.p_value < _LIKELY
