@@ -103,7 +103,7 @@ def main() -> int:
     if options.growth:
         measure_growth()
         return 0
-    sources = digest()
+    sources, made_of = digest(), commit()  # now: both may change while the cases run
     first = fresh_seeds(HISTORY, sources) if options.seeds is None else options.seeds
     cases = list(chosen(first, options.cases))
     if not cases:
@@ -115,7 +115,7 @@ def main() -> int:
     figures = summarise(outcomes)
     failed = shortfalls(figures)
     print_figures(figures)
-    about = {"commit": commit(), "sources": sources, "seeds": first, "wanted": options.cases}
+    about = {"commit": made_of, "sources": sources, "seeds": first, "wanted": options.cases}
     print("\n" + remember(HISTORY, about, {**figures, "passed": not failed}))
     print("\n".join(["\nbelow what must hold:", *failed] if failed else ["\nall holds"]))
     return int(bool(failed))
