@@ -62,9 +62,12 @@ UNLIMITED = {
 }  # fmt: skip
 #: Lengths of a lead-in that are tried, as shares of a record, and the shortest in samples; what the
 #: start may leave uncertain behind it, as a share of the noise.
-_LEADS, _SHORTEST_LEAD, _START_ERROR = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2), 20, 0.2
+_LEADS, _SHORTEST_LEAD, _START_ERROR = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4), 20, 0.2
 #: Histories from which what belongs to a record is fitted.
 _HISTORIES = 3
+#: By how much, in twice the logarithm of the likelihood, a history with an excursion has to be better
+#: than one without: a probability of 1 % by chance (chi squared, one more parameter).
+_EXCURSION = 6.6
 
 
 def off_values() -> dict[str, float]:
@@ -355,9 +358,7 @@ class Bench:
         if seen is None:
             return trials
         delay = StepResponse(seen).dynamics("delay").parameter * self.extent.sample_time
-        near = [
-            t for t in trials if 1.0 / _NEAR_STEPS <= t.values["delay.time"] / delay <= _NEAR_STEPS
-        ]
+        near = [t for t in trials if 1.0 / _NEAR_STEPS <= t.values["delay.time"] / delay <= _NEAR_STEPS]
         return near or trials
 
     def _guessed(self, model: Model, effect: str) -> list[Model]:
@@ -482,11 +483,22 @@ class Bench:
             information += START_PRIOR**2 * np.eye(rows.shape[1])
             behind = rows[~first]
             variance = np.mean(np.sum((behind @ np.linalg.inv(information)) * behind, axis=1))
-            if variance <= _START_ERROR**2 * (1.0 + missed):
+            if variance > _START_ERROR**2 * (1.0 + missed):
+                continue
+            if self._disagreement(model, replace(trace, lead=lead)) <= trace.noise**2 * (1.0 + missed):
                 break
         judged = trace.weight > 0.0
         judged[:lead] = False
         return replace(trace, lead=lead, judged=judged)
+
+    def _disagreement(self, model: Model, trace: Trace) -> float:
+        """Return by how much histories that the lead-in cannot tell apart differ behind it, m^2."""
+        best, *others = self._starts(model, trace, most=len(_TURNS) + 1)
+        behind = trace.weight > 0.0
+        behind[: trace.lead] = False
+        run = best.predict(trace, 0)
+        squares = [np.mean((other.predict(trace, 0) - run)[behind] ** 2) for other in others]
+        return float(max(squares, default=0.0))
 
     def _missed(self, model: Model) -> tuple[float, float]:
         """Return what a model misses of the training records, m^2, and its correlation time."""
@@ -502,15 +514,29 @@ class Bench:
         return ChainCriterion([trace], model, fitted, self.scaling).holding(["rules"])
 
     def _fit_own_to_one(self, model: Model, trace: Trace) -> Model:
-        """Return the model of one record, its start fitted on the lead-in from likely histories."""
-        trace = lead_in(trace)
+        """Return the model of one record, its start fitted on the lead-in."""
+        return self._starts(model, trace)[0]
+
+    def _starts(self, model: Model, trace: Trace, most: int = _HISTORIES) -> list[Model]:
+        """Return the model of one record with starts fitted on the lead-in from likely histories.
+
+        The likeliest comes first, and with it those that the lead-in cannot tell from it.
+        """
+        whole, trace = trace, lead_in(trace)
         start = with_starts(model, [trace])
-        starts = [start]
-        if "initialExcursion" in model.own:
-            histories = likely_histories(start, trace, 0)[:_HISTORIES]
-            starts = [_with_history(start, history) for history in histories]
-        fits = [minimise(self._of_start(s, trace), 30, 1e-8) for s in starts]
-        return min(fits, key=lambda fit: fit.minimum.cost).model
+        if "initialExcursion" not in model.own:
+            return [minimise(self._of_start(start, trace), 30, 1e-8).model]
+        histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
+        fits = [
+            minimise(self._of_start(_with_history(start, history), trace), 30, 1e-8).model
+            for history in histories
+        ]
+        unlikely = _unlikeliness(
+            [(fit.predict(trace, 0) - trace.y)[trace.fitted] for fit in fits],
+            [excursion != 0.0 for _, excursion in histories],
+        )
+        order = np.argsort(unlikely, kind="stable")
+        return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * _EXCURSION]
 
     def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> Errors:
         """Return the errors on the judged samples of records, by default of those that decide.
@@ -635,21 +661,43 @@ def _with_history(model: Model, history: tuple[float, float]) -> Model:
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def likely_histories(model: Model, trace: Trace, index: int) -> list[tuple[float, float]]:
+def likely_histories(
+    model: Model, trace: Trace, index: int, voltage: np.ndarray | None = None
+) -> list[tuple[float, float]]:
     """Return offset of the rest and excursion before a record, in V, the likeliest first.
 
     The stack was new or demagnetised at 0 V or at the record's first voltage, and may then have been
-    driven somewhere within or a little beyond the record's range.
+    driven somewhere within or a little beyond the record's range, which is that of `voltage`.
     """
-    voltage = trace.drive.voltage
+    voltage = trace.drive.voltage if voltage is None else voltage
     low, high = voltage.min(), voltage.max()
     turns = [low + share * (high - low) for share in _TURNS]
     histories = [
         (rest - voltage[0], turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)
     ]
-    costs = []
-    for history in histories:
-        error = (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
-        cost = np.var(error) if trace.has_offset else np.mean(error**2)
-        costs.append(cost if np.isfinite(cost) else np.inf)
-    return [histories[i] for i in np.argsort(costs)]
+    histories = list(dict.fromkeys(histories))
+    errors = [
+        (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
+        for history in histories
+    ]
+    if trace.has_offset:
+        errors = [error - np.mean(error) for error in errors]
+    unlikely = _unlikeliness(errors, [excursion != 0.0 for _, excursion in histories])
+    return [histories[i] for i in np.argsort(unlikely, kind="stable")]
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _unlikeliness(errors: Sequence[np.ndarray], excursions: Sequence[bool]) -> np.ndarray:
+    """Return of histories how unlikely each is, by the errors on a record that is begun with it.
+
+    It is twice the negative logarithm of the likelihood, of as many samples as are independent. An
+    excursion has to earn its place: where a lead-in does not show it, it would show later.
+    """
+    power = np.array([np.mean(error**2) for error in errors])
+    power[~np.isfinite(power)] = np.inf
+    best = errors[int(np.argmin(power))]
+    if not np.isfinite(power.min()):
+        return power
+    independent = len(best) / correlation_time(best)
+    relative = power / max(power.min(), np.finfo(float).tiny)
+    return independent * np.log(relative) + _EXCURSION * np.array(excursions)
