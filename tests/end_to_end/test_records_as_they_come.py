@@ -145,13 +145,13 @@ def test_a_record_without_noise_works(command, tmp_path, capsys):
 
 def test_a_ring_after_steps_of_the_training_records_alone_is_named(tmp_path):
     stage = stage_with(**{"resonance.frequency": 980.0, "resonance.damping": 0.008})
-    time = np.arange(1600) * TS
+    time = np.arange(1200) * TS
     draws = {"steps": voltages.staircase, "slow": voltages.slow_sine, "check": voltages.slow_sine}
     for seed, (name, draw) in enumerate(draws.items()):
         rng = np.random.default_rng(seed)
         voltage = draw(rng, time, 105.0)
         start = stage.replace(initialDisplacement=UM + 0.15 * UM * voltage[0])
-        reading = core.chain_free_run(start, voltage)[1] + 0.006 * UM * rng.standard_normal(1600)
+        reading = core.chain_free_run(start, voltage)[1] + 0.006 * UM * rng.standard_normal(1200)
         write_record(tmp_path / f"{name}.csv", Record(name, time, voltage, reading, TS))
     train = [tmp_path / "steps.csv", tmp_path / "slow.csv"]
     held_out = ("--validate", tmp_path / "check.csv")
