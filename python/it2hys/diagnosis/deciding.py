@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from it2hys.diagnosis.criterion import Trace
-from it2hys.diagnosis.records import set_aside
 
 #: A step is a change from one sample to the next of this share of the range of the training voltages.
 _STEP = 0.05
+#: Of the steps of all training records the second, and each third one from there, decide.
+_SECOND, _EVERY = 1, 3
 
 
 def steps_aside(traces: Sequence[Trace], deciding: Sequence[Trace]) -> tuple[list[Trace], list[Trace]]:
-    """Return the training and the deciding traces, with parts of the former's steps in the latter.
+    """Return the training and the deciding traces, with some of the former's steps in the latter.
 
     Steps alone show ringing, dead time and a slew limit. Where no record that decides has any, what
-    those explain of the training records would count for nothing: then parts of the training records
-    that step are not fitted, and decide as well.
+    those explain of the training records would count for nothing: then a third of the steps of the
+    training records, each with what follows it, is not fitted and decides as well.
 
     Parameters
     ----------
@@ -30,11 +32,14 @@ def steps_aside(traces: Sequence[Trace], deciding: Sequence[Trace]) -> tuple[lis
     least = _STEP * (high - low)
     if any(_has_steps(t, least) for t in deciding):
         return list(traces), list(deciding)
-    fitted, aside = [], []
-    for trace in traces:
-        parts = set_aside([trace]) if _has_steps(trace, least) else ([trace], [])
-        fitted += parts[0]
-        aside += [part for part in parts[1] if _steps_where_judged(part, least)]
+    held = [(i, part) for i, t in enumerate(traces) for part in _after_steps(t, least)]
+    fitted, aside = list(traces), []
+    for i in sorted({i for i, _ in held[_SECOND::_EVERY]}):
+        trace, mask = traces[i], np.zeros(len(traces[i].y), bool)
+        for _, part in (h for h in held[_SECOND::_EVERY] if h[0] == i):
+            mask[part] = True
+        fitted[i] = replace(trace, weight=np.where(mask, 0.0, trace.weight))
+        aside.append(replace(fitted[i], judged=trace.judged & mask))
     return fitted, [*deciding, *aside]
 
 
@@ -42,5 +47,9 @@ def _has_steps(trace: Trace, least: float) -> bool:
     return bool(np.any(np.abs(np.diff(trace.drive.voltage)) > least))
 
 
-def _steps_where_judged(trace: Trace, least: float) -> bool:
-    return bool(np.any((np.abs(np.diff(trace.drive.voltage)) > least) & trace.judged[1:]))
+def _after_steps(trace: Trace, least: float) -> list[slice]:
+    """Return the samples from each step to the next one, behind the lead-in."""
+    voltage = trace.drive.voltage
+    steps = np.flatnonzero(np.abs(np.diff(voltage)) > least) + 1
+    ends = np.append(steps, len(voltage))[1:]
+    return [slice(a, b) for a, b in zip(steps, ends, strict=True) if a >= trace.lead]

@@ -44,6 +44,7 @@ from it2hys.parameters import ParameterSet
 from it2hys.processes import parallel_map
 from it2hys.progress import Progress
 from it2hys.records import Record
+from it2hys.records.feedback import find_feedback
 from it2hys.variables import load_table
 
 #: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
@@ -51,6 +52,8 @@ from it2hys.variables import load_table
 RULES = 3
 #: Effects that a loop of one amplitude and one frequency cannot tell apart.
 ONE_LOOP = ("delay", "lag", "play")
+#: Effects that a controller's slow correction looks like.
+REGULATED = ("creep",)
 #: Iterations of the last fit.
 _FINAL = 150
 #: A run from the packaged start is taken for a record if its error is above that from the record's own
@@ -150,6 +153,8 @@ class _Session:
         # one loop, gone through again and again, is any of these, or the core
         one_tone = holds_one_tone(prepared)
         self._inseparable = tuple(e for e in ONE_LOOP if e not in self._declared) if one_tone else ()
+        regulated = all(find_feedback(r) for r in validation or train)
+        self._regulated = tuple(e for e in REGULATED if regulated and e not in self._declared)
         self._seconds: dict[str, float] = {}
         searched = searched_text(self._windows, self._whole)
         self._is_whole = not searched
@@ -162,7 +167,7 @@ class _Session:
         base = self._timed("paper's model", self._base, given, rules, each)
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
-        not_tried = (*self._inseparable, *self._excluded)
+        not_tried = (*self._inseparable, *self._excluded, *self._regulated)
         search = Search(bench, self._report_fit, not_tried, each)
         self._fits = 0
         chosen = self._timed("search", search.run, first)
@@ -345,7 +350,14 @@ class _Session:
         if self._inseparable:
             groups = (*groups, self._inseparable)
         verdict = Verdict(
-            search, node, named, groups, self._declared, self._inseparable, self._excluded
+            search,
+            node,
+            named,
+            groups,
+            self._declared,
+            self._inseparable,
+            self._excluded,
+            self._regulated,
         )
         judged = [within(t, self._extent.voltage) for t in self._traces("train", "validation")]
         base = self._on_whole(base, bench)
