@@ -11,7 +11,6 @@ from it2hys.chain import EFFECTS
 from it2hys.core import Drive
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
 from it2hys.diagnosis.criterion import (
-    START_PRIOR,
     ChainCriterion,
     ChainFit,
     Model,
@@ -25,6 +24,7 @@ from it2hys.effects._statistics import StepResponse, readable
 from it2hys.effects.hum import phases
 from it2hys.identification.criteria import Series
 from it2hys.identification.fitting import search_rules
+from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling, moved
 from it2hys.identification.uncertainty import correlation_time
@@ -60,9 +60,6 @@ _TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
 UNLIMITED = {
     "displacementMin": -np.inf, "displacementMax": np.inf, "voltageMin": -np.inf, "voltageMax": np.inf,
 }  # fmt: skip
-#: Lengths of a lead-in that are tried, as shares of a record, and the shortest in samples; what the
-#: start may leave uncertain behind it, as a share of the noise.
-_LEADS, _SHORTEST_LEAD, _START_ERROR = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4), 20, 0.2
 #: Histories from which what belongs to a record is fitted.
 _HISTORIES = 3
 #: By how much, in twice the logarithm of the likelihood, a history with an excursion has to be better
@@ -465,31 +462,23 @@ class Bench:
     def with_lead_in(self, model: Model, trace: Trace) -> Trace:
         """Return a record with a lead-in that is as long as the model's start needs.
 
-        The errors of a start that was fitted on the lead-in, propagated to the samples behind it by the
-        exact sensitivities, are then no more than a small part of the noise. What the model misses
-        counts as noise too, and as much as its correlation in time makes of it.
+        Histories that the lead-in cannot tell apart do not differ by more than the error behind it.
         """
         fitted = self._fit_own_to_one(model, trace)
-        criterion = self._of_start(fitted, replace(trace, weight=1.0 * (trace.weight > 0.0)))
+        used = trace.weight > 0.0
+        criterion = self._of_start(fitted, replace(trace, weight=1.0 * used))
         rows, _ = criterion.jacobian(criterion.pack(fitted))
-        missed, correlated = self._missed(model)
-        missed /= trace.noise**2
-        rows = rows[:, criterion.start_columns] / (trace.noise / self.scaling.y_unit)
-        samples = np.flatnonzero(trace.weight > 0.0)
-        for share in _LEADS:
-            lead = int(samples[0]) + max(int(share * len(trace.y)), _SHORTEST_LEAD)
-            first = samples < lead
-            information = rows[first].T @ rows[first] / (1.0 + missed * correlated)
-            information += START_PRIOR**2 * np.eye(rows.shape[1])
-            behind = rows[~first]
-            variance = np.mean(np.sum((behind @ np.linalg.inv(information)) * behind, axis=1))
-            if variance > _START_ERROR**2 * (1.0 + missed):
-                continue
-            if self._disagreement(model, replace(trace, lead=lead)) <= trace.noise**2 * (1.0 + missed):
-                break
-        judged = trace.weight > 0.0
-        judged[:lead] = False
-        return replace(trace, lead=lead, judged=judged)
+        misfit = self._misfit(model)
+        error = trace.noise**2 + misfit.power
+        lead = lead_in_length(
+            rows[:, criterion.start_columns] * self.scaling.y_unit,
+            used,
+            trace.noise,
+            misfit,
+            lambda lead: self._disagreement(model, replace(trace, lead=lead)) <= error,
+        )
+        used[:lead] = False
+        return replace(trace, lead=lead, judged=used)
 
     def _disagreement(self, model: Model, trace: Trace) -> float:
         """Return by how much histories that the lead-in cannot tell apart differ behind it, m^2."""
@@ -500,13 +489,12 @@ class Bench:
         squares = [np.mean((other.predict(trace, 0) - run)[behind] ** 2) for other in others]
         return float(max(squares, default=0.0))
 
-    def _missed(self, model: Model) -> tuple[float, float]:
-        """Return what a model misses of the training records, m^2, and its correlation time."""
-        records = self.clues(model).records
-        residuals = [clue.residual - np.mean(clue.residual[clue.used]) for clue in records]
-        power = [np.mean(r[t.weight > 0.0] ** 2) for r, t in zip(residuals, self.traces, strict=True)]
-        missed = np.mean(power) - np.mean([t.noise**2 for t in self.traces])
-        return max(float(missed), 0.0), float(np.mean([correlation_time(r) for r in residuals]))
+    def _misfit(self, model: Model) -> Misfit:
+        """Return what a model misses of the training records."""
+        residuals = [
+            clue.residual - np.mean(clue.residual[clue.used]) for clue in self.clues(model).records
+        ]
+        return Misfit.of(residuals, [t.noise for t in self.traces])
 
     def _of_start(self, model: Model, trace: Trace) -> ChainCriterion:
         """Return the criterion of what belongs to one record, all else held."""

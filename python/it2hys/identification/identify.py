@@ -15,6 +15,7 @@ from it2hys.identification.coverage import coverage_warnings
 from it2hys.identification.criteria import Series
 from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.fitting import Fit, fit_rules, refit, shake
+from it2hys.identification.lead_in import Misfit
 from it2hys.identification.order import choose_rule_count, split
 from it2hys.identification.prediction import explains_lead, judge, judge_new
 from it2hys.identification.preparation import (
@@ -323,8 +324,12 @@ class _Session:
             for p, s, o in zip(self._train, states, offsets, strict=True)
         ]
         allowed = self._offsets or bool(self._options.offsets)
+        residuals = [
+            (p.record.displacement - r.y_free)[r.used] for p, r in zip(self._train, fitted, strict=True)
+        ]
+        misfit = Misfit.of(residuals, [r.noise_rms for r in fitted])
         return fitted + [
-            judge_new(self._with_lead(p, fit), role, parameters, scaling, allowed)
+            judge_new(self._with_lead(p, fit), role, parameters, scaling, allowed, misfit)
             for role, p in self._others
         ]
 
