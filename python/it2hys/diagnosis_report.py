@@ -10,11 +10,19 @@ import numpy as np
 
 from it2hys import core, figures
 from it2hys.chain import EFFECTS
+from it2hys.diagnosis.explained import low_shares
 from it2hys.diagnosis.result import Diagnosis, Judgement
 from it2hys.excitations import time_grid, tracking_reference
 from it2hys.files import write_atomically
 from it2hys.identification_report import ROLES, UM, inversion, parameter_row, records_json
-from it2hys.metrics import Errors, change_in_percent, max_relative_error, noise_size, rms_error
+from it2hys.metrics import (
+    Errors,
+    change_in_percent,
+    max_relative_error,
+    noise_size,
+    rms_error,
+    small_figure,
+)
 from it2hys.packaging import make_directory, package
 from it2hys.progress import Progress
 from it2hys.records import Record
@@ -154,7 +162,11 @@ def labels(diagnosis: Diagnosis, start: str = START) -> tuple[str, str]:
 
 def conclusion(diagnosis: Diagnosis, lines: Sequence[Errors]) -> list[str]:
     """Return what was found, in plain words; first of all if the model is of no use."""
-    return [*model_verdict(diagnosis.after, lines, ADVICE), found(diagnosis)]
+    return [
+        *model_verdict(diagnosis.after, lines, ADVICE),
+        *low_shares(diagnosis.after),
+        found(diagnosis),
+    ]
 
 
 def details(diagnosis: Diagnosis) -> list[str]:
@@ -213,7 +225,8 @@ def error_table(diagnosis: Diagnosis, lines: Sequence[Errors]) -> Table:
             f"{100 * line.e_mr:.2f}", f"{100 * b.e_mr:.2f}", f"{100 * a.e_mr:.2f}",
             f"{line.e_rms * UM:.4f}", f"{b.e_rms * UM:.4f}", f"{a.e_rms * UM:.4f}",
             f"{a.cold_start * UM:.4f}",
-            f"{a.noise * UM:.4f}", f"{a.offset * UM:.3f}", f"{a.lead_in:.3g}",
+            small_figure(a.noise * UM), f"{a.offset * UM:.3f}", f"{a.lead_in:.3g}",
+            _format(100 * a.explained, "{:.4g}"), _format(100 * a.voltage_share, "{:.4g}"),
         ]
         for b, a, line in zip(diagnosis.before, diagnosis.after, lines, strict=True)
     ]  # fmt: skip
@@ -224,12 +237,15 @@ def error_table(diagnosis: Diagnosis, lines: Sequence[Errors]) -> Table:
             "line e_rms µm", "e_rms µm before", "e_rms µm after",
             "cold start µm after",
             "noise µm", "offset removed µm", "lead-in s",
+            "explained %", "by voltage %",
         ],
         rows,
         "Errors (24) and (25) of the free run before and after, behind the lead-in: the first part of "
         "a record, on which the start of its run is fitted and nothing else. Line: one straight line "
         "fitted to the training records. Cold start: e_rms of the plant FMU as packaged, told nothing "
-        "but the first displacement.",
+        "but the first displacement. Explained: share of the displacement's variance that the free run "
+        "accounts for; by voltage: that a predictor without physics makes of the voltage's past, on "
+        "parts that it was not fitted to.",
     )  # fmt: skip
 
 
@@ -511,6 +527,8 @@ def _judgement_json(judgement: Judgement) -> dict:
         "role": judgement.role,
         "model": "free run",
         "noise_rms_um": judgement.noise * UM,
+        "explained_percent": _number(100 * judgement.explained),
+        "voltage_explains_percent": _number(100 * judgement.voltage_share),
         "offset_um": judgement.offset * UM,
         "start": judgement.start,
         "lead_in_s": judgement.lead_in,

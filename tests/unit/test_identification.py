@@ -593,7 +593,9 @@ def test_what_is_set_aside_leaves_a_part_that_moves():
 
 def test_a_single_step_is_no_start_up():
     x = np.where(np.arange(1000) < 200, 0.0, 1.0)
-    assert transient_length(x, x + 0.2 * (np.arange(1000) < 5)) == 0
+    y = x + 0.2 * (np.arange(1000) < 5)
+    record = Record("step", np.arange(1000) * 1e-4, x, y, 1e-4)
+    assert prepare(record, Options()).skip == 0
 
 
 def test_a_record_that_cannot_move_where_it_is_trusted_is_refused():

@@ -20,6 +20,7 @@ from it2hys.diagnosis.inverse import References
 from it2hys.effects import nonlinearity
 from it2hys.identification import coordinates as rule_coordinates
 from it2hys.identification.criteria import Series
+from it2hys.identification.lead_in import START_PRIOR
 from it2hys.identification.levenberg_marquardt import (
     Block,
     Linearisation,
@@ -40,9 +41,6 @@ STIFF, SOFT = 2000.0, 200.0
 LEAST_SLOPE = 0.1
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3
-#: What a start costs, in samples that are off by the noise, at a distance of one unit from its guess:
-#: it is the guess where a lead-in does not tell.
-START_PRIOR = 0.1
 
 
 @dataclass(frozen=True, eq=False)

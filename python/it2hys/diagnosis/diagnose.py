@@ -13,8 +13,10 @@ from it2hys import core
 from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import ChainFit, Model, Trace
+from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.experiments import deciding_experiment
+from it2hys.diagnosis.explained import explained_by_model, explained_by_voltage
 from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench, clues
 from it2hys.diagnosis.intervals import intervals_of
 from it2hys.diagnosis.inverse import applied_voltage, ask_inverse, noise_of_inverse
@@ -28,6 +30,7 @@ from it2hys.effects._statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
+from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.preparation import (
     check_rule_count,
     check_sample_times,
@@ -41,6 +44,7 @@ from it2hys.parameters import ParameterSet
 from it2hys.processes import parallel_map
 from it2hys.progress import Progress
 from it2hys.records import Record
+from it2hys.records.feedback import find_feedback
 from it2hys.variables import load_table
 
 #: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
@@ -48,6 +52,8 @@ from it2hys.variables import load_table
 RULES = 3
 #: Effects that a loop of one amplitude and one frequency cannot tell apart.
 ONE_LOOP = ("delay", "lag", "play")
+#: Effects that a controller's slow correction looks like.
+REGULATED = ("creep",)
 #: Iterations of the last fit.
 _FINAL = 150
 #: A run from the packaged start is taken for a record if its error is above that from the record's own
@@ -147,6 +153,8 @@ class _Session:
         # one loop, gone through again and again, is any of these, or the core
         one_tone = holds_one_tone(prepared)
         self._inseparable = tuple(e for e in ONE_LOOP if e not in self._declared) if one_tone else ()
+        regulated = all(find_feedback(r) for r in validation or train)
+        self._regulated = tuple(e for e in REGULATED if regulated and e not in self._declared)
         self._seconds: dict[str, float] = {}
         searched = searched_text(self._windows, self._whole)
         self._is_whole = not searched
@@ -159,7 +167,7 @@ class _Session:
         base = self._timed("paper's model", self._base, given, rules, each)
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
-        not_tried = (*self._inseparable, *self._excluded)
+        not_tried = (*self._inseparable, *self._excluded, *self._regulated)
         search = Search(bench, self._report_fit, not_tried, each)
         self._fits = 0
         chosen = self._timed("search", search.run, first)
@@ -275,8 +283,7 @@ class _Session:
         traces, deciding = self._searched(), self._traces("validation")
         self._all_fitted = self._traces("train")
         parts = not deciding
-        if parts:
-            traces, deciding = set_aside(traces)
+        traces, deciding = set_aside(traces) if parts else steps_aside(traces, deciding)
         deciding = [within(t, self._extent.voltage) for t in deciding]
         return Bench(traces, deciding, self._scaling, self._extent, parts)
 
@@ -343,11 +350,19 @@ class _Session:
         if self._inseparable:
             groups = (*groups, self._inseparable)
         verdict = Verdict(
-            search, node, named, groups, self._declared, self._inseparable, self._excluded
+            search,
+            node,
+            named,
+            groups,
+            self._declared,
+            self._inseparable,
+            self._excluded,
+            self._regulated,
         )
         judged = [within(t, self._extent.voltage) for t in self._traces("train", "validation")]
         base = self._on_whole(base, bench)
         left = self._left_over(bench, fit.model, judged, len(self._train))
+        after = self._judgements(fit.model, bench, traces)
         return Diagnosis(
             parameters=parameters,
             base=self._parameters(base, "before"),
@@ -359,13 +374,18 @@ class _Session:
             experiments=tuple(deciding_experiment(group) for group in groups),
             noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
             before=self._judgements(base, bench, traces),
-            after=self._judgements(fit.model, bench, traces),
+            after=after,
             evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
             stages=self._stages(search, node, fit, bench),
             intervals=intervals_of(fit),
-            warnings=tuple(self._warnings),
+            warnings=(*self._findings(after), *self._warnings),
             seconds=self._seconds,
         )
+
+    def _findings(self, after: Sequence[Judgement]) -> list[str]:
+        """Return what there is to say of the records whatever the model."""
+        records = [p.record for _, p in self._prepared]
+        return [*record_findings(records), *coarse_readings(records, [j.noise for j in after], after)]
 
     def _left_over(self, bench: Bench, model: Model, traces: Sequence[Trace], known: int) -> LeftOver:
         fitted = bench.fit_own(model, traces, known)
@@ -500,7 +520,11 @@ def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) ->
     """Return the errors of both FMUs on a record, begun with a start."""
     begun = parameters.replace(**start)
     e_mr, e_rms, y = _errors(trace, begun, offset)
-    told = parameters.replace(initialDisplacement=float(trace.y[0]) - offset)
+    # the phase of what is picked up is nothing that a stage or its model could be told
+    told = parameters.replace(
+        **{n: v for n, v in start.items() if n == "hum.phase"},
+        initialDisplacement=float(trace.y[0]) - offset,
+    )
     return Judgement(
         name=trace.name,
         role=trace.role,
@@ -513,6 +537,8 @@ def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) ->
         noise=trace.noise,
         cold_start=_errors(trace, told, offset)[1],
         inverse=_judge_inverse(trace, begun, offset),
+        explained=explained_by_model(trace.y, y, judged_samples(trace)),
+        voltage_share=explained_by_voltage(trace.drive.voltage, trace.y, judged_samples(trace)),
         y=y,
         used=judged_samples(trace),
         out_of_range=core.chain_out_of_range(

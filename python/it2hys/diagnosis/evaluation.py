@@ -12,6 +12,7 @@ from it2hys.diagnosis.criterion import Model, Trace
 from it2hys.diagnosis.diagnose import judge
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.records import extent_of, to_trace
+from it2hys.identification.lead_in import Misfit
 from it2hys.identification.prediction import judge_new
 from it2hys.identification.preparation import Prepared, check_sample_times, data_scaling, prepare
 from it2hys.identification.result import Options, RecordResult
@@ -54,7 +55,7 @@ def evaluate(
     if active_effects(parameters):
         return _with_effects(parameters, prepared, offsets)
     scaling = data_scaling(prepared)
-    return [judge_new(p, "test", parameters, scaling, offsets) for p in prepared]
+    return [judge_new(p, "test", parameters, scaling, offsets, Misfit()) for p in prepared]
 
 
 def _with_effects(

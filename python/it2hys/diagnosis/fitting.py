@@ -11,7 +11,6 @@ from it2hys.chain import EFFECTS
 from it2hys.core import Drive
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
 from it2hys.diagnosis.criterion import (
-    START_PRIOR,
     ChainCriterion,
     ChainFit,
     Model,
@@ -21,9 +20,11 @@ from it2hys.diagnosis.criterion import (
 from it2hys.diagnosis.inverse import inverse_error
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.effects import Clue, Clues, Extent
+from it2hys.effects._statistics import StepResponse, readable
 from it2hys.effects.hum import phases
 from it2hys.identification.criteria import Series
 from it2hys.identification.fitting import search_rules
+from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling, moved
 from it2hys.identification.uncertainty import correlation_time
@@ -39,6 +40,8 @@ _SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
 IMITATED = ("delay", "lag", "nonlinearity")
 _ANEW, _ANEW_STARTS = 6, 1
+#: Delays from new rules are tried up to so many times what steps show, and from that much less on.
+_NEAR_STEPS = 2.0
 #: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
 #: noise is not known better. What looks so has more than this probability to.
 _REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
@@ -57,11 +60,11 @@ _TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
 UNLIMITED = {
     "displacementMin": -np.inf, "displacementMax": np.inf, "voltageMin": -np.inf, "voltageMax": np.inf,
 }  # fmt: skip
-#: Lengths of a lead-in that are tried, as shares of a record, and the shortest in samples; what the
-#: start may leave uncertain behind it, as a share of the noise.
-_LEADS, _SHORTEST_LEAD, _START_ERROR = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2), 20, 0.2
 #: Histories from which what belongs to a record is fitted.
 _HISTORIES = 3
+#: By how much, in twice the logarithm of the likelihood, a history with an excursion has to be better
+#: than one without: a probability of 1 % by chance (chi squared, one more parameter).
+_EXCURSION = 6.6
 
 
 def off_values() -> dict[str, float]:
@@ -340,9 +343,20 @@ class Bench:
         Where the rules imitate the effect, no descent leads to where the effect does it.
         """
         trials = self._guessed(model, effect)
+        if effect == "delay":
+            trials = self._near_steps(model, trials)
         spread = np.unique(np.linspace(0, len(trials) - 1, _ANEW).round().astype(int))
         fits = [self.reshaped(trials[i], _ANEW_STARTS) for i in spread]
         return self.preferred(fits) if fits else None
+
+    def _near_steps(self, model: Model, trials: list[Model]) -> list[Model]:
+        """Return the delays that are near the one that the response to steps shows, if it shows any."""
+        seen = readable(self.clues(model))
+        if seen is None:
+            return trials
+        delay = StepResponse(seen).dynamics("delay").parameter * self.extent.sample_time
+        near = [t for t in trials if 1.0 / _NEAR_STEPS <= t.values["delay.time"] / delay <= _NEAR_STEPS]
+        return near or trials
 
     def _guessed(self, model: Model, effect: str) -> list[Model]:
         guesses = EFFECTS[effect].guesses(self.clues(model))
@@ -448,37 +462,39 @@ class Bench:
     def with_lead_in(self, model: Model, trace: Trace) -> Trace:
         """Return a record with a lead-in that is as long as the model's start needs.
 
-        The errors of a start that was fitted on the lead-in, propagated to the samples behind it by the
-        exact sensitivities, are then no more than a small part of the noise. What the model misses
-        counts as noise too, and as much as its correlation in time makes of it.
+        Histories that the lead-in cannot tell apart do not differ by more than the error behind it.
         """
         fitted = self._fit_own_to_one(model, trace)
-        criterion = self._of_start(fitted, replace(trace, weight=1.0 * (trace.weight > 0.0)))
+        used = trace.weight > 0.0
+        criterion = self._of_start(fitted, replace(trace, weight=1.0 * used))
         rows, _ = criterion.jacobian(criterion.pack(fitted))
-        missed, correlated = self._missed(model)
-        missed /= trace.noise**2
-        rows = rows[:, criterion.start_columns] / (trace.noise / self.scaling.y_unit)
-        samples = np.flatnonzero(trace.weight > 0.0)
-        for share in _LEADS:
-            lead = max(int(share * len(trace.y)), _SHORTEST_LEAD)
-            first = samples < lead
-            information = rows[first].T @ rows[first] / (1.0 + missed * correlated)
-            information += START_PRIOR**2 * np.eye(rows.shape[1])
-            behind = rows[~first]
-            variance = np.mean(np.sum((behind @ np.linalg.inv(information)) * behind, axis=1))
-            if variance <= _START_ERROR**2 * (1.0 + missed):
-                break
-        judged = trace.weight > 0.0
-        judged[:lead] = False
-        return replace(trace, lead=lead, judged=judged)
+        misfit = self._misfit(model)
+        error = trace.noise**2 + misfit.power
+        lead = lead_in_length(
+            rows[:, criterion.start_columns] * self.scaling.y_unit,
+            used,
+            trace.noise,
+            misfit,
+            lambda lead: self._disagreement(model, replace(trace, lead=lead)) <= error,
+        )
+        used[:lead] = False
+        return replace(trace, lead=lead, judged=used)
 
-    def _missed(self, model: Model) -> tuple[float, float]:
-        """Return what a model misses of the training records, m^2, and its correlation time."""
-        records = self.clues(model).records
-        residuals = [clue.residual - np.mean(clue.residual[clue.used]) for clue in records]
-        power = [np.mean(r[t.weight > 0.0] ** 2) for r, t in zip(residuals, self.traces, strict=True)]
-        missed = np.mean(power) - np.mean([t.noise**2 for t in self.traces])
-        return max(float(missed), 0.0), float(np.mean([correlation_time(r) for r in residuals]))
+    def _disagreement(self, model: Model, trace: Trace) -> float:
+        """Return by how much histories that the lead-in cannot tell apart differ behind it, m^2."""
+        best, *others = self._starts(model, trace, most=len(_TURNS) + 1)
+        behind = trace.weight > 0.0
+        behind[: trace.lead] = False
+        run = best.predict(trace, 0)
+        squares = [np.mean((other.predict(trace, 0) - run)[behind] ** 2) for other in others]
+        return float(max(squares, default=0.0))
+
+    def _misfit(self, model: Model) -> Misfit:
+        """Return what a model misses of the training records."""
+        residuals = [
+            clue.residual - np.mean(clue.residual[clue.used]) for clue in self.clues(model).records
+        ]
+        return Misfit.of(residuals, [t.noise for t in self.traces])
 
     def _of_start(self, model: Model, trace: Trace) -> ChainCriterion:
         """Return the criterion of what belongs to one record, all else held."""
@@ -486,15 +502,29 @@ class Bench:
         return ChainCriterion([trace], model, fitted, self.scaling).holding(["rules"])
 
     def _fit_own_to_one(self, model: Model, trace: Trace) -> Model:
-        """Return the model of one record, its start fitted on the lead-in from likely histories."""
-        trace = lead_in(trace)
+        """Return the model of one record, its start fitted on the lead-in."""
+        return self._starts(model, trace)[0]
+
+    def _starts(self, model: Model, trace: Trace, most: int = _HISTORIES) -> list[Model]:
+        """Return the model of one record with starts fitted on the lead-in from likely histories.
+
+        The likeliest comes first, and with it those that the lead-in cannot tell from it.
+        """
+        whole, trace = trace, lead_in(trace)
         start = with_starts(model, [trace])
-        starts = [start]
-        if "initialExcursion" in model.own:
-            histories = likely_histories(start, trace, 0)[:_HISTORIES]
-            starts = [_with_history(start, history) for history in histories]
-        fits = [minimise(self._of_start(s, trace), 30, 1e-8) for s in starts]
-        return min(fits, key=lambda fit: fit.minimum.cost).model
+        if "initialExcursion" not in model.own:
+            return [minimise(self._of_start(start, trace), 30, 1e-8).model]
+        histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
+        fits = [
+            minimise(self._of_start(_with_history(start, history), trace), 30, 1e-8).model
+            for history in histories
+        ]
+        unlikely = _unlikeliness(
+            [(fit.predict(trace, 0) - trace.y)[trace.fitted] for fit in fits],
+            [excursion != 0.0 for _, excursion in histories],
+        )
+        order = np.argsort(unlikely, kind="stable")
+        return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * _EXCURSION]
 
     def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> Errors:
         """Return the errors on the judged samples of records, by default of those that decide.
@@ -619,21 +649,43 @@ def _with_history(model: Model, history: tuple[float, float]) -> Model:
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def likely_histories(model: Model, trace: Trace, index: int) -> list[tuple[float, float]]:
+def likely_histories(
+    model: Model, trace: Trace, index: int, voltage: np.ndarray | None = None
+) -> list[tuple[float, float]]:
     """Return offset of the rest and excursion before a record, in V, the likeliest first.
 
     The stack was new or demagnetised at 0 V or at the record's first voltage, and may then have been
-    driven somewhere within or a little beyond the record's range.
+    driven somewhere within or a little beyond the record's range, which is that of `voltage`.
     """
-    voltage = trace.drive.voltage
+    voltage = trace.drive.voltage if voltage is None else voltage
     low, high = voltage.min(), voltage.max()
     turns = [low + share * (high - low) for share in _TURNS]
     histories = [
         (rest - voltage[0], turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)
     ]
-    costs = []
-    for history in histories:
-        error = (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
-        cost = np.var(error) if trace.has_offset else np.mean(error**2)
-        costs.append(cost if np.isfinite(cost) else np.inf)
-    return [histories[i] for i in np.argsort(costs)]
+    histories = list(dict.fromkeys(histories))
+    errors = [
+        (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
+        for history in histories
+    ]
+    if trace.has_offset:
+        errors = [error - np.mean(error) for error in errors]
+    unlikely = _unlikeliness(errors, [excursion != 0.0 for _, excursion in histories])
+    return [histories[i] for i in np.argsort(unlikely, kind="stable")]
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _unlikeliness(errors: Sequence[np.ndarray], excursions: Sequence[bool]) -> np.ndarray:
+    """Return of histories how unlikely each is, by the errors on a record that is begun with it.
+
+    It is twice the negative logarithm of the likelihood, of as many samples as are independent. An
+    excursion has to earn its place: where a lead-in does not show it, it would show later.
+    """
+    power = np.array([np.mean(error**2) for error in errors])
+    power[~np.isfinite(power)] = np.inf
+    best = errors[int(np.argmin(power))]
+    if not np.isfinite(power.min()):
+        return power
+    independent = len(best) / correlation_time(best)
+    relative = power / max(power.min(), np.finfo(float).tiny)
+    return independent * np.log(relative) + _EXCURSION * np.array(excursions)

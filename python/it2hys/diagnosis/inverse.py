@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import signal
+from scipy import ndimage, signal
 
 from it2hys import core
 from it2hys.core import Drive
@@ -28,6 +28,9 @@ _WIDEST = 0.2
 _ORDER = 4
 #: Periods of the band's end that a filter needs to settle at either end of a record.
 _SETTLING = 2.0
+#: Where the filter takes so many times the noise away, it takes motion away: the displacement is left as
+#: it is there, and for a period of the band's end beside.
+_LEAVES = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,10 +103,14 @@ class References:
 
     def _up_to(self, band: float) -> Reference:
         filtered = self.filtered(band)
-        edge = int(np.ceil(_SETTLING / (band * self.sample_time)))
+        # a filter rings before and after a step: play would take that for turning points
+        period = int(np.ceil(1.0 / (band * self.sample_time)))
+        leaves = np.abs(filtered - self._whole) > _LEAVES * self.noise
+        leaves = ndimage.binary_dilation(leaves, iterations=period)
+        edge = int(_SETTLING * period)
         inside = np.ones(len(filtered), dtype=bool)
         inside[:edge] = inside[max(0, len(filtered) - edge) :] = False
-        return Reference(filtered, band, inside)
+        return Reference(np.where(leaves, self._whole, filtered), band, inside)
 
 
 def applied_voltage(values: Mapping, drive: Drive) -> np.ndarray:

@@ -16,8 +16,10 @@ from it2hys.identification.preparation import Prepared
 from it2hys.identification.weights import repetitions
 from it2hys.records import Record
 
-#: Share of a record that is its lead-in.
-_LEAD = 0.1
+#: Least and largest share of a record that is its lead-in while models are searched for, and the share
+#: of its voltage's range that it goes through, where that is between them: what was before is then
+#: forgotten, however the stage was driven.
+_LEAD, _LONGEST_LEAD, _SWING = 0.1, 0.4, 0.9
 #: Where there are no validation records: parts of every training record, and those that decide.
 _PARTS, _DECIDING = 10, (2, 5, 8)
 #: Share of the range of the voltage by which a sample may be beyond it and decide.
@@ -37,7 +39,8 @@ def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
     """
     record, used = prepared.record, prepared.used
     weight = float(1.0 / np.sqrt(1.0 + repetitions(prepared)))
-    lead = int(_LEAD * len(record))
+    lead = int(np.flatnonzero(used)[0] + _LEAD * len(record))
+    lead = max(lead, min(_swing(record.voltage), int(_LONGEST_LEAD * len(record))))
     judged = used.copy()
     if role != "train":
         judged[:lead] = False
@@ -54,6 +57,12 @@ def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
         has_offset,
         weight,
     )
+
+
+def _swing(voltage: np.ndarray) -> int:
+    """Return the sample up to which the voltage has gone through most of its range."""
+    gone = np.maximum.accumulate(voltage) - np.minimum.accumulate(voltage)
+    return int(np.argmax(gone >= _SWING * gone[-1]))
 
 
 def extent_of(records: Sequence[Record]) -> Extent:

@@ -67,6 +67,9 @@ class Judgement:
         (25) in m of the FMU as packaged, told nothing but the first displacement.
     inverse : InverseJudgement
         How the inverse does on the measured displacement.
+    explained, voltage_share : float
+        Share of the displacement's variance that the free run explains, and that a generous predictor
+        from the voltage alone does (`diagnosis.explained`).
     y : ndarray, shape (N,)
         The model's reading on all samples, offset included, m.
     out_of_range : ndarray of bool, shape (N,)
@@ -85,6 +88,8 @@ class Judgement:
     noise: float
     cold_start: float
     inverse: InverseJudgement
+    explained: float
+    voltage_share: float
     y: np.ndarray = field(repr=False)
     out_of_range: np.ndarray = field(repr=False)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
+from scipy.stats import chi2
 
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
@@ -189,6 +190,8 @@ class Search:
     def _grow_waiting(self) -> None:
         """Try a delay beside what was found: the free run may be as good, and the inverse better."""
         best = min(self.nodes.values(), key=lambda n: n.rms)
+        if self.bench.leaves_noise(best.fit):
+            return
         for node in self._grow(best, True, (WAITING,)):
             self._keep(node)
 
@@ -216,12 +219,15 @@ class Search:
             gains = Gains.of(node.errors, child.errors)
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
-            accepted = (
-                not sampling
-                and self.improves(gains, len(EFFECTS))
-                and (self._waits(gains) or self._is_of_its_kind(node, addition, gains.free))
-            )
             fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / node.fit.minimum.cost))
+            accepted = not sampling and (
+                self._waits(node, child, gains, len(EFFECTS))
+                or (
+                    self._predicts(gains, len(EFFECTS))
+                    and self._fits_better(node, child)
+                    and self._is_of_its_kind(node, addition, gains.free)
+                )
+            )
             trial = Trial(
                 node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted
             )
@@ -260,25 +266,49 @@ class Search:
     def _is_of_its_kind(self, node: Node, addition: str, comparison: Comparison) -> bool:
         """Return whether an addition explains much, or what it explains is what it alone predicts.
 
-        What a record's own history is fitted to takes a little of whatever is slow.
+        What a record's own history is fitted to takes a little of whatever is slow. Hum has its own
+        phase in every record, so that it takes a part of any error: it needs its line.
         """
-        if addition not in EFFECTS or self._share(comparison) > LEAST_SHARE:
+        explains_much = self._share(comparison) > LEAST_SHARE and addition != "hum"
+        if addition not in EFFECTS or explains_much:
             return True
         signature = EFFECTS[addition].signature(self.bench.clues(node.fit.model))
         return signature is not None and signature.p_value < _LIKELY
 
-    def improves(self, gains: Gains, tried: int) -> bool:
+    @staticmethod
+    def _fits_better(node: Node, child: Node) -> bool:
+        """Return whether an addition lowers the error on the training records by more than chance.
+
+        By the ratio of likelihoods: what does not is no explanation of theirs, and where it lowers the
+        error on those that decide, it makes up for how these begin.
+        """
+        ratio = node.fit.minimum.cost / child.fit.minimum.cost
+        added = len(child.fit.minimum.coordinates) - len(node.fit.minimum.coordinates)
+        if ratio <= 1.0:
+            return False
+        statistic = node.fit.criterion.samples * np.log(ratio)
+        return bool(chi2.sf(statistic, max(added, 1)) * len(EFFECTS) < LEVEL)
+
+    def _improves(self, before: Node, after: Node, tried: int) -> bool:
         """Return whether a pair of model and inverse is better by more than chance.
 
-        The free run gets better and does not spoil the inverse, or the inverse gets better by far and
-        the free run not worse.
+        The free run gets better and does not spoil the inverse; or, with a delay, the inverse gets
+        better by far and the free run not worse.
         """
-        better = self.is_better(gains.free, tried) and not is_worse(gains.band, _SPOILS)
-        return better or (self._waits(gains) and gains.wide.p_value * tried <= LEVEL)
+        gains = Gains.of(before.errors, after.errors)
+        return self._predicts(gains, tried) or self._waits(before, after, gains, tried)
+
+    def _predicts(self, gains: Gains, tried: int) -> bool:
+        return self.is_better(gains.free, tried) and not is_worse(gains.band, _SPOILS)
 
     @staticmethod
-    def _waits(gains: Gains) -> bool:
-        return gains.wide.gain > INVERSE_GAIN and gains.free.gain > -_EQUAL
+    def _waits(before: Node, after: Node, gains: Gains, tried: int) -> bool:
+        return (
+            WAITING in after.effects - before.effects
+            and gains.wide.gain > INVERSE_GAIN
+            and gains.wide.p_value * tried <= LEVEL
+            and gains.free.gain > -_EQUAL
+        )
 
     def is_better(self, comparison: Comparison, tried: int) -> bool:
         """Return whether a gain is more than chance, and enough to speak of."""
@@ -358,7 +388,7 @@ class Search:
         )
 
     def _beats(self, one: Node, other: Node) -> bool:
-        return one is not other and self.improves(Gains.of(other.errors, one.errors), 1)
+        return one is not other and self._improves(other, one, 1)
 
 
 def _rms(errors: list[np.ndarray]) -> float:

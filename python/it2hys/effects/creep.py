@@ -17,7 +17,7 @@ COUNT = 3
 FASTEST = 20.0
 #: Largest gain of one term. Stacks creep by 1 to 2 % of a step per decade of time (as their makers
 #: state), up to 5 % without preload; a term of a time constant of its own takes up some two decades.
-LARGEST_GAIN = 0.1
+LARGEST_GAIN = 0.05
 
 #: What the effect is, in plain words.
 MEANING = "the stage goes on moving when the voltage has stopped"

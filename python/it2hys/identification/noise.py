@@ -75,10 +75,10 @@ def noise_floor(y: np.ndarray) -> float:
     It is the deviation that the step of its numbers makes, and no less than what the best of sensors
     resolve.
     """
-    return max(_step(y) / np.sqrt(12.0), _FINEST * float(np.ptp(y)), np.finfo(float).tiny)
+    return max(number_step(y) / np.sqrt(12.0), _FINEST * float(np.ptp(y)), np.finfo(float).tiny)
 
 
-def _step(y: np.ndarray) -> float:
+def number_step(y: np.ndarray) -> float:
     """Return the step of which all values are multiples, from the first; 0 where there is none.
 
     By Euclid's algorithm on the distances of neighbouring values. Fewer than ten of them may be far
@@ -163,13 +163,12 @@ def find_period(x: np.ndarray) -> int | None:
 def _between_periods(y: np.ndarray, period: int) -> float:
     """Return the noise from successive periods; a shift between them (drift) is not noise.
 
-    The first of them is left out where that leaves three: in it, a stage that begins at rest comes into
-    its loop.
+    The first of them is left out: in it, a stage that begins at rest comes into its loop.
 
     NaN where no two of them have enough samples in common.
     """
     periods = y[: len(y) // period * period].reshape(-1, period)
-    periods = periods[1:] if len(periods) > _FEWEST_PERIODS else periods
+    periods = periods[1:] if len(periods) >= _FEWEST_PERIODS else periods
     difference = np.diff(periods, axis=0)
     known = np.isfinite(difference)
     # pairs of periods that have less than half of their samples in common say little
