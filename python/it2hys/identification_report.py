@@ -201,8 +201,8 @@ def record_section(record: Record, result: RecordResult, parameters: ParameterSe
     ]
     if result.skip:
         text.append(
-            f"No error counts the first {result.skip} samples: the start is fitted on them, or they are a "
-            "start-up transient."
+            f"No error counts the first {result.skip} samples: the start is fitted on them, or they "
+            "are a start-up transient."
         )
     beyond = out_of_range_sentence(
         parameters, result.out_of_range, record.voltage, result.y_free - result.offset

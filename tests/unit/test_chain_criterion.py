@@ -35,7 +35,7 @@ def model_with(effects: tuple[str, ...], seed: int, records: int) -> Model:
         if name.startswith("play[") and name.endswith("weight"):
             parameters[name] = abs(value)  # a fit's are not negative
     if "delay" in effects and "play" in effects:
-        # a whole number of ticks is a corner, and so is rest for operators: at both there is no derivative
+        # a whole number of ticks is a corner, and so is rest for operators: no derivative at both
         parameters["delay.time"] = (int(parameters["delay.time"] / TS) - 0.7) * TS
     if "saturation" in effects:
         # the records go beyond

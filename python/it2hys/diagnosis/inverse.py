@@ -28,8 +28,8 @@ _WIDEST = 0.2
 _ORDER = 4
 #: Periods of the band's end that a filter needs to settle at either end of a record.
 _SETTLING = 2.0
-#: Where the filter takes so many times the noise away, it takes motion away: the displacement is left as
-#: it is there, and for a period of the band's end beside.
+#: Where the filter takes so many times the noise away, it takes motion away: the displacement is left
+#: as it is there, and for a period of the band's end beside.
 _LEAVES = 4.0
 
 
