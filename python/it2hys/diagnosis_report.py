@@ -532,6 +532,7 @@ def _judgement_json(judgement: Judgement) -> dict:
         "offset_um": judgement.offset * UM,
         "start": judgement.start,
         "lead_in_s": judgement.lead_in,
+        "skipped_samples": judgement.lead,
         "cold_start_e_rms_um": _number(judgement.cold_start * UM),
         "inverse_e_rms_V": _number(judgement.inverse.e_rms),
         "inverse_e_rms_um": _number(judgement.inverse.e_displacement * UM),

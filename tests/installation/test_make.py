@@ -68,7 +68,7 @@ def test_make_alone_prints_its_goals_and_does_nothing(tree):
     done = make(tree)
     assert done.returncode == 0
     assert [line.split()[:2] for line in done.stdout.splitlines()] == [
-        ["make", goal] for goal in ("demo", "test", "bench", "clean")
+        ["make", goal] for goal in ("demo", "test", "diagnosis", "bench", "clean")
     ]
     assert sorted(tree.iterdir()) == before
 

@@ -39,6 +39,8 @@ _DIVERGED = 1e3
 STIFF, SOFT = 2000.0, 200.0
 #: Least slope of the static curve: with less its inverse would enlarge noise too much.
 LEAST_SLOPE = 0.1
+#: Share of the travel by which the start of a record may be off its first reading.
+_NEAR = 0.1
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3
 
@@ -192,11 +194,31 @@ class ChainCriterion:
                         rule_coordinates.rule_bounds(self.rule_count)[end],
                         [c.of_value(c.bounds[end]) for c in self.common],
                         np.full(len(self._with_offset), far),
-                        *(np.full(len(self.traces), c.bounds[end] / c.unit) for c in self._own),
+                        *(self._own_bounds(c)[end] / c.unit for c in self._own),
                     ]
                 )
             )
         return parts[0], parts[1]
+
+    def _own_bounds(self, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray]:
+        """Return the bounds of what belongs to a record, arrays of shape (R,), in SI units.
+
+        A record begins near its first reading, and with a creep that has not been beyond the travel.
+        """
+        low, high = (np.full(len(self.traces), end) for end in coordinate.bounds)
+        begins = np.array([t.y[0] for t in self.traces]) - self.model.offsets
+        if coordinate.name == "initialDisplacement":
+            near = _NEAR * (high - low)
+            return begins - near, begins + near
+        if coordinate.name == "initialCreep":
+            least, most = self._travel()
+            near = _NEAR * (most - least)
+            return least - near - begins, most + near - begins
+        return low, high
+
+    def _travel(self) -> tuple[float, float]:
+        """Return the lowest and the highest displacement of the records that gave the scaling, m."""
+        return tuple(float(self.scaling.displacement(end)) for end in (-1.0, 1.0))
 
     def pack(self, model: Model) -> np.ndarray:
         """Return the coordinates of a model, shape (P,)."""
@@ -416,7 +438,7 @@ def minimise(criterion: ChainCriterion, max_iterations: int, tolerance: float = 
     minimum = levenberg_marquardt(
         criterion.residual,
         criterion.linearise,
-        criterion.pack(criterion.model),
+        np.clip(criterion.pack(criterion.model), criterion.lower, criterion.upper),
         criterion.lower,
         criterion.upper,
         tolerance=tolerance,

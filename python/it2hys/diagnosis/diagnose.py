@@ -56,9 +56,8 @@ ONE_LOOP = ("delay", "lag", "play")
 REGULATED = ("creep",)
 #: Iterations of the last fit.
 _FINAL = 150
-#: A run from the packaged start is taken for a record if its error is above that from the record's own
-#: start by no more than this share.
-_SAME_START = 0.01
+#: Samples at zero voltage, to within a share of its range, with which a record at rest begins.
+_STANDING, _SLACK = 5, 0.02
 #: Largest ratio of the travel of a given model to that of the records, either way.
 _SAME_UNIT = 3.0
 #: Share of its range by which records may go beyond a given model's.
@@ -401,14 +400,24 @@ class _Session:
         return ["On the test records, which decided nothing: " + " ".join(seen.sentences)]
 
     def _parameters(self, model: Model, name: str) -> ParameterSet:
-        """Return the model as a parameter set that begins as the first training record does."""
+        """Return the model as a parameter set that begins at rest.
+
+        It begins as the first training record does where that begins at rest.
+        """
         voltages = [r.voltage for r in self._train]
         values = {
             **model.values,
             "voltageMin": float(min(v.min() for v in voltages)),
             "voltageMax": float(max(v.max() for v in voltages)),
         }
-        return _at_rest(ParameterSet(_with_rising_thresholds(values), name).validate())
+        parameters = ParameterSet(_with_rising_thresholds(values), name).validate()
+        if not _begins_at_rest(self._train[0], parameters.voltage_range):
+            return _at_rest(parameters)
+        start = model.start(0)
+        start["initialDisplacement"] = float(
+            np.clip(start["initialDisplacement"], *parameters.displacement_range)
+        )
+        return parameters.replace(**start)
 
     def _judgements(self, model: Model, bench: Bench, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
         parameters = self._parameters(model, "judged")
@@ -493,6 +502,13 @@ def _zero_of(parameters: ParameterSet) -> float:
     end = slice(0, 2) if voltage[0] > 0.0 else slice(-2, None)
     (x, _), (y, _) = voltage[end], displacement[end]
     return float(y - x * np.diff(displacement[end])[0] / np.diff(voltage[end])[0])
+
+
+def _begins_at_rest(record: Record, voltage_range: tuple[float, float]) -> bool:
+    """Return whether a record begins at zero voltage, or as near to it as its range goes, and stays."""
+    low, high = voltage_range
+    first = record.voltage[:_STANDING]
+    return bool(np.all(np.abs(first - np.clip(0.0, low, high)) <= _SLACK * (high - low)))
 
 
 def _at_rest(parameters: ParameterSet) -> ParameterSet:

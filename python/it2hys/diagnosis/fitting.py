@@ -80,10 +80,7 @@ def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
         options = {"count": int(model.values[counts[effect]["variable"]])} if effect in counts else {}
         starts = EFFECTS[effect].starts(extent, **options)
         result += [Coordinate.of(name, start) for name, start in starts.items()]
-    low, high = extent.displacement
-    far = extent.displacement_span
-    bounds = (low - far, high + far)
-    result.append(Coordinate("initialDisplacement", bounds, logarithmic=False))
+    result.append(Coordinate("initialDisplacement", extent.displacement, logarithmic=False))
     if _shifts(model):
         bounds = (_SHORTEST * extent.sample_time, extent.sample_time)
         result.append(Coordinate("delay.time", bounds, logarithmic=False))
@@ -467,11 +464,14 @@ class Bench:
         fitted = self._fit_own_to_one(model, trace)
         used = trace.weight > 0.0
         criterion = self._of_start(fitted, replace(trace, weight=1.0 * used))
-        rows, _ = criterion.jacobian(criterion.pack(fitted))
+        linear = criterion.jacobian(criterion.pack(fitted))
+        if linear is None:  # a run on its way to infinity
+            return trace
+        rows = linear[0][:, criterion.start_columns]
         misfit = self._misfit(model)
         error = trace.noise**2 + misfit.power
         lead = lead_in_length(
-            rows[:, criterion.start_columns] * self.scaling.y_unit,
+            rows * self.scaling.y_unit,
             used,
             trace.noise,
             misfit,
@@ -512,17 +512,14 @@ class Bench:
         """
         whole, trace = trace, lead_in(trace)
         start = with_starts(model, [trace])
-        if "initialExcursion" not in model.own:
-            return [minimise(self._of_start(start, trace), 30, 1e-8).model]
-        histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
-        fits = [
-            minimise(self._of_start(_with_history(start, history), trace), 30, 1e-8).model
-            for history in histories
-        ]
-        unlikely = _unlikeliness(
-            [(fit.predict(trace, 0) - trace.y)[trace.fitted] for fit in fits],
-            [excursion != 0.0 for _, excursion in histories],
-        )
+        starts, excursions = [_as_trained(model, start), start], [False, False]
+        if "initialExcursion" in model.own:
+            histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
+            starts[1:] = [_with_history(start, history) for history in histories]
+            excursions[1:] = [excursion != 0.0 for _, excursion in histories]
+        fits = [minimise(self._of_start(s, trace), 30, 1e-8).model for s in starts]
+        errors = [(fit.predict(trace, 0) - trace.y)[trace.fitted] for fit in fits]
+        unlikely = _unlikeliness(errors, excursions)
         order = np.argsort(unlikely, kind="stable")
         return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * _EXCURSION]
 
@@ -586,6 +583,12 @@ def lead_in(trace: Trace) -> Trace:
 def _of_record(model: Model, index: int) -> Model:
     own = {name: values[index : index + 1] for name, values in model.own.items()}
     return replace(model, offsets=model.offsets[index : index + 1], own=own)
+
+
+def _as_trained(model: Model, start: Model) -> Model:
+    """Return the model of one record, begun as the first training record begins."""
+    own = {n: model.own[n][:1] if n != "hum.phase" else v for n, v in start.own.items()}
+    return replace(start, own=own)
 
 
 def _joined(models: Sequence[Model]) -> Model:

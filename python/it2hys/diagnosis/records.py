@@ -20,6 +20,9 @@ from it2hys.records import Record
 #: of its voltage's range that it goes through, where that is between them: what was before is then
 #: forgotten, however the stage was driven.
 _LEAD, _LONGEST_LEAD, _SWING = 0.1, 0.4, 0.9
+#: Weight of a training record's samples before that swing, a tenth of it at most: how a stack leaves
+#: the state that it was in before, its first curve above all, is no hysteresis of its loops.
+_VIRGIN = 0.2
 #: Where there are no validation records: parts of every training record, and those that decide.
 _PARTS, _DECIDING = 10, (2, 5, 8)
 #: Share of the range of the voltage by which a sample may be beyond it and decide.
@@ -31,25 +34,28 @@ _FEWEST_DECIDING = 200
 def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
     """Return a record as a trace.
 
-    All trusted samples of a training record are fitted and judged; of another record those behind the
-    lead-in are judged.
+    All trusted samples of a training record are fitted and judged, those before its first swing with a
+    small weight; of another record those behind the lead-in are judged.
 
     A model's own error is the same in each of n equal periods, so that they tell less than n different
     ones: with an error of the noise's size the weight is that of `identification.weights`.
     """
     record, used = prepared.record, prepared.used
     weight = float(1.0 / np.sqrt(1.0 + repetitions(prepared)))
-    lead = int(np.flatnonzero(used)[0] + _LEAD * len(record))
-    lead = max(lead, min(_swing(record.voltage), int(_LONGEST_LEAD * len(record))))
-    judged = used.copy()
-    if role != "train":
+    begin, swing = int(np.flatnonzero(used)[0]), _swing(record.voltage)
+    lead = begin + int(_LEAD * len(record))
+    judged, weights = used.copy(), weight * used
+    if role == "train":
+        weights[: min(swing, lead)] *= _VIRGIN
+    else:
+        lead = max(lead, min(swing, int(_LONGEST_LEAD * len(record))))
         judged[:lead] = False
     return Trace(
         record.name,
         role,
         Drive.of(record.voltage, record.force, record.temperature),
         record.displacement,
-        weight * used,
+        weights,
         judged,
         lead,
         prepared.noise.rms,

@@ -74,7 +74,7 @@ def lead_in_length(
         information = rows[first].T @ rows[first] / (1.0 + missed * misfit.correlated)
         information += START_PRIOR**2 * np.eye(rows.shape[1])
         behind = rows[~first]
-        variance = np.mean(np.sum((behind @ np.linalg.inv(information)) * behind, axis=1))
+        variance = np.mean(np.sum((behind @ np.linalg.pinv(information)) * behind, axis=1))
         if variance <= _LEFT**2 * (1.0 + missed) and agrees(lead):
             break
     return lead
