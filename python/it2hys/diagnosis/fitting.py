@@ -17,7 +17,7 @@ from it2hys.diagnosis.criterion import (
     Trace,
     minimise,
 )
-from it2hys.diagnosis.inverse import inverse_error
+from it2hys.diagnosis.inverse import inverse_error, noise_of_inverse
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.effects import Clue, Clues, Extent
 from it2hys.effects._statistics import StepResponse, readable
@@ -561,6 +561,18 @@ class Bench:
         error = inverse_error(values, trace.drive, wanted)
         gain = self.extent.displacement_span / self.extent.voltage_span
         return self._bounded(gain * error)[trace.judged & reference.inside]
+
+    def noise_of_inverse(self, model: Model) -> float:
+        """Return what noise in the references of what decides makes of the inverse, m rms."""
+        fitted = model if self.parts else self.fit_own(model, self.deciding)
+        gain = self.extent.displacement_span / self.extent.voltage_span
+        answers = [
+            noise_of_inverse({**model.values, **fitted.start(i), **UNLIMITED}, t.drive, t.references)[
+                t.judged
+            ]
+            for i, t in enumerate(self.deciding)
+        ]
+        return gain * float(np.sqrt(np.mean(np.concatenate(answers) ** 2)))
 
     def _bounded(self, error: np.ndarray) -> np.ndarray:
         most = 10.0 * self.extent.displacement_span

@@ -45,11 +45,14 @@ class Reference:
         Its highest frequency, Hz.
     inside : ndarray of bool, shape (N,)
         Samples at which the filter has settled.
+    whole : ndarray of bool, shape (N,)
+        Samples at which the displacement is as measured, its noise included.
     """
 
     displacement: np.ndarray
     band: float
     inside: np.ndarray
+    whole: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +113,7 @@ class References:
         edge = int(_SETTLING * period)
         inside = np.ones(len(filtered), dtype=bool)
         inside[:edge] = inside[max(0, len(filtered) - edge) :] = False
-        return Reference(np.where(leaves, self._whole, filtered), band, inside)
+        return Reference(np.where(leaves, self._whole, filtered), band, inside, leaves)
 
 
 def applied_voltage(values: Mapping, drive: Drive) -> np.ndarray:
@@ -160,7 +163,9 @@ def noise_of_inverse(values: Mapping, drive: Drive, references: References) -> n
     """
     free, _ = core.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
     noise = references.noise * np.random.default_rng(0).standard_normal(len(free))
-    noise = replace(references, displacement=noise).filtered(references.band.band)
+    band = references.band
+    in_band = replace(references, displacement=noise).filtered(band.band)
+    noise = np.where(band.whole, noise, in_band)
     with_noise, without = (
         core.chain_inverse_run(values, free + added, drive.force, drive.temperature)[0]
         for added in (noise, 0.0)

@@ -35,10 +35,14 @@ CLEAR_GAIN, LEAST_SHARE = 0.1, 0.25
 #: Share by which the inverse's error, in the band of the records, may rise: what raises it more
 #: explains nothing.
 _SPOILS = 0.1
+#: ... unless it is no more than so many times what the noise of the reference makes of it.
+_NOISY = 2.0
 #: Share by which the free run may get worse where the inverse gets better, and by how much that has to:
 #: of a delay and a quick core beside a slow core, which wait alike, one inverse waits and one
 #: differentiates.
 _EQUAL, INVERSE_GAIN = 0.03, 0.25
+#: Least gain on the training records, as a share of that on those that decide.
+_COMMENSURATE = 0.2
 #: The effect that waits as a slow core does.
 WAITING = "delay"
 #: Least gain by which one of two equally simple models is the better one.
@@ -223,8 +227,8 @@ class Search:
             accepted = not sampling and (
                 self._waits(node, child, gains, len(EFFECTS))
                 or (
-                    self._predicts(gains, len(EFFECTS))
-                    and self._fits_better(node, child)
+                    self._predicts(child, gains, len(EFFECTS))
+                    and self._fits_better(node, child, fitted, gains.free.gain)
                     and self._is_of_its_kind(node, addition, gains.free)
                 )
             )
@@ -276,12 +280,14 @@ class Search:
         return signature is not None and signature.p_value < _LIKELY
 
     @staticmethod
-    def _fits_better(node: Node, child: Node) -> bool:
-        """Return whether an addition lowers the error on the training records by more than chance.
+    def _fits_better(node: Node, child: Node, fitted: float, gain: float) -> bool:
+        """Return whether an addition lowers the error on the training records, too.
 
-        By the ratio of likelihoods: what does not is no explanation of theirs, and where it lowers the
-        error on those that decide, it makes up for how these begin.
+        By more than chance (ratio of likelihoods), and by a part at least of what it does where it was
+        not fitted: otherwise it makes up for how those records begin.
         """
+        if fitted < _COMMENSURATE * gain:
+            return False
         ratio = node.fit.minimum.cost / child.fit.minimum.cost
         added = len(child.fit.minimum.coordinates) - len(node.fit.minimum.coordinates)
         if ratio <= 1.0:
@@ -296,10 +302,19 @@ class Search:
         better by far and the free run not worse.
         """
         gains = Gains.of(before.errors, after.errors)
-        return self._predicts(gains, tried) or self._waits(before, after, gains, tried)
+        return self._predicts(after, gains, tried) or self._waits(before, after, gains, tried)
 
-    def _predicts(self, gains: Gains, tried: int) -> bool:
-        return self.is_better(gains.free, tried) and not is_worse(gains.band, _SPOILS)
+    def _predicts(self, after: Node, gains: Gains, tried: int) -> bool:
+        return self.is_better(gains.free, tried) and not self._spoils(after, gains)
+
+    def _spoils(self, after: Node, gains: Gains) -> bool:
+        """Return whether the inverse gets worse by more than its answer to the reference's noise.
+
+        The inverse of what smooths, or rings, enlarges noise; that is no fault of the model.
+        """
+        if not is_worse(gains.band, _SPOILS):
+            return False
+        return gains.band.after > _NOISY * self.bench.noise_of_inverse(after.fit.model)
 
     @staticmethod
     def _waits(before: Node, after: Node, gains: Gains, tried: int) -> bool:
