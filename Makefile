@@ -1,6 +1,7 @@
 # make demo   identify a simulated stage, package it as FMUs, run them, write out/demo/report.html
 # make test   lint, C tests, the same under sanitizers, valgrind and a static analyzer, Python tests, installation
-# make bench  ratios against peers (REFERENCE_FMUS=folder:folder) and limits, the whole diagnosis suite; long fuzzing and soak
+# make diagnosis  the diagnosis on simulated stages of seeds that nothing was chosen on (SEEDS=30000, CASES=6): a gate, hours
+# make bench  ratios against peers (REFERENCE_FMUS=folder:folder) and limits, growth of times; long fuzzing and soak
 # make clean  remove everything that was built
 #
 # Needs Python 3.11 or newer; everything else comes from the package registries.
@@ -19,7 +20,8 @@ CBUILD := build/c
 # what is compiled or copied on installation; the Python files are used where they are
 COMPILED := $(shell find fmu_src scenarios -type f -not -path 'fmu_src/tests/*' -not -path 'fmu_src/fuzz/*' \
         -not -path 'fmu_src/bench/*' -not -path '*/__pycache__/*') \
-        $(addprefix python/it2hys/,variables.toml variables.py ssv.py codegen.py)
+        $(addprefix python/it2hys/,variables.toml controller.toml variables.py ssv.py codegen.py amalgamation.py \
+        single_precision.py)
 
 .DEFAULT_GOAL := help
 
@@ -46,7 +48,7 @@ $(VDMCHECK)/.fetched $(MAESTRO)/.fetched:
 	done
 	touch $@
 
-.PHONY: help demo test lint ctest hardened pytest installation bench clean install
+.PHONY: help demo test lint ctest hardened pytest installation diagnosis bench clean install
 help:
 	@sed -n 's/^# make/make/p' $(firstword $(MAKEFILE_LIST))
 
@@ -81,6 +83,7 @@ test: lint ctest hardened pytest installation
 lint: $(TOOLS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/clang-format --dry-run -Werror $$(find fmu_src -name "*.[ch]" -not -path "*/standard/*")
 
 ctest: $(TOOLS)
 	$(WITH_CC) $(BIN)/cmake -S fmu_src -B $(CBUILD) -G Ninja -DCMAKE_MAKE_PROGRAM="$(CURDIR)/$(BIN)/ninja" \
@@ -100,10 +103,14 @@ pytest: $(TOOLS) $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched 
 installation: $(TOOLS) $(INSTALLED)
 	$(BIN)/python -m pytest -m installation tests/installation
 
+# figures go to benchmarks/diagnosis_history.jsonl; what was done before is not done again
+diagnosis: $(INSTALLED)
+	$(BIN)/python benchmarks/diagnosis.py $(if $(SEEDS),--seeds $(SEEDS)) $(if $(CASES),--cases '$(CASES)')
+
 bench: $(INSTALLED) ctest
 	$(BIN)/cmake --build $(CBUILD) --target bench
 	$(BIN)/python benchmarks/identification.py
-	$(BIN)/python benchmarks/diagnosis.py
+	$(BIN)/python benchmarks/diagnosis.py --growth
 	$(BIN)/python benchmarks/sweep.py $(CBUILD)/bench/bare_loop
 
 clean:

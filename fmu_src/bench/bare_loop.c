@@ -44,10 +44,10 @@ static void *find(void *handle, const char *name)
 }
 
 /* Copies the address of a function: ISO C has no cast from an object's. */
-#define FIND(handle, member, name)                                                                         \
-    do {                                                                                                   \
-        void *address = find(handle, name);                                                                \
-        memcpy(&(member), &address, sizeof address);                                                       \
+#define FIND(handle, member, name) \
+    do { \
+        void *address = find(handle, name); \
+        memcpy(&(member), &address, sizeof address); \
     } while (0)
 
 static struct library open_library(const char *path, const char *guid)
@@ -103,8 +103,8 @@ int main(int argc, char **argv)
     fmi2ValueReference vr[6];
     for (int i = 0; i < 6; i++)
         vr[i] = (fmi2ValueReference)atol(argv[7 + i]);
-    const fmi2ValueReference desired = vr[0], drive = vr[1], saturated = vr[2], input = vr[3],
-                             reached = vr[4], parameter = vr[5];
+    const fmi2ValueReference desired = vr[0], drive = vr[1], saturated = vr[2], input = vr[3], reached = vr[4],
+                             parameter = vr[5];
     const double where = 0.7e-6;
     double *reference = malloc((size_t)ticks * sizeof *reference);
     double *voltage = malloc((size_t)ticks * sizeof *voltage);

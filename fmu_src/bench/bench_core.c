@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "actuator.h"
 #include "fmi2Functions.h"
-#include "fmu.h"
 #include "fmu_start.h"
 #include "fmu_table_hash.h"
 

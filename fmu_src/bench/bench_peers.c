@@ -220,10 +220,12 @@ int main(int count, char **argument)
     if (!open_peer(&plant, argument[1], guid, FMU_START.sampleTime) ||
         !open_peer(&standin, argument[2], guid, FMU_START.sampleTime))
         return 1;
-    printf("\nA tick of an FMU, by its DefaultExperiment's step: nanoseconds of A and B, median of A/B.\n"
-           "A and B: fmi2SetReal (without an input: not) + DoStep of so many ticks + GetReal, per tick.\n"
-           "core alone: it2_step without FMI. FMI alone: this project's FMI layer around a model without physics.\n"
-           "\n%-14s %-10s %10s %8s %8s %8s\n", "A", "B", "ticks/step", "A ns", "B ns", "A/B");
+    printf(
+        "\nA tick of an FMU, by its DefaultExperiment's step: nanoseconds of A and B, median of A/B.\n"
+        "A and B: fmi2SetReal (without an input: not) + DoStep of so many ticks + GetReal, per tick.\n"
+        "core alone: it2_step without FMI. FMI alone: this project's FMI layer around a model without physics.\n"
+        "\n%-14s %-10s %10s %8s %8s %8s\n",
+        "A", "B", "ticks/step", "A ns", "B ns", "A/B");
     if (folders && *folders) {
         snprintf(list, sizeof list, "%s", folders);
         for (char *folder = strtok(list, ":"); folder; folder = strtok(NULL, ":"))
@@ -232,7 +234,8 @@ int main(int count, char **argument)
     }
     other = standin;
     row(plant.name, run_plant, 1);
-    puts("REFERENCE_FMUS is not set: no peer was measured. The stand-in is FMI alone, so that A/B tells what the\n"
-         "plant adds to the layer.");
+    puts(
+        "REFERENCE_FMUS is not set: no peer was measured. The stand-in is FMI alone, so that A/B tells what the\n"
+        "plant adds to the layer.");
     return 0;
 }

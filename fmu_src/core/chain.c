@@ -7,163 +7,127 @@
 #define SAME 1e-10
 #define LAST_DIGITS (64.0 * DBL_EPSILON)
 
+/* --- the list ---------------------------------------------------------------------------------- */
+
+/* clang-format off */
+#define PLACE(name, side, memory, at, beside, size) \
+    { &name##_stage, CHAIN_##side, CHAIN_##memory, offsetof(struct chain, name), sizeof(struct name), at, \
+      beside, size },
+#define PLACE_OF_STATE(name, side, memory, beside) \
+    PLACE(name, side, memory, offsetof(struct chain_state, name), beside, sizeof(struct name##_state))
+#define PLACE_NONE(name, NAME, side) PLACE(name, side, NONE, 0, 0, 0)
+#define PLACE_AIMED(name, NAME, side) \
+    PLACE_OF_STATE(name, side, AIMED, \
+                   offsetof(struct chain_state, reached) + offsetof(struct chain_reached, name))
+#define PLACE_SHORT(name, NAME, side) PLACE_OF_STATE(name, side, SHORT, 0)
+#define PLACE_LONG(name, NAME, side) PLACE_OF_STATE(name, side, LONG, 0)
+#define PLACE_LONGEST(name, NAME, side) PLACE_OF_STATE(name, side, LONGEST, 0)
+
+const struct chain_place CHAIN_PLACES[CHAIN_STAGE_COUNT] = {
+    CHAIN_STAGES(PLACE_NONE, PLACE_AIMED, PLACE_SHORT, PLACE_LONG, PLACE_LONGEST)
+};
+/* clang-format on */
+
 /* --- set up ------------------------------------------------------------------------------------ */
 
-static unsigned effects_of(const struct chain_parameters *p)
+static void activate(struct chain *chain, int i, const struct chain_parameters *p)
 {
-    return (p->delay.time > 0.0 ? CHAIN_DELAY : 0u) | (p->slew.rate > 0.0 ? CHAIN_SLEW : 0u) |
-           (saturation_is_on(&p->saturation) ? CHAIN_SATURATION : 0u) |
-           (p->lag.timeConstant > 0.0 ? CHAIN_LAG : 0u) | (p->playCount > 0 ? CHAIN_PLAY : 0u) |
-           (p->load.compliance != 0.0 ? CHAIN_LOAD : 0u) | (p->creepCount > 0 ? CHAIN_CREEP : 0u) |
-           (p->resonance.frequency > 0.0 ? CHAIN_RESONANCE : 0u) |
-           (drift_is_on(&p->drift) ? CHAIN_DRIFT : 0u) |
-           (nonlinearity_is_on(&p->nonlinearity) ? CHAIN_NONLINEARITY : 0u) |
-           (p->hum.amplitude > 0.0 ? CHAIN_HUM : 0u);
+    const struct chain_place *place = &CHAIN_PLACES[i];
+    void *constants = (char *)chain + place->constants;
+    const size_t end = place->state + place->state_size;
+
+    chain->active[chain->all++] = (unsigned char)i;
+    chain->before += place->side == CHAIN_BEFORE;
+    chain->behind += place->side != CHAIN_READING;
+    if (place->side == CHAIN_READING)
+        chain->reading |= 1u << i;
+    else
+        chain->effects |= 1u << i;
+    place->stage->prepare(constants, p);
+    if (place->stage->latency)
+        chain->latency += place->stage->latency(constants);
+    if (end > chain->state_in_use)
+        chain->state_in_use = end;
 }
 
 void chain_prepare(struct chain *chain, const struct chain_parameters *p)
 {
-    const unsigned effects = effects_of(p);
+    const struct it2_range range = { p->displacementMin, p->displacementMax };
 
-    it2_prepare(&chain->core, p->rule, p->ruleCount,
-                (struct it2_range){ p->displacementMin, p->displacementMax });
-    chain->displacement = (struct it2_range){ p->displacementMin, p->displacementMax };
-    chain->voltage = (struct saturation_parameters){ p->voltageMin, p->voltageMax };
-    chain->zero = p->displacementZero;
-    chain->effects = effects & ~(unsigned)CHAIN_READING;
-    chain->reading = effects & CHAIN_READING;
-    delay_prepare(&chain->delay, &p->delay, p->sampleTime);
-    slew_prepare(&chain->slew, &p->slew, p->sampleTime);
-    chain->saturation = p->saturation;
-    play_prepare(&chain->play, p->play, p->playCount);
-    chain->load = p->load;
-    creep_prepare(&chain->creep, p->creep, p->creepCount, p->sampleTime);
-    chain->drift = p->drift;
-    nonlinearity_prepare(&chain->nonlinearity, &p->nonlinearity, p->displacementZero);
-    chain->hum = p->hum;
-    if (effects & CHAIN_LAG)
-        lag_prepare(&chain->lag, &p->lag, p->sampleTime);
-    if (effects & CHAIN_RESONANCE)
-        resonance_prepare(&chain->resonance, &p->resonance, p->sampleTime);
+    memset(chain, 0, sizeof *chain);
+    chain->displacement = range;
+    chain->voltage = (struct it2_range){ p->voltageMin, p->voltageMax };
+    it2_prepare(&chain->core, p->rule, p->ruleCount, range);
+    for (int i = 0; i < CHAIN_STAGE_COUNT; i++)
+        if (CHAIN_PLACES[i].stage->is_on(p))
+            activate(chain, i, p);
+    const size_t least = chain->effects ? offsetof(struct chain_state, reached) + sizeof(struct chain_reached)
+                                        : sizeof(struct it2_state);
+    if (chain->state_in_use < least)
+        chain->state_in_use = least;
 }
 
 /* The plant is where it was aimed at. */
 static void arrive(struct chain_state *state)
 {
-    state->reached.core = state->core;
-    state->reached.lag = state->lag;
-    state->reached.resonance = state->resonance;
+    memcpy(&state->reached, state, sizeof state->reached);
 }
 
-double chain_reset_response(const struct chain *chain, struct chain_state *state,
-                            const struct chain_parameters *parameters)
+/* From the output at rest of a stage to its input, back over those from number `end` - 1 to `first`. */
+static double rest(const struct chain *chain, int first, int end, struct chain_state *state, double y,
+                   const struct chain_parameters *parameters)
 {
-    double y = parameters->initialDisplacement;
-
-    if (chain->effects & CHAIN_NONLINEARITY)
-        y = nonlinearity_inverse(&chain->nonlinearity, y);
-    if (chain->effects & CHAIN_RESONANCE)
-        resonance_reset(&state->resonance, y);
-    if (chain->effects & CHAIN_CREEP)
-        y = chain->zero + creep_reset(&chain->creep, &state->creep, y - chain->zero,
-                                      parameters->initialCreep);
+    for (int i = end - 1; i >= first; i--) {
+        const struct chain_place *place = chain_active(chain, i);
+        if (place->stage->rest)
+            y = place->stage->rest(chain_constants_of(chain, place), chain_state_of(state, place), y,
+                                   parameters);
+    }
     return y;
 }
 
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters)
 {
-    *state = (struct chain_state){ 0 };
-    const double y = chain_reset_response(chain, state, parameters);
+    *state = (struct chain_state){ .core = { 0.0 } };
+    const double y =
+        rest(chain, chain->before, chain->behind, state, parameters->initialDisplacement, parameters);
     it2_reset(&state->core, y);
     if (!chain->effects)
         return;
-    const double x = play_reset(&chain->play, &state->play, it2_solve(&chain->core, y, y),
-                                chain_history(parameters));
-    lag_reset(&state->lag, x);
-    slew_reset(&state->slew, x);
-    delay_reset(&state->delay, x);
+    rest(chain, 0, chain->before, state, it2_solve(&chain->core, y, y), parameters);
     arrive(state);
 }
 
 /* --- forwards ---------------------------------------------------------------------------------- */
 
-double chain_drive(const struct chain *chain, struct chain_state *state, double x)
+double chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, double x,
+                  const struct chain_surroundings *around)
 {
-    if (chain->effects & CHAIN_DELAY)
-        x = delay_step(&chain->delay, &state->delay, x);
-    if (chain->effects & CHAIN_SLEW)
-        x = slew_step(&chain->slew, &state->slew, x);
-    if (chain->effects & CHAIN_SATURATION)
-        x = saturation_step(&chain->saturation, x);
-    if (chain->effects & CHAIN_LAG)
-        x = lag_step(&chain->lag, &state->lag, x);
-    if (chain->effects & CHAIN_PLAY)
-        x = play_step(&chain->play, &state->play, x);
+    for (int i = first; i < end; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        x = place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), x, around);
+    }
     return x;
-}
-
-/* Creep acts on what lies above the sensor's zero. */
-static double creep_above_zero(const struct chain *chain, struct chain_state *state, double y)
-{
-    return chain->zero + creep_step(&chain->creep, &state->creep, y - chain->zero);
-}
-
-double chain_respond_affine(const struct chain *chain, struct chain_state *state, double y,
-                            const struct chain_surroundings *around)
-{
-    if (chain->effects & CHAIN_LOAD)
-        y = load_step(&chain->load, y, around->force);
-    if (chain->effects & CHAIN_CREEP)
-        y = creep_above_zero(chain, state, y);
-    if (chain->effects & CHAIN_RESONANCE)
-        y = resonance_step(&chain->resonance, &state->resonance, y);
-    if (chain->effects & CHAIN_DRIFT)
-        y = drift_step(&chain->drift, y, around->temperature, around->time);
-    return y;
-}
-
-double chain_bend(const struct chain *chain, double y)
-{
-    return chain->effects & CHAIN_NONLINEARITY ? nonlinearity_step(&chain->nonlinearity, y) : y;
-}
-
-double chain_respond(const struct chain *chain, struct chain_state *state, double y,
-                     const struct chain_surroundings *around)
-{
-    return chain_bend(chain, chain_respond_affine(chain, state, y, around));
 }
 
 double chain_step_effects(const struct chain *chain, struct chain_state *state, double voltage,
                           const struct chain_surroundings *around)
 {
-    const double x = chain_drive(chain, state, voltage);
-    return chain_respond(chain, state, it2_step(&chain->core, &state->core, x), around);
+    const double x = chain_walk(chain, 0, chain->before, state, voltage, around);
+    const double y = it2_step(&chain->core, &state->core, x);
+
+    return chain_walk(chain, chain->before, chain->behind, state, y, around);
 }
 
 double chain_measure_effects(const struct chain *chain, double displacement, double time)
 {
-    return chain->reading & CHAIN_HUM ? hum_step(&chain->hum, displacement, time) : displacement;
+    const struct chain_surroundings around = { .time = time };
+
+    return chain_walk(chain, chain->behind, chain->all, NULL, displacement, &around);
 }
 
 /* --- backwards --------------------------------------------------------------------------------- */
-
-/* What the core has to reach. Drift is that of the time when the voltage arrives. */
-static double core_target(const struct chain *chain, struct chain_state *state, double y,
-                          const struct chain_surroundings *around)
-{
-    if (chain->effects & CHAIN_NONLINEARITY)
-        y = nonlinearity_inverse(&chain->nonlinearity, y);
-    if (chain->effects & CHAIN_DRIFT)
-        y = drift_inverse(&chain->drift, y, around->temperature, around->time + chain->delay.time);
-    if (chain->effects & CHAIN_RESONANCE)
-        y = resonance_inverse(&chain->resonance, &state->resonance, y);
-    if (chain->effects & CHAIN_CREEP)
-        y = chain->zero + creep_solve(&chain->creep, &state->creep, y - chain->zero);
-    if (chain->effects & CHAIN_LOAD)
-        y = load_inverse(&chain->load, y, around->force);
-    return y;
-}
 
 static double within_reach(const struct chain *chain, double displacement)
 {
@@ -175,110 +139,151 @@ static double within_voltages(const struct chain *chain, double x)
     return clamp(x, chain->voltage.minimum, chain->voltage.maximum);
 }
 
-static bool is_near(double a, double b, double low, double high)
+static bool is_near(double a, double b, struct it2_range range)
 {
+    const double low = range.minimum, high = range.maximum;
+
     return fabs(a - b) <= SAME * (high - low) + LAST_DIGITS * fmax(fabs(low), fabs(high));
 }
 
-static bool same_voltage(const struct chain *chain, double a, double b)
+static inline bool other_voltage(const struct chain *chain, double a, double b)
 {
-    return is_near(a, b, chain->voltage.minimum, chain->voltage.maximum);
-}
-
-/* The nearest voltage that may be given. `*passed` is what the slew limit makes of it: something else only
- * while the amplifier, at rest at the start, is farther out of the range than it can come back in a tick. */
-static double within_limits(const struct chain *chain, struct chain_state *state, double wanted,
-                            double *passed, unsigned *limits)
-{
-    const double possible =
-        chain->effects & CHAIN_SATURATION ? saturation_inverse(&chain->saturation, wanted) : wanted;
-    const double allowed = within_voltages(chain, possible);
-
-    *passed = chain->effects & CHAIN_SLEW ? slew_inverse(&chain->slew, &state->slew, allowed) : allowed;
-    const double voltage = within_voltages(chain, *passed);
-    if (voltage == wanted && possible == wanted)
-        return voltage;
-    if (!same_voltage(chain, possible, wanted) || !same_voltage(chain, *passed, allowed))
-        *limits |= CHAIN_AMPLIFIER;
-    if (!same_voltage(chain, allowed, possible) || !same_voltage(chain, voltage, *passed))
-        *limits |= CHAIN_VOLTAGE_RANGE;
-    return voltage;
+    return a != b && !is_near(a, b, chain->voltage);
 }
 
 bool chain_is_astray(const struct chain_state *state)
 {
-    const struct chain_reached *reached = &state->reached;
+    const double *aimed = &state->core.y, *reached = &state->reached.core.y;
 
-    return reached->core.y != state->core.y || reached->lag.y != state->lag.y ||
-           reached->resonance.y1 != state->resonance.y1 || reached->resonance.y2 != state->resonance.y2;
+    for (size_t i = 0; i < sizeof state->reached / sizeof *reached; i++)
+        if (reached[i] != aimed[i])
+            return true;
+    return false;
 }
 
 static bool is_back(const struct chain *chain, const struct chain_state *state)
 {
-    const struct chain_reached *reached = &state->reached;
-    const double low = chain->displacement.minimum, high = chain->displacement.maximum;
-
-    return is_near(reached->core.y, state->core.y, low, high) &&
-           same_voltage(chain, reached->lag.y, state->lag.y) &&
-           is_near(reached->resonance.y1, state->resonance.y1, low, high) &&
-           is_near(reached->resonance.y2, state->resonance.y2, low, high);
+    if (!is_near(state->reached.core.y, state->core.y, chain->displacement))
+        return false;
+    for (int i = 0; i < chain->behind; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        const double *aimed = (const double *)((const char *)state + place->state);
+        const double *reached = (const double *)((const char *)state + place->reached);
+        const struct it2_range range = place->side == CHAIN_BEFORE ? chain->voltage : chain->displacement;
+        for (size_t k = 0; place->memory == CHAIN_AIMED && k < place->state_size / sizeof *aimed; k++)
+            if (!is_near(reached[k], aimed[k], range))
+                return false;
+    }
+    return true;
 }
 
-/* The plant's way from what its slew limit lets through; returns whether it is where it was aimed at. */
+/* A stage that limits, and has a state: what it lets through is where the plant goes. */
+static bool is_followed(const struct chain_place *place)
+{
+    return place->stage->limits && place->memory != CHAIN_NONE;
+}
+
+/* Takes the plant's way on from `x` over the stages from number `first` to before `end`. */
+static double follow(const struct chain *chain, int first, int end, struct chain_state *state, double x,
+                     const struct chain_surroundings *around)
+{
+    for (int i = first; i < end; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        void *own = place->memory == CHAIN_AIMED ? (char *)state + place->reached
+                                                 : (char *)chain_state_of(state, place);
+        if (place->stage->inverse && !is_followed(place))
+            x = place->stage->step(chain_constants_of(chain, place), own, x, around);
+    }
+    return x;
+}
+
+/* The plant's way from what its amplifier lets through; returns whether it is where it was aimed at. */
 static bool follow_plant(const struct chain *chain, struct chain_state *state, double x,
                          const struct chain_surroundings *around)
 {
-    struct chain_reached *reached = &state->reached;
-
-    if (chain->effects & CHAIN_SATURATION) /* it may rest beyond its limits */
-        x = saturation_step(&chain->saturation, x);
-    if (chain->effects & CHAIN_LAG)
-        x = lag_step(&chain->lag, &reached->lag, x);
-    if (chain->effects & CHAIN_PLAY)
-        x = play_step(&chain->play, &state->play, x);
-    double y = it2_step(&chain->core, &reached->core, x);
-    if (chain->effects & CHAIN_LOAD)
-        y = load_step(&chain->load, y, around->force);
-    if (chain->effects & CHAIN_CREEP)
-        y = creep_above_zero(chain, state, y);
-    if (chain->effects & CHAIN_RESONANCE)
-        resonance_step(&chain->resonance, &reached->resonance, y);
+    x = follow(chain, 0, chain->before, state, x, around);
+    const double y = it2_step(&chain->core, &state->reached.core, x);
+    follow(chain, chain->before, chain->behind, state, y, around);
     if (!is_back(chain, state))
         return false;
     arrive(state);
     return true;
 }
 
-/* The plant's way where nothing is cut off. `x` and `aim` are what is aimed at before and behind the core. */
-static void follow_aim(const struct chain *chain, struct chain_state *state, double x, double aim,
+/* The plant's way where nothing is cut off: `input` is what each stage was aimed to get. */
+static void follow_aim(const struct chain *chain, struct chain_state *state, const double input[],
                        const struct chain_surroundings *around)
 {
-    if (chain->effects & CHAIN_PLAY)
-        play_step(&chain->play, &state->play, x);
-    if (chain->effects & CHAIN_LOAD)
-        aim = load_step(&chain->load, aim, around->force);
-    if (chain->effects & CHAIN_CREEP)
-        creep_above_zero(chain, state, aim);
+    for (int i = 0; i < chain->behind; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        if (place->memory == CHAIN_LONG)
+            place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
+                               around);
+    }
     arrive(state);
 }
 
-static double inverse_with_effects(const struct chain *chain, struct chain_state *state,
-                                   double displacement, const struct chain_surroundings *around,
-                                   unsigned *limits)
+/* Back over the stages that do not limit, from number `end` - 1 to `first`; notes what each is to get. */
+static double solve(const struct chain *chain, int first, int end, struct chain_state *state, double y,
+                    const struct chain_surroundings *around, double input[])
+{
+    for (int i = end - 1; i >= first; i--) {
+        const struct chain_place *place = chain_active(chain, i);
+        if (place->stage->inverse && !place->stage->limits)
+            y = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), y,
+                                      around);
+        input[i] = y;
+    }
+    return y;
+}
+
+/* The nearest voltage to `wanted` that may be given. `*passed` is what the amplifier makes of it: something
+ * else only while the amplifier, at rest at the start, is farther out of the range than it can come back in a
+ * tick. */
+static double within_limits(const struct chain *chain, struct chain_state *state, double wanted, double *passed,
+                            unsigned *limits)
+{
+    double x = wanted, allowed = wanted;
+    bool followed = false;
+
+    for (int i = chain->before - 1; i >= 0; i--) {
+        const struct chain_place *place = chain_active(chain, i);
+        if (!place->stage->limits)
+            continue;
+        allowed = is_followed(place) ? within_voltages(chain, x) : x;
+        if (other_voltage(chain, allowed, x))
+            *limits |= CHAIN_VOLTAGE_RANGE;
+        x = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), allowed,
+                                  NULL);
+        if (other_voltage(chain, x, allowed))
+            *limits |= CHAIN_AMPLIFIER;
+        followed |= is_followed(place);
+    }
+    const double voltage = within_voltages(chain, x);
+    if (other_voltage(chain, voltage, x))
+        *limits |= CHAIN_VOLTAGE_RANGE;
+    *passed = followed ? x : voltage;
+    return voltage;
+}
+
+static double inverse_with_effects(const struct chain *chain, struct chain_state *state, double displacement,
+                                   const struct chain_surroundings *around, unsigned *limits)
 {
     const bool astray = chain_is_astray(state);
-    const double aim = core_target(chain, state, displacement, around);
-    double x = it2_inverse(&chain->core, &state->core, aim);
+    /* what acts behind the core does so when the voltage arrives */
+    const struct chain_surroundings later = { around->force, around->temperature,
+                                              around->time + chain->latency };
+    double input[CHAIN_STAGE_COUNT] = { 0.0 };
     double passed;
     unsigned cut = 0;
 
-    if (chain->effects & CHAIN_PLAY)
-        x = play_solve(&chain->play, &state->play, x);
-    const double wanted = chain->effects & CHAIN_LAG ? lag_inverse(&chain->lag, &state->lag, x) : x;
+    const double aim = solve(chain, chain->before, chain->behind, state, displacement, &later, input);
+    const double x = it2_inverse(&chain->core, &state->core, aim);
+    const double wanted = solve(chain, 0, chain->before, state, x, around, input);
     const double voltage = within_limits(chain, state, wanted, &passed, &cut);
     *limits |= cut;
     if (!astray && !cut)
-        follow_aim(chain, state, x, aim, around);
+        follow_aim(chain, state, input, around);
     else if (!follow_plant(chain, state, passed, around))
         *limits |= CHAIN_RETURNING;
     return voltage;
@@ -296,7 +301,7 @@ static double inverse_of_core(const struct chain *chain, struct chain_state *sta
         return voltage;
     it2_reset(&state->core, before);
     it2_step(&chain->core, &state->core, voltage);
-    if (!same_voltage(chain, voltage, wanted))
+    if (other_voltage(chain, voltage, wanted))
         *limits |= CHAIN_VOLTAGE_RANGE;
     return voltage;
 }
@@ -311,11 +316,20 @@ double chain_inverse(const struct chain *chain, struct chain_state *state, doubl
                           : inverse_of_core(chain, state, aim, limits);
 }
 
+/* --- at rest ----------------------------------------------------------------------------------- */
+
+/* The stages with a long memory hold, as they are; the others follow. */
 double chain_hold(const struct chain *chain, const struct chain_state *state)
 {
-    const double x = it2_solve(&chain->core, state->core.y, state->core.y);
+    double x = it2_solve(&chain->core, state->core.y, state->core.y);
 
-    return chain->effects & CHAIN_PLAY ? play_solve(&chain->play, &state->play, x) : x;
+    for (int i = chain->before - 1; i >= 0; i--) {
+        const struct chain_place *place = chain_active(chain, i);
+        if (place->memory == CHAIN_LONG)
+            x = place->stage->inverse(chain_constants_of(chain, place),
+                                      chain_state_of((struct chain_state *)state, place), x, NULL);
+    }
+    return x;
 }
 
 double chain_equilibrium(const struct chain *chain, const struct chain_state *state)
@@ -324,7 +338,10 @@ double chain_equilibrium(const struct chain *chain, const struct chain_state *st
 
     if (!isfinite(x)) /* nothing holds it there */
         return x;
-    if (chain->effects & CHAIN_SATURATION)
-        x = saturation_inverse(&chain->saturation, x);
+    for (int i = chain->before - 1; i >= 0; i--) {
+        const struct chain_place *place = chain_active(chain, i);
+        if (place->stage->limits && !is_followed(place))
+            x = place->stage->inverse(chain_constants_of(chain, place), NULL, x, NULL);
+    }
     return within_voltages(chain, x);
 }

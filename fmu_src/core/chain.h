@@ -4,36 +4,28 @@
  *             -> [load] -> [creep] -> [resonance] -> [drift] -> [nonlinearity] -> displacement
  *             -> [hum] -> measured
  *
- * Stages in brackets are effects (effect.h). Those that are off are passed by: the chain without
- * effects is the IT2 core bit for bit. Constants are set once by chain_prepare; the state is a small
+ * Stages in brackets are effects (stage.h); stages.h lists them. Those that are off are passed by: the chain
+ * without effects is the IT2 core bit for bit. Constants are set once by chain_prepare; the state is a small
  * value that can be copied. Nothing is allocated and nothing is global.
  *
  * A displacement is what the sensor reads, in the core too. What scales with the stroke (creep,
  * nonlinearity) acts on what of it lies above displacementZero.
  *
- * Delay, slew limit and saturation lose information, and the inverse keeps to the displacements and the
- * voltages that the parameters hold for: beyond them the core is extrapolated. Where that cuts off what a reference asks for, the inverse
- * gives the nearest. Without effects it goes on from what the plant reaches. With effects, what remembers
- * for long is kept on what the plant reaches: the amplifier's voltage, the play operators and creep. The
- * inverses of core, lag and resonance remember one or two ticks, and of those what was aimed at: the plant
- * comes back to it by its own contraction. (To take the plant back in one tick from what it reached would
- * make a limit cycle of lag, core and slew limit.) So nothing winds up. Until the plant is back, it is
- * followed in `reached`, and the inverse says so. */
+ * Some stages lose information, and the inverse keeps to the displacements and the voltages that the
+ * parameters hold for: beyond them the core is extrapolated. Where that cuts off what a reference asks for,
+ * the inverse gives the nearest. Without effects it goes on from what the plant reaches. With effects, what
+ * remembers for long is kept on what the plant reaches: the amplifier's voltage, the play operators and
+ * creep. The inverses of core, lag and resonance remember one or two ticks, and of those what was aimed at:
+ * the plant comes back to it by its own contraction. (To take the plant back in one tick from what it
+ * reached would make a limit cycle of lag, core and slew limit.) So nothing winds up. Until the plant is
+ * back, it is followed in `reached`, and the inverse says so. */
 #ifndef IT2HYS_CHAIN_H
 #define IT2HYS_CHAIN_H
 
-#include "creep.h"
-#include "delay.h"
-#include "drift.h"
-#include "hum.h"
+#include <string.h>
+
 #include "it2.h"
-#include "lag.h"
-#include "load.h"
-#include "nonlinearity.h"
-#include "play.h"
-#include "resonance.h"
-#include "saturation.h"
-#include "slew.h"
+#include "stages.h"
 
 /* Names are those of the variable table (python/it2hys/variables.toml). */
 struct chain_parameters {
@@ -51,85 +43,76 @@ struct chain_parameters {
     int playCount;
     int creepCount;
     struct it2_rule rule[IT2_MAX_RULES];
-    struct play_element play[PLAY_MAX];
-    struct creep_element creep[CREEP_MAX];
-    struct delay_parameters delay;
-    struct slew_parameters slew;
-    struct saturation_parameters saturation;
-    struct lag_parameters lag;
-    struct load_parameters load;
-    struct resonance_parameters resonance;
-    struct drift_parameters drift;
-    struct nonlinearity_parameters nonlinearity;
-    struct hum_parameters hum;
+#define CHAIN_MEMBER(name, NAME, side) name##_parameters name;
+    CHAIN_EVERY_STAGE(CHAIN_MEMBER)
+};
+
+/* clang-format off */
+enum chain_stage {
+#define CHAIN_INDEX(name, NAME, side) CHAIN_STAGE_##NAME,
+    CHAIN_EVERY_STAGE(CHAIN_INDEX)
+    CHAIN_STAGE_COUNT
 };
 
 enum chain_effect {
-    CHAIN_DELAY = 1,
-    CHAIN_SLEW = 2,
-    CHAIN_SATURATION = 4,
-    CHAIN_LAG = 8,
-    CHAIN_PLAY = 16,
-    CHAIN_LOAD = 32,
-    CHAIN_CREEP = 64,
-    CHAIN_RESONANCE = 128,
-    CHAIN_DRIFT = 256,
-    CHAIN_NONLINEARITY = 512,
-    CHAIN_HUM = 1024,
-    CHAIN_READING = CHAIN_HUM
+#define CHAIN_BIT(name, NAME, side) CHAIN_##NAME = 1 << CHAIN_STAGE_##NAME,
+    CHAIN_EVERY_STAGE(CHAIN_BIT)
 };
+/* clang-format on */
 
 struct chain {
-    unsigned effects; /* that are on, between voltage and displacement (enum chain_effect, or-ed) */
-    unsigned reading; /* that are on, between displacement and measured */
+    unsigned effects;                        /* that are on, between voltage and displacement (bits) */
+    unsigned reading;                        /* that are on, between displacement and measured */
+    unsigned char active[CHAIN_STAGE_COUNT]; /* stages that are on (enum chain_stage), in their order */
+    int before, behind, all;                 /* where in `active` those of each side end */
     struct it2 core;
-    struct it2_range displacement;       /* that a reference is kept to */
-    struct saturation_parameters voltage; /* that the inverse keeps to */
-    double zero;                          /* displacementZero */
-    struct delay delay;
-    struct slew slew;
-    struct saturation_parameters saturation;
-    struct lag lag;
-    struct play play;
-    struct load_parameters load;
-    struct creep creep;
-    struct resonance resonance;
-    struct drift_parameters drift;
-    struct nonlinearity nonlinearity;
-    struct hum_parameters hum;
+    struct it2_range displacement; /* that a reference is kept to */
+    struct it2_range voltage;      /* that the inverse keeps to */
+    double latency;                /* of all stages, s */
+    size_t state_in_use;           /* bytes of struct chain_state, from its beginning */
+#define CHAIN_CONSTANTS(name, NAME, side) struct name name;
+    CHAIN_EVERY_STAGE(CHAIN_CONSTANTS)
 };
+
+#define CHAIN_STATE(name, NAME, side) struct name##_state name;
 
 /* What the plant reached, in the inverse, whose other states are what it aimed at. Only for a time after
  * something was cut off are they different. */
 struct chain_reached {
     struct it2_state core;
-    struct lag_state lag;
-    struct resonance_state resonance;
+    CHAIN_STAGES(CHAIN_SKIP, CHAIN_STATE, CHAIN_SKIP, CHAIN_SKIP, CHAIN_SKIP)
 };
 
-/* Doubles only. The core's comes first: without effects it is the only one in use. */
+/* Doubles only. The core's comes first: without effects it is the only one in use. What is long is last. The
+ * beginning, to `reached`, is what the inverse aimed at, in the same order. */
 struct chain_state {
     struct it2_state core;
-    struct slew_state slew;
-    struct lag_state lag;
-    struct resonance_state resonance;
-    struct play_state play;
-    struct creep_state creep;
-    struct delay_state delay;
+    CHAIN_STAGES(CHAIN_SKIP, CHAIN_STATE, CHAIN_SKIP, CHAIN_SKIP, CHAIN_SKIP)
     struct chain_reached reached;
+    CHAIN_STAGES(CHAIN_SKIP, CHAIN_SKIP, CHAIN_STATE, CHAIN_SKIP, CHAIN_SKIP)
+    CHAIN_STAGES(CHAIN_SKIP, CHAIN_SKIP, CHAIN_SKIP, CHAIN_STATE, CHAIN_SKIP)
+    CHAIN_STAGES(CHAIN_SKIP, CHAIN_SKIP, CHAIN_SKIP, CHAIN_SKIP, CHAIN_STATE)
 };
 
-/* What acts on the chain beside its input. */
-struct chain_surroundings {
-    double force;
-    double temperature;
-    double time; /* of the tick */
+enum chain_memory { CHAIN_NONE, CHAIN_AIMED, CHAIN_SHORT, CHAIN_LONG, CHAIN_LONGEST };
+enum chain_side { CHAIN_BEFORE, CHAIN_BEHIND, CHAIN_READING };
+
+/* Where a stage is. */
+struct chain_place {
+    const struct stage *stage;
+    enum chain_side side;
+    enum chain_memory memory;
+    size_t constants; /* in struct chain */
+    size_t constants_size;
+    size_t state;   /* in struct chain_state; of a stage without one, nowhere */
+    size_t reached; /* the same for what the plant reached, where that is kept beside */
+    size_t state_size;
 };
 
 /* Why the plant does not get to where it should. */
 enum chain_limit {
     CHAIN_REFERENCE_RANGE = 1, /* displacementMin..displacementMax */
-    CHAIN_AMPLIFIER = 2,       /* slew limit or saturation */
+    CHAIN_AMPLIFIER = 2,       /* a stage that limits */
     CHAIN_VOLTAGE_RANGE = 4,   /* voltageMin..voltageMax */
     CHAIN_RETURNING = 8        /* it is not yet back from where one of these left it */
 };
@@ -152,9 +135,22 @@ static inline bool chain_outside(double value, double minimum, double maximum)
 
 HIDDEN_BEGIN
 
-static inline struct play_history chain_history(const struct chain_parameters *parameters)
+extern const struct chain_place CHAIN_PLACES[CHAIN_STAGE_COUNT]; /* by enum chain_stage */
+
+/* Of the stages that are on: where they are, their constants and their states. */
+static inline const struct chain_place *chain_active(const struct chain *chain, int i)
 {
-    return (struct play_history){ parameters->initialRestOffset, parameters->initialExcursion };
+    return &CHAIN_PLACES[chain->active[i]];
+}
+
+static inline const void *chain_constants_of(const struct chain *chain, const struct chain_place *place)
+{
+    return (const char *)chain + place->constants;
+}
+
+static inline void *chain_state_of(struct chain_state *state, const struct chain_place *place)
+{
+    return place->memory == CHAIN_NONE ? NULL : (char *)state + place->state;
 }
 
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
@@ -165,28 +161,9 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *parameter
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 
-/* The part of it behind the core; returns the core's output. */
-double chain_reset_response(const struct chain *chain, struct chain_state *state,
-                            const struct chain_parameters *parameters);
-
-/* Copies what is in use: without effects the core's state only, and of the rest what is long only where it
- * is needed. doStep copies twice. */
-static inline void chain_copy(const struct chain *chain, struct chain_state *to,
-                              const struct chain_state *from)
+static inline void chain_copy(const struct chain *chain, struct chain_state *to, const struct chain_state *from)
 {
-    to->core = from->core;
-    if (!chain->effects)
-        return;
-    to->slew = from->slew;
-    to->lag = from->lag;
-    to->resonance = from->resonance;
-    to->reached = from->reached;
-    if (chain->effects & CHAIN_PLAY)
-        to->play = from->play;
-    if (chain->effects & CHAIN_CREEP)
-        to->creep = from->creep;
-    if (chain->effects & CHAIN_DELAY)
-        to->delay = from->delay;
+    memcpy(to, from, chain->state_in_use);
 }
 
 /* Without effects, one branch is all that the chain adds to the core. */
@@ -199,17 +176,9 @@ static inline double chain_step(const struct chain *chain, struct chain_state *s
                           : it2_step(&chain->core, &state->core, voltage);
 }
 
-/* The parts of a step before and behind the core: voltage to core's input, core's output to
- * displacement. */
-double chain_drive(const struct chain *chain, struct chain_state *state, double x);
-double chain_respond(const struct chain *chain, struct chain_state *state, double y,
-                     const struct chain_surroundings *around);
-
-/* The two parts of chain_respond: the affine stages and the static curve. */
-double chain_respond_affine(const struct chain *chain, struct chain_state *state, double y,
-                            const struct chain_surroundings *around);
-double chain_bend(const struct chain *chain, double y);
-double chain_bend_tangent(const struct chain *chain, double y, double d_y);
+/* Walks the active stages from number `first` to before `end`. */
+double chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, double x,
+                  const struct chain_surroundings *around);
 
 /* The displacement with what is picked up on the way to the recorder. */
 double chain_measure_effects(const struct chain *chain, double displacement, double time);
@@ -246,6 +215,25 @@ double chain_equilibrium(const struct chain *chain, const struct chain_state *st
 double chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
                                  const struct chain_parameters *parameters,
                                  const struct chain_parameters *d_parameters);
+
+/* By enum chain_stage. */
+extern const struct stage_analysis *const CHAIN_ANALYSES[CHAIN_STAGE_COUNT];
+
+static inline const struct stage_analysis *chain_analysis(const struct chain *chain, int i)
+{
+    return CHAIN_ANALYSES[chain->active[i]];
+}
+
+/* Derivatives of the constants of all active stages, by the stages' tangents. */
+void chain_prepare_tangent(const struct chain *chain, struct chain *d,
+                           const struct chain_parameters *parameters,
+                           const struct chain_parameters *d_parameters);
+
+/* Derivative of the input at rest of the active stages from number `first` to before `end`, whose output there
+ * is y, and of their states at rest. */
+double chain_rest_tangent(const struct chain *chain, int first, int end, const struct chain *d_chain, double y,
+                          const struct chain_parameters *parameters, struct chain_state *d, double d_y,
+                          const struct chain_parameters *d_parameters);
 
 HIDDEN_END
 

@@ -5,26 +5,6 @@
  * displacement in another unit is. */
 #define FARTHEST_START 4.0
 
-static bool check_amplifier(const struct chain_parameters *p, char *message, size_t size)
-{
-    return delay_check(&p->delay, p->sampleTime, message, size) &&
-           slew_check(&p->slew, message, size) && saturation_check(&p->saturation, message, size) &&
-           lag_check(&p->lag, p->sampleTime, message, size);
-}
-
-static bool check_actuator(const struct chain_parameters *p, char *message, size_t size)
-{
-    return play_check(p->play, p->playCount, message, size) && load_check(&p->load, message, size) &&
-           creep_check(p->creep, p->creepCount, message, size) &&
-           resonance_check(&p->resonance, p->sampleTime, message, size);
-}
-
-static bool check_reading(const struct chain_parameters *p, char *message, size_t size)
-{
-    return nonlinearity_check(&p->nonlinearity, message, size) &&
-           hum_check(&p->hum, message, size);
-}
-
 /* For parameters that have passed all other checks. */
 static bool check_start(const struct chain_parameters *p, char *message, size_t size)
 {
@@ -43,6 +23,14 @@ static bool check_start(const struct chain_parameters *p, char *message, size_t 
                   p->initialDisplacement, FARTHEST_START, p->displacementMin, p->displacementMax);
 }
 
+static bool check_stages(const struct chain_parameters *p, char *message, size_t size)
+{
+    for (int i = 0; i < CHAIN_STAGE_COUNT; i++)
+        if (CHAIN_ANALYSES[i]->check && !CHAIN_ANALYSES[i]->check(p, message, size))
+            return false;
+    return true;
+}
+
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size)
 {
     const struct it2_range range = { parameters->displacementMin, parameters->displacementMax };
@@ -50,9 +38,8 @@ bool chain_check(const struct chain_parameters *parameters, char *message, size_
     if (!(parameters->sampleTime > 0.0))
         return refuse(message, size, "sampleTime is %g s; it must be positive", parameters->sampleTime);
     if (!(parameters->voltageMin < parameters->voltageMax))
-        return refuse(message, size, "voltageMin, %g V, must be below voltageMax, %g V",
-                      parameters->voltageMin, parameters->voltageMax);
+        return refuse(message, size, "voltageMin, %g V, must be below voltageMax, %g V", parameters->voltageMin,
+                      parameters->voltageMax);
     return it2_check(parameters->rule, parameters->ruleCount, range, message, size) &&
-           check_amplifier(parameters, message, size) && check_actuator(parameters, message, size) &&
-           check_reading(parameters, message, size) && check_start(parameters, message, size);
+           check_stages(parameters, message, size) && check_start(parameters, message, size);
 }

@@ -1,28 +1,38 @@
-/* Directional derivatives. A linear stage is its own: its step and inverse walk the derivatives, and the
- * sensor's zero has no part in them. */
+/* Directional derivatives: the same walks as those of chain.c, over the stages' tangents. */
 #include "chain.h"
 
-/* Advances the derivatives `d` of `state` by a step with `x`, and `state` with it. */
-static double to_core_tangent(const struct chain *chain, struct chain_state *state, double *x,
-                              struct chain_state *d, double d_x)
+#define ANALYSIS(name, NAME, side) &name##_analysis,
+const struct stage_analysis *const CHAIN_ANALYSES[CHAIN_STAGE_COUNT] = { CHAIN_EVERY_STAGE(ANALYSIS) };
+
+/* A value and its derivative. */
+struct both {
+    double value;
+    double d;
+};
+
+static double stage_tangent(const struct chain *chain, int i, const void *state, double x, void *d_state,
+                            double d_x, const struct chain_surroundings *d_around)
 {
-    if (chain->effects & CHAIN_SLEW) {
-        d_x = slew_step_tangent(&chain->slew, &state->slew, *x, &d->slew, d_x);
-        *x = slew_step(&chain->slew, &state->slew, *x);
-    }
-    if (chain->effects & CHAIN_SATURATION) {
-        d_x = saturation_step_tangent(&chain->saturation, *x, d_x);
-        *x = saturation_step(&chain->saturation, *x);
-    }
-    if (chain->effects & CHAIN_LAG) {
-        d_x = lag_step(&chain->lag, &d->lag, d_x);
-        *x = lag_step(&chain->lag, &state->lag, *x);
-    }
-    if (chain->effects & CHAIN_PLAY) {
-        d_x = play_step_tangent(&chain->play, &state->play, *x, &d->play, d_x);
-        *x = play_step(&chain->play, &state->play, *x);
-    }
+    const struct stage_analysis *analysis = chain_analysis(chain, i);
+
+    if (analysis->tangent)
+        analysis->tangent(chain_constants_of(chain, chain_active(chain, i)), state, x, d_around, 1, d_state,
+                          &d_x);
     return d_x;
+}
+
+/* Takes x on over the stages from number `first` to before `end`; advances `state` and `d`. */
+static struct both walk_tangent(const struct chain *chain, int first, int end, struct chain_state *state,
+                                struct both x, const struct chain_surroundings *around, struct chain_state *d,
+                                const struct chain_surroundings *d_around)
+{
+    for (int i = first; i < end; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        void *own = chain_state_of(state, place);
+        x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, d_around);
+        x.value = place->stage->step(chain_constants_of(chain, place), own, x.value, around);
+    }
+    return x;
 }
 
 static double core_tangent(const struct chain *chain, const struct it2_state *state, double x,
@@ -34,68 +44,25 @@ static double core_tangent(const struct chain *chain, const struct it2_state *st
     return d->y;
 }
 
-/* Affine: no state of the plant itself is needed. */
-static double respond_affine_tangent(const struct chain *chain, struct chain_state *d, double d_y,
-                                     const struct chain_surroundings *d_around)
-{
-    if (chain->effects & CHAIN_LOAD)
-        d_y = load_step(&chain->load, d_y, d_around->force);
-    if (chain->effects & CHAIN_CREEP)
-        d_y = creep_step(&chain->creep, &d->creep, d_y);
-    if (chain->effects & CHAIN_RESONANCE)
-        d_y = resonance_step(&chain->resonance, &d->resonance, d_y);
-    if (chain->effects & CHAIN_DRIFT)
-        d_y = drift_step_tangent(&chain->drift, d_y, d_around->temperature);
-    return d_y;
-}
-
-double chain_bend_tangent(const struct chain *chain, double y, double d_y)
-{
-    return chain->effects & CHAIN_NONLINEARITY ? nonlinearity_derivative(&chain->nonlinearity, y) * d_y
-                                               : d_y;
-}
-
 struct chain_point chain_step_tangent(const struct chain *chain, const struct chain_state *state,
                                       double voltage, const struct chain_surroundings *around,
                                       struct chain_state d_state, double d_voltage,
                                       const struct chain_surroundings *d_around)
 {
     struct chain_point d = { .state = d_state };
+    struct both x = { voltage, d_voltage };
     struct chain_state copy;
 
     chain_copy(chain, &copy, state);
-    if (chain->effects & CHAIN_DELAY) {
-        voltage = delay_step(&chain->delay, &copy.delay, voltage);
-        d_voltage = delay_step(&chain->delay, &d.state.delay, d_voltage);
-    }
-    d_voltage = to_core_tangent(chain, &copy, &voltage, &d.state, d_voltage);
-    d_voltage = core_tangent(chain, &state->core, voltage, &d.state.core, d_voltage);
-    d.output = respond_affine_tangent(chain, &d.state, d_voltage, d_around);
-    if (chain->effects & CHAIN_NONLINEARITY) {
-        const double y = it2_step(&chain->core, &copy.core, voltage);
-        d.output =
-            chain_bend_tangent(chain, chain_respond_affine(chain, &copy, y, around), d.output);
-    }
+    x = walk_tangent(chain, 0, chain->before, &copy, x, around, &d.state, d_around);
+    x.d = core_tangent(chain, &state->core, x.value, &d.state.core, x.d);
+    x.value = it2_step(&chain->core, &copy.core, x.value);
+    x = walk_tangent(chain, chain->before, chain->behind, &copy, x, around, &d.state, d_around);
+    d.output = x.d;
     return d;
 }
 
-/* From what is aimed at to the core's target. */
-static double core_target_tangent(const struct chain *chain, struct chain_state *d, double y, double d_y,
-                                  const struct chain_surroundings *d_around)
-{
-    if (chain->effects & CHAIN_NONLINEARITY)
-        d_y /= nonlinearity_derivative(&chain->nonlinearity,
-                                       nonlinearity_inverse(&chain->nonlinearity, y));
-    if (chain->effects & CHAIN_DRIFT)
-        d_y = drift_inverse_tangent(&chain->drift, d_y, d_around->temperature);
-    if (chain->effects & CHAIN_RESONANCE)
-        d_y = resonance_inverse(&chain->resonance, &d->resonance, d_y);
-    if (chain->effects & CHAIN_CREEP)
-        d_y = creep_solve(&chain->creep, &d->creep, d_y);
-    if (chain->effects & CHAIN_LOAD)
-        d_y = load_inverse(&chain->load, d_y, d_around->force);
-    return d_y;
-}
+/* --- inverse ----------------------------------------------------------------------------------- */
 
 /* From y = F(y_previous, x): dx = (dy - dF/dy_previous dy_previous) / (dF/dx). */
 static double core_inverse_tangent(const struct chain *chain, const struct it2_state *state, double x,
@@ -108,115 +75,139 @@ static double core_inverse_tangent(const struct chain *chain, const struct it2_s
     return d_x;
 }
 
-/* A value and its derivative. */
-struct both {
-    double value;
-    double d;
-};
-
-static struct both limited(const struct saturation_parameters *limits, struct both x)
+/* Of the nearest value to x within limits that may move, too. */
+static struct both within(struct it2_range limits, struct both x, double d_minimum, double d_maximum)
 {
-    return (struct both){ saturation_inverse(limits, x.value),
-                          saturation_step_tangent(limits, x.value, x.d) };
+    const double d = x.value < limits.minimum ? d_minimum : x.value > limits.maximum ? d_maximum : x.d;
+
+    return (struct both){ clamp(x.value, limits.minimum, limits.maximum), d };
 }
 
-/* What the slew limit passes on; what the inverse gives is that within voltageMin..voltageMax. */
+/* Back over the stages that do not limit; as solve of chain.c. */
+static struct both solve_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
+                                 struct both y, const struct chain_surroundings *around, struct chain_state *d,
+                                 const struct chain_surroundings *d_around, struct both input[])
+{
+    struct chain_state copy;
+
+    chain_copy(chain, &copy, state);
+    for (int i = end - 1; i >= first; i--) {
+        const struct chain_place *place = chain_active(chain, i);
+        const void *constants = chain_constants_of(chain, place);
+        const void *own = chain_state_of((struct chain_state *)state, place);
+        if (place->stage->inverse && !place->stage->limits) {
+            y.value = place->stage->inverse(constants, chain_state_of(&copy, place), y.value, around);
+            y.d = chain_analysis(chain, i)->inverse_tangent(constants, own, y.value, chain_state_of(d, place),
+                                                            y.d, d_around);
+        }
+        input[i] = y;
+    }
+    return y;
+}
+
+/* As within_limits of chain.c: what the amplifier passes on. */
 static struct both within_limits_tangent(const struct chain *chain, const struct chain_state *state,
                                          struct both x, struct chain_state *d)
 {
-    if (chain->effects & CHAIN_SATURATION)
-        x = limited(&chain->saturation, x);
-    x = limited(&chain->voltage, x);
-    if (chain->effects & CHAIN_SLEW) {
-        struct slew_state copy = state->slew;
-        x.d = slew_step_tangent(&chain->slew, &state->slew, x.value, &d->slew, x.d);
-        x.value = slew_inverse(&chain->slew, &copy, x.value);
+    static const struct chain_surroundings none = { 0.0, 0.0, 0.0 };
+    struct chain_state copy;
+    bool followed = false;
+
+    chain_copy(chain, &copy, state);
+    for (int i = chain->before - 1; i >= 0; i--) {
+        const struct chain_place *place = chain_active(chain, i);
+        if (!place->stage->limits)
+            continue;
+        if (place->memory != CHAIN_NONE) {
+            x = within(chain->voltage, x, 0.0, 0.0);
+            followed = true;
+        }
+        void *own = chain_state_of(&copy, place);
+        x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, &none);
+        x.value = place->stage->inverse(chain_constants_of(chain, place), own, x.value, &none);
     }
-    return x;
+    return followed ? x : within(chain->voltage, x, 0.0, 0.0);
 }
 
 static void arrive_tangent(struct chain_state *d)
 {
-    d->reached.core = d->core;
-    d->reached.lag = d->lag;
-    d->reached.resonance = d->resonance;
+    memcpy(&d->reached, d, sizeof d->reached);
 }
 
-/* As follow_plant of chain.c. */
-static void follow_plant_tangent(const struct chain *chain, const struct chain_state *state, struct both x,
-                                 struct chain_state *d, const struct chain_surroundings *d_around)
+/* As follow of chain.c. */
+static struct both follow_tangent(const struct chain *chain, int first, int end,
+                                  const struct chain_state *state, struct both x,
+                                  const struct chain_surroundings *around, struct chain_state *d,
+                                  const struct chain_surroundings *d_around)
 {
-    struct lag_state lag = state->reached.lag;
-    struct play_state play = state->play;
+    struct chain_state copy;
 
-    if (chain->effects & CHAIN_SATURATION)
-        x = limited(&chain->saturation, x);
-    if (chain->effects & CHAIN_LAG) {
-        x.value = lag_step(&chain->lag, &lag, x.value);
-        x.d = lag_step(&chain->lag, &d->reached.lag, x.d);
+    chain_copy(chain, &copy, state);
+    for (int i = first; i < end; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        const size_t at = place->memory == CHAIN_AIMED ? place->reached : place->state;
+        void *own = place->memory == CHAIN_NONE ? NULL : (char *)&copy + at;
+        void *d_own = place->memory == CHAIN_NONE ? NULL : (char *)d + at;
+        if (!place->stage->inverse || (place->stage->limits && place->memory != CHAIN_NONE))
+            continue;
+        x.d = stage_tangent(chain, i, own, x.value, d_own, x.d, d_around);
+        x.value = place->stage->step(chain_constants_of(chain, place), own, x.value, around);
     }
-    if (chain->effects & CHAIN_PLAY) {
-        x.d = play_step_tangent(&chain->play, &state->play, x.value, &d->play, x.d);
-        x.value = play_step(&chain->play, &play, x.value);
-    }
-    double d_y = core_tangent(chain, &state->reached.core, x.value, &d->reached.core, x.d);
-    if (chain->effects & CHAIN_LOAD)
-        d_y = load_step(&chain->load, d_y, d_around->force);
-    if (chain->effects & CHAIN_CREEP)
-        d_y = creep_step(&chain->creep, &d->creep, d_y);
-    if (chain->effects & CHAIN_RESONANCE)
-        resonance_step(&chain->resonance, &d->reached.resonance, d_y);
+    return x;
 }
 
-/* As follow_aim of chain.c. */
-static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state, struct both x,
-                               double d_aim, struct chain_state *d,
+static void follow_plant_tangent(const struct chain *chain, const struct chain_state *state, struct both x,
+                                 const struct chain_surroundings *around, struct chain_state *d,
+                                 const struct chain_surroundings *d_around)
+{
+    x = follow_tangent(chain, 0, chain->before, state, x, around, d, d_around);
+    const double y = it2_evaluate(&chain->core, state->reached.core.y, x.value);
+    const double d_y = core_tangent(chain, &state->reached.core, x.value, &d->reached.core, x.d);
+    follow_tangent(chain, chain->before, chain->behind, state, (struct both){ y, d_y }, around, d, d_around);
+}
+
+static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state,
+                               const struct both input[], struct chain_state *d,
                                const struct chain_surroundings *d_around)
 {
-    if (chain->effects & CHAIN_PLAY)
-        play_step_tangent(&chain->play, &state->play, x.value, &d->play, x.d);
-    if (chain->effects & CHAIN_LOAD)
-        d_aim = load_step(&chain->load, d_aim, d_around->force);
-    if (chain->effects & CHAIN_CREEP)
-        creep_step(&chain->creep, &d->creep, d_aim);
+    for (int i = 0; i < chain->behind; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        const void *own = chain_state_of((struct chain_state *)state, place);
+        if (place->memory == CHAIN_LONG)
+            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, d_around);
+    }
 }
 
 /* `after` is what chain_inverse leaves of `state`: there is the core's aim. */
 static double inverse_with_effects_tangent(const struct chain *chain, const struct chain_state *state,
-                                           const struct chain_state *after, unsigned limits,
-                                           double displacement, double d_displacement,
-                                           struct chain_state *d,
+                                           const struct chain_state *after, unsigned limits, struct both y,
+                                           const struct chain_surroundings *around, struct chain_state *d,
                                            const struct chain_surroundings *d_around)
 {
-    const double d_aim = core_target_tangent(chain, d, displacement, d_displacement, d_around);
-    struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0.0 };
+    const struct chain_surroundings later = { around->force, around->temperature,
+                                              around->time + chain->latency };
+    struct both input[CHAIN_STAGE_COUNT] = { { 0.0, 0.0 } };
 
-    x.d = core_inverse_tangent(chain, &state->core, x.value, &d->core, d_aim);
-    if (chain->effects & CHAIN_PLAY) {
-        x.value = play_solve(&chain->play, &state->play, x.value);
-        x.d = play_solve_tangent(&chain->play, &state->play, x.value, &d->play, x.d);
-    }
-    struct both wanted = x;
-    if (chain->effects & CHAIN_LAG) {
-        struct lag_state lag = state->lag;
-        wanted.value = lag_inverse(&chain->lag, &lag, x.value);
-        wanted.d = lag_inverse(&chain->lag, &d->lag, x.d);
-    }
+    const struct both aim =
+        solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, d_around, input);
+    struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0.0 };
+    x.d = core_inverse_tangent(chain, &state->core, x.value, &d->core, aim.d);
+    const struct both wanted = solve_tangent(chain, 0, chain->before, state, x, around, d, d_around, input);
     const struct both passed = within_limits_tangent(chain, state, wanted, d);
     if (chain_is_astray(state) || limits & (CHAIN_AMPLIFIER | CHAIN_VOLTAGE_RANGE))
-        follow_plant_tangent(chain, state, passed, d, d_around);
+        follow_plant_tangent(chain, state, passed, around, d, d_around);
     else
-        follow_aim_tangent(chain, state, x, d_aim, d, d_around);
+        follow_aim_tangent(chain, state, input, d, d_around);
     if (!chain_is_astray(after))
         arrive_tangent(d);
-    return limited(&chain->voltage, passed).d;
+    return within(chain->voltage, passed, 0.0, 0.0).d;
 }
 
 static double inverse_of_core_tangent(const struct chain *chain, const struct it2_state *state,
                                       double displacement, double d_displacement, struct it2_state *d)
 {
     const double wanted = it2_solve(&chain->core, state->y, displacement);
-    const double voltage = saturation_inverse(&chain->voltage, wanted);
+    const double voltage = clamp(wanted, chain->voltage.minimum, chain->voltage.maximum);
 
     if (voltage == wanted)
         return core_inverse_tangent(chain, state, wanted, d, d_displacement);
@@ -231,26 +222,56 @@ struct chain_point chain_inverse_tangent(const struct chain *chain, const struct
 {
     struct chain_point d = { .state = d_state };
     struct it2_range reach = chain->displacement;
+    struct both y = { displacement, d_displacement };
     struct chain_state after;
     unsigned limits;
 
     chain_copy(chain, &after, state);
     chain_inverse(chain, &after, displacement, around, &limits);
-    if (limits & CHAIN_REFERENCE_RANGE) {
-        displacement = displacement < reach.minimum ? reach.minimum : reach.maximum;
-        d_displacement = 0.0;
-    }
+    if (limits & CHAIN_REFERENCE_RANGE)
+        y = (struct both){ displacement < reach.minimum ? reach.minimum : reach.maximum, 0.0 };
     d.output = chain->effects
-                   ? inverse_with_effects_tangent(chain, state, &after, limits, displacement,
-                                                  d_displacement, &d.state, d_around)
-                   : inverse_of_core_tangent(chain, &state->core, displacement, d_displacement,
-                                             &d.state.core);
+                   ? inverse_with_effects_tangent(chain, state, &after, limits, y, around, &d.state, d_around)
+                   : inverse_of_core_tangent(chain, &state->core, y.value, y.d, &d.state.core);
     return d;
 }
 
+/* --- by parameters, at rest -------------------------------------------------------------------- */
+
+void chain_prepare_tangent(const struct chain *chain, struct chain *d,
+                           const struct chain_parameters *parameters,
+                           const struct chain_parameters *d_parameters)
+{
+    memset(d, 0, sizeof *d);
+    for (int i = 0; i < chain->all; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        chain_analysis(chain, i)->prepare_tangent((char *)d + place->constants,
+                                                  chain_constants_of(chain, place), parameters, d_parameters);
+    }
+}
+
+double chain_rest_tangent(const struct chain *chain, int first, int end, const struct chain *d_chain, double y,
+                          const struct chain_parameters *parameters, struct chain_state *d, double d_y,
+                          const struct chain_parameters *d_parameters)
+{
+    struct chain_state state;
+
+    for (int i = end - 1; i >= first; i--) {
+        const struct chain_place *place = chain_active(chain, i);
+        const void *constants = chain_constants_of(chain, place);
+        if (!place->stage->rest)
+            continue;
+        y = place->stage->rest(constants, chain_state_of(&state, place), y, parameters);
+        d_y =
+            chain_analysis(chain, i)->rest_tangent(constants, chain_constants_of(d_chain, place),
+                                                   chain_state_of(d, place), y, d_y, parameters, d_parameters);
+    }
+    return d_y;
+}
+
 /* From y = F(y, x, p): dx = (dy - dF/dy dy - dF/dp dp) / (dF/dx). */
-static double core_equilibrium_tangent(const struct chain *chain, double y, double d_y,
-                                       const struct chain_parameters *d_parameters)
+static double core_rest_tangent(const struct chain *chain, double y, double d_y,
+                                const struct chain_parameters *d_parameters)
 {
     double gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
     struct it2_partials f;
@@ -268,50 +289,31 @@ static double core_equilibrium_tangent(const struct chain *chain, double y, doub
     return d / f.dx;
 }
 
-/* Derivative of what chain_reset_response returns. */
-static double core_rest_tangent(const struct chain *chain, const struct chain_parameters *parameters,
-                                const struct chain_parameters *d_parameters)
-{
-    const double d_zero = d_parameters->displacementZero;
-    double y = parameters->initialDisplacement;
-    double d = d_parameters->initialDisplacement;
-
-    if (chain->effects & CHAIN_NONLINEARITY) {
-        y = nonlinearity_inverse(&chain->nonlinearity, y);
-        d = nonlinearity_inverse_tangent(&chain->nonlinearity, y, &d_parameters->nonlinearity, d_zero, d);
-    }
-    if (chain->effects & CHAIN_CREEP) {
-        struct creep_state state;
-        y = creep_reset(&chain->creep, &state, y - chain->zero, parameters->initialCreep);
-        d = d_zero + creep_reset_tangent(&chain->creep, y, parameters->initialCreep, d_parameters->creep,
-                                         d - d_zero, d_parameters->initialCreep);
-    }
-    return d;
-}
-
-/* Of the nearest value to x within limits that move, too. */
-static struct both limited_by(const struct saturation_parameters *limits, struct both x, double d_minimum,
-                              double d_maximum)
-{
-    const double d = x.value < limits->minimum ? d_minimum : x.value > limits->maximum ? d_maximum : x.d;
-
-    return (struct both){ saturation_inverse(limits, x.value), d };
-}
-
 double chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
                                  const struct chain_parameters *parameters,
                                  const struct chain_parameters *d_parameters)
 {
+    static const struct chain_surroundings none = { 0.0, 0.0, 0.0 };
     const double y = state->core.y;
-    struct both x = { chain_hold(chain, state), core_rest_tangent(chain, parameters, d_parameters) };
+    const double hold = it2_solve(&chain->core, y, y);
+    struct chain d_chain;
+    struct chain_state d;
+    struct both x = { chain_hold(chain, state), 0.0 };
 
-    x.d = core_equilibrium_tangent(chain, y, x.d, d_parameters);
-    if (chain->effects & CHAIN_PLAY)
-        x.d = play_reset_tangent(&chain->play, it2_solve(&chain->core, y, y),
-                                 chain_history(parameters), d_parameters->play, x.d,
-                                 chain_history(d_parameters));
-    if (chain->effects & CHAIN_SATURATION)
-        x = limited_by(&chain->saturation, x, d_parameters->saturation.minimum,
-                       d_parameters->saturation.maximum);
-    return limited_by(&chain->voltage, x, d_parameters->voltageMin, d_parameters->voltageMax).d;
+    chain_prepare_tangent(chain, &d_chain, parameters, d_parameters);
+    x.d = chain_rest_tangent(chain, chain->before, chain->behind, &d_chain, parameters->initialDisplacement,
+                             parameters, &d, d_parameters->initialDisplacement, d_parameters);
+    x.d = core_rest_tangent(chain, y, x.d, d_parameters);
+    x.d = chain_rest_tangent(chain, 0, chain->before, &d_chain, hold, parameters, &d, x.d, d_parameters);
+    for (int i = chain->before - 1; i >= 0; i--) {
+        const struct chain_place *place = chain_active(chain, i);
+        const void *constants = chain_constants_of(chain, place);
+        if (!place->stage->limits || place->memory != CHAIN_NONE)
+            continue;
+        x.d = stage_tangent(chain, i, NULL, x.value, NULL, x.d, &none) +
+              chain_analysis(chain, i)->by_parameters(constants, chain_constants_of(&d_chain, place), NULL,
+                                                      x.value, &none, NULL, 0);
+        x.value = place->stage->inverse(constants, NULL, x.value, &none);
+    }
+    return within(chain->voltage, x, d_parameters->voltageMin, d_parameters->voltageMax).d;
 }

@@ -1,88 +1,203 @@
 #include "creep.h"
 
 #include <math.h>
+#include <string.h>
 
-bool creep_check(const struct creep_element *elements, int count, char *message, size_t size)
+#include "chain.h"
+
+static bool creep_check(const struct chain_parameters *p, char *message, size_t size)
 {
     double least = 1.0;
 
-    if (count < 0 || count > CREEP_MAX)
-        return refuse(message, size, "creepCount is %d; it must be 0 to %d", count, CREEP_MAX);
-    for (int i = 0; i < count; i++) {
-        if (!(elements[i].timeConstant > 0.0))
+    if (p->creepCount < 0 || p->creepCount > CREEP_MAX)
+        return refuse(message, size, "creepCount is %d; it must be 0 to %d", p->creepCount, CREEP_MAX);
+    for (int i = 0; i < p->creepCount; i++) {
+        const struct creep_element *element = &p->creep[i];
+        if (!(element->timeConstant > 0.0))
             return refuse(message, size, "creep[%d].timeConstant is %g s; it must be positive", i + 1,
-                          elements[i].timeConstant);
-        least += fmin(elements[i].gain, 0.0);
+                          element->timeConstant);
+        least += fmin(element->gain, 0.0);
         if (!(least > 0.0))
-            return refuse(message, size, "1 plus the negative gains up to creep[%d].gain is %g; it must "
-                          "be positive: creep could not be inverted", i + 1, least);
+            return refuse(message, size,
+                          "1 plus the negative gains up to creep[%d].gain is %g; it must "
+                          "be positive: creep could not be inverted",
+                          i + 1, least);
     }
     return true;
 }
 
-void creep_prepare(struct creep *stage, const struct creep_element *elements, int count,
-                   double sample_time)
+static bool creep_is_on(const struct chain_parameters *p)
 {
-    stage->count = count;
-    stage->slope = 1.0;
-    for (int i = 0; i < count; i++) {
-        stage->gain[i] = elements[i].gain;
-        stage->rate[i] = -expm1(-sample_time / elements[i].timeConstant);
-        stage->slope += stage->gain[i] * stage->rate[i];
+    return p->creepCount > 0;
+}
+
+static void creep_prepare(void *constants, const struct chain_parameters *p)
+{
+    struct creep *creep = constants;
+
+    creep->first = 0;
+    creep->count = p->creepCount;
+    creep->zero = p->displacementZero;
+    creep->slope = 1.0;
+    for (int i = 0; i < creep->count; i++) {
+        creep->gain[i] = p->creep[i].gain;
+        creep->rate[i] = -expm1(-p->sampleTime / p->creep[i].timeConstant);
+        creep->slope += creep->gain[i] * creep->rate[i];
     }
 }
 
-static double sum_of_gains(const struct creep *stage)
+static double sum_of_gains(const struct creep *creep)
 {
     double sum = 0.0;
 
-    for (int i = 0; i < stage->count; i++)
-        sum += stage->gain[i];
+    for (int i = 0; i < creep->count; i++)
+        sum += creep->gain[i];
     return sum;
 }
 
-double creep_reset(const struct creep *stage, struct creep_state *state, double y, double ahead)
+/* With states that lie initialCreep ahead of the input: by 0 after long rest. */
+static double creep_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
 {
-    const double sum = sum_of_gains(stage);
-    const double x = (y - sum * ahead) / (1.0 + sum);
+    const struct creep *creep = constants;
+    struct creep_state *s = state;
+    const double ahead = p->initialCreep;
+    const double sum = sum_of_gains(creep);
+    const double x = (y - creep->zero - sum * ahead) / (1.0 + sum);
 
-    for (int i = 0; i < stage->count; i++)
-        state->s[i] = x + ahead;
-    return x;
+    for (int i = 0; i < creep->count; i++)
+        s->s[i] = x + ahead;
+    return creep->zero + x;
 }
 
-double creep_step(const struct creep *stage, struct creep_state *state, double x)
+static double creep_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
 {
-    double y = x;
+    const struct creep *creep = constants;
+    struct creep_state *s = state;
+    const double above = x - creep->zero;
+    double y = above;
 
-    for (int i = 0; i < stage->count; i++) {
-        state->s[i] += stage->rate[i] * (x - state->s[i]);
-        y += stage->gain[i] * state->s[i];
+    (void)around;
+    for (int i = 0; i < creep->count; i++) {
+        s->s[i] += creep->rate[i] * (above - s->s[i]);
+        y += creep->gain[i] * s->s[i];
     }
-    return y;
+    return creep->zero + y;
 }
 
-double creep_solve(const struct creep *stage, const struct creep_state *state, double y)
+/* What of y above zero is left for the input, where the states are these. */
+static double creep_solve(const struct creep *creep, const struct creep_state *s, double y)
 {
-    for (int i = 0; i < stage->count; i++)
-        y -= stage->gain[i] * (state->s[i] - stage->rate[i] * state->s[i]);
-    return y / stage->slope;
+    for (int i = 0; i < creep->count; i++)
+        y -= creep->gain[i] * (s->s[i] - creep->rate[i] * s->s[i]);
+    return y / creep->slope;
 }
 
-double creep_inverse(const struct creep *stage, struct creep_state *state, double y)
+static double creep_inverse(const void *constants, void *state, double y,
+                            const struct chain_surroundings *around)
 {
-    const double x = creep_solve(stage, state, y);
+    const struct creep *creep = constants;
 
-    creep_step(stage, state, x);
-    return x;
+    (void)around;
+    return creep->zero + creep_solve(creep, state, y - creep->zero);
 }
 
-double creep_reset_tangent(const struct creep *stage, double x, double ahead,
-                           const struct creep_element *d, double d_y, double d_ahead)
+static void creep_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
+                                  const struct chain_parameters *d)
 {
-    const double sum = sum_of_gains(stage);
+    const struct creep *creep = constants;
+    struct creep *result = d_constants;
 
-    for (int i = 0; i < stage->count; i++)
-        d_y -= (x + ahead) * d[i].gain;
-    return (d_y - sum * d_ahead) / (1.0 + sum);
+    result->zero = d->displacementZero;
+    for (int i = creep->count - 1; i >= 0; i--) {
+        const double ratio = p->sampleTime / p->creep[i].timeConstant;
+        result->gain[i] = d->creep[i].gain;
+        result->rate[i] = -ratio / p->creep[i].timeConstant * exp(-ratio) * d->creep[i].timeConstant;
+        if (result->gain[i] == 0.0 && result->rate[i] == 0.0)
+            continue;
+        result->first = i;
+        result->count = result->count ? result->count : i + 1;
+    }
 }
+
+static double creep_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
+                                 double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+{
+    const struct creep *creep = constants, *by = d_constants;
+    const double sum = sum_of_gains(creep);
+    struct creep_state *s = d_state;
+    double d_x = d_y - by->zero;
+
+    for (int i = by->first; i < by->count; i++)
+        d_x -= (x - creep->zero + p->initialCreep) * by->gain[i];
+    d_x = (d_x - sum * d->initialCreep) / (1.0 + sum);
+    for (int i = 0; i < creep->count; i++)
+        s->s[i] = d_x + d->initialCreep;
+    return by->zero + d_x;
+}
+
+static void creep_tangent(const void *constants, const void *state, double x,
+                          const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                          double *restrict row)
+{
+    const struct creep *creep = constants;
+    double input[STAGE_CHUNK];
+
+    (void)state, (void)x, (void)d_around;
+    for (int first = 0; first < count; first += STAGE_CHUNK) {
+        const int n = count - first < STAGE_CHUNK ? count - first : STAGE_CHUNK;
+        double *restrict output = row + first;
+        memcpy(input, output, (size_t)n * sizeof *input);
+        for (int i = 0; i < creep->count; i++) {
+            double *restrict s = d_state + (ptrdiff_t)i * count + first;
+            for (int c = 0; c < n; c++) {
+                s[c] += creep->rate[i] * (input[c] - s[c]);
+                output[c] += creep->gain[i] * s[c];
+            }
+        }
+    }
+}
+
+static double creep_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
+                                  const struct chain_surroundings *around, double *d_state, int stride)
+{
+    const struct creep *creep = constants, *d = d_constants;
+    const struct creep_state *s = state;
+    const double above = x - creep->zero;
+    double d_y = 0.0;
+
+    (void)around;
+    for (int i = d->first; i < d->count; i++) {
+        const double moved = d->rate[i] * (above - s->s[i]);
+        d_state[(ptrdiff_t)i * stride] += moved;
+        d_y += creep->gain[i] * moved + d->gain[i] * (s->s[i] + creep->rate[i] * (above - s->s[i]));
+    }
+    for (int i = 0; i < creep->count && d->zero != 0.0; i++) {
+        d_state[(ptrdiff_t)i * stride] -= creep->rate[i] * d->zero;
+        d_y -= creep->gain[i] * creep->rate[i] * d->zero;
+    }
+    return d_y;
+}
+
+static double creep_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
+                                    double d_y, const struct chain_surroundings *d_around)
+{
+    (void)state, (void)x, (void)d_around;
+    return creep_solve(constants, d_state, d_y); /* it is linear */
+}
+
+const struct stage creep_stage = {
+    .is_on = creep_is_on,
+    .prepare = creep_prepare,
+    .rest = creep_rest,
+    .step = creep_step,
+    .inverse = creep_inverse,
+};
+
+const struct stage_analysis creep_analysis = {
+    .check = creep_check,
+    .prepare_tangent = creep_prepare_tangent,
+    .rest_tangent = creep_rest_tangent,
+    .tangent = creep_tangent,
+    .by_parameters = creep_by_parameters,
+    .inverse_tangent = creep_inverse_tangent,
+};

@@ -2,11 +2,11 @@
  *
  * s_i at tick k includes x_k, so that a stage much faster than Ts is a plain gain. y is affine in x
  * with the slope 1 + sum_i c_i g_i. The inverse is stable where 1 + the sum of the negative gains is
- * positive. Linear: x and y are counted from the sensor's zero. */
+ * positive. All of this is counted from the sensor's zero. */
 #ifndef IT2HYS_CREEP_H
 #define IT2HYS_CREEP_H
 
-#include "effect.h"
+#include "stage.h"
 
 enum { CREEP_MAX = 16 };
 
@@ -15,8 +15,12 @@ struct creep_element {
     double timeConstant; /* tau_i, s */
 };
 
+typedef struct creep_element creep_parameters[CREEP_MAX];
+
 struct creep {
+    int first; /* of derivatives: those before are 0 */
     int count;
+    double zero;            /* the sensor's */
     double gain[CREEP_MAX]; /* c_i */
     double rate[CREEP_MAX]; /* g_i */
     double slope;           /* dy_k / dx_k */
@@ -27,23 +31,8 @@ struct creep_state {
 };
 
 HIDDEN_BEGIN
-
-bool creep_check(const struct creep_element *elements, int count, char *message, size_t size);
-void creep_prepare(struct creep *stage, const struct creep_element *elements, int count,
-                   double sample_time);
-
-/* At the output y with states that lie `ahead` of the input, by 0 after long rest; returns the input. */
-double creep_reset(const struct creep *stage, struct creep_state *state, double y, double ahead);
-double creep_step(const struct creep *stage, struct creep_state *state, double x);
-double creep_inverse(const struct creep *stage, struct creep_state *state, double y);
-
-/* The input that gives y; the state stays. */
-double creep_solve(const struct creep *stage, const struct creep_state *state, double y);
-
-/* Derivative of the input x that creep_reset returns, in the direction of `d`, d_y and d_ahead. */
-double creep_reset_tangent(const struct creep *stage, double x, double ahead,
-                           const struct creep_element *d, double d_y, double d_ahead);
-
+extern const struct stage creep_stage;
+extern const struct stage_analysis creep_analysis;
 HIDDEN_END
 
 #endif

@@ -1,48 +1,145 @@
 #include "delay.h"
 
 #include <math.h>
+#include <string.h>
+
+#include "chain.h"
 
 /* Ticks: a time that is a whole number of them but for rounding is taken as whole. */
 #define ROUNDING 1e-9
 
-bool delay_check(const struct delay_parameters *parameters, double sample_time, char *message,
-                 size_t size)
+static bool delay_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(parameters->time >= 0.0))
-        return refuse(message, size, "delay.time is %g s; it must not be negative", parameters->time);
-    if (!(parameters->time <= (DELAY_MAX_TICKS + ROUNDING) * sample_time))
-        return refuse(message, size, "delay.time is %g s; at a sampleTime of %g s it must be at most %g s, "
-                      "%d ticks", parameters->time, sample_time, DELAY_MAX_TICKS * sample_time,
-                      DELAY_MAX_TICKS);
+    if (!(p->delay.time >= 0.0))
+        return refuse(message, size, "delay.time is %g s; it must not be negative", p->delay.time);
+    if (!(p->delay.time <= (DELAY_MAX_TICKS + ROUNDING) * p->sampleTime))
+        return refuse(message, size,
+                      "delay.time is %g s; at a sampleTime of %g s it must be at most %g s, "
+                      "%d ticks",
+                      p->delay.time, p->sampleTime, DELAY_MAX_TICKS * p->sampleTime, DELAY_MAX_TICKS);
     return true;
 }
 
-void delay_prepare(struct delay *stage, const struct delay_parameters *parameters, double sample_time)
+static bool delay_is_on(const struct chain_parameters *p)
 {
-    const double ticks = parameters->time / sample_time;
+    return p->delay.time > 0.0;
+}
+
+static void delay_prepare(void *constants, const struct chain_parameters *p)
+{
+    const double ticks = p->delay.time / p->sampleTime;
     const double whole = floor(ticks + ROUNDING);
     const double fraction = ticks - whole;
 
-    *stage = (struct delay){ .ticks = (int)whole,
-                             .fraction = fraction > ROUNDING ? fraction : 0.0,
-                             .time = parameters->time };
+    *(struct delay *)constants = (struct delay){ .ticks = (int)whole,
+                                                 .fraction = fraction > ROUNDING ? fraction : 0.0,
+                                                 .time = p->delay.time };
 }
 
-void delay_reset(struct delay_state *state, double u)
+static double delay_latency(const void *constants)
 {
+    const struct delay *delay = constants;
+
+    return delay->time;
+}
+
+static double delay_rest(const void *constants, void *state, double u, const struct chain_parameters *p)
+{
+    struct delay_state *s = state;
+
+    (void)constants, (void)p;
     for (int i = 0; i < DELAY_MAX_TICKS; i++)
-        state->u[i] = u;
+        s->u[i] = u;
+    return u;
 }
 
-double delay_step(const struct delay *stage, struct delay_state *state, double u)
+/* The number of voltages that are needed; one more than the output is made of, for its derivative. */
+static int delay_needed(const struct delay *delay)
 {
-    const int last = stage->ticks + (stage->fraction > 0.0); /* oldest voltage that is needed */
-    double y = stage->ticks > 0 ? state->u[stage->ticks - 1] : u;
+    return delay->ticks < DELAY_MAX_TICKS ? delay->ticks + 1 : DELAY_MAX_TICKS;
+}
 
-    if (stage->fraction > 0.0)
-        y += stage->fraction * (state->u[stage->ticks] - y);
-    for (int i = last - 1; i > 0; i--)
-        state->u[i] = state->u[i - 1];
-    state->u[0] = u;
+static double delay_step(const void *constants, void *state, double u, const struct chain_surroundings *around)
+{
+    const struct delay *delay = constants;
+    struct delay_state *s = state;
+    double y = delay->ticks > 0 ? s->u[delay->ticks - 1] : u;
+
+    (void)around;
+    if (delay->fraction > 0.0)
+        y += delay->fraction * (s->u[delay->ticks] - y);
+    for (int i = delay_needed(delay) - 1; i > 0; i--)
+        s->u[i] = s->u[i - 1];
+    s->u[0] = u;
     return y;
 }
+
+static void delay_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
+                                  const struct chain_parameters *d)
+{
+    struct delay *result = d_constants;
+
+    (void)constants;
+    result->fraction = d->delay.time / p->sampleTime;
+    result->time = d->delay.time;
+}
+
+static double delay_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
+                                 double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+{
+    (void)d_constants, (void)x, (void)d;
+    return delay_rest(constants, d_state, d_y, p);
+}
+
+static void delay_tangent(const void *constants, const void *state, double x,
+                          const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                          double *restrict row)
+{
+    const struct delay *delay = constants;
+    const size_t size = (size_t)count;
+
+    (void)state, (void)x, (void)d_around;
+    for (int c = 0; c < count; c++) {
+        double d_y = delay->ticks > 0 ? d_state[(size_t)(delay->ticks - 1) * size + (size_t)c] : row[c];
+        const double newest = row[c];
+        if (delay->fraction > 0.0)
+            d_y += delay->fraction * (d_state[(size_t)delay->ticks * size + (size_t)c] - d_y);
+        for (int i = delay_needed(delay) - 1; i > 0; i--)
+            d_state[(size_t)i * size + (size_t)c] = d_state[(size_t)(i - 1) * size + (size_t)c];
+        d_state[c] = newest;
+        row[c] = d_y;
+    }
+}
+
+/* At a whole number of ticks the output has a corner; its derivative there is the mean of both sides. */
+static double delay_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
+                                  const struct chain_surroundings *around, double *d_state, int stride)
+{
+    const struct delay *delay = constants, *d = d_constants;
+    const struct delay_state *s = state;
+    const int ticks = delay->ticks;
+    const double here = ticks > 0 ? s->u[ticks - 1] : x;
+    const double older = ticks < DELAY_MAX_TICKS ? s->u[ticks] : here;
+    const double newer = ticks > 1 ? s->u[ticks - 2] : x;
+
+    (void)around, (void)d_state, (void)stride;
+    if (delay->fraction > 0.0)
+        return d->fraction * (older - here);
+    return d->fraction * (ticks < DELAY_MAX_TICKS ? 0.5 * (older - newer) : here - newer);
+}
+
+const struct stage delay_stage = {
+    .is_on = delay_is_on,
+    .prepare = delay_prepare,
+    .rest = delay_rest,
+    .step = delay_step,
+    .latency = delay_latency,
+};
+
+const struct stage_analysis delay_analysis = {
+    .check = delay_check,
+    .prepare_tangent = delay_prepare_tangent,
+    .rest_tangent = delay_rest_tangent,
+    .tangent = delay_tangent,
+    .by_parameters = delay_by_parameters,
+};

@@ -7,13 +7,13 @@
 #ifndef IT2HYS_DELAY_H
 #define IT2HYS_DELAY_H
 
-#include "effect.h"
+#include "stage.h"
 
 #define DELAY_MAX_TICKS 64
 
-struct delay_parameters {
+typedef struct delay_parameters {
     double time;
-};
+} delay_parameters;
 
 struct delay {
     int ticks;       /* whole ones */
@@ -26,13 +26,8 @@ struct delay_state {
 };
 
 HIDDEN_BEGIN
-
-bool delay_check(const struct delay_parameters *parameters, double sample_time, char *message,
-                 size_t size);
-void delay_prepare(struct delay *stage, const struct delay_parameters *parameters, double sample_time);
-void delay_reset(struct delay_state *state, double u);
-double delay_step(const struct delay *stage, struct delay_state *state, double u);
-
+extern const struct stage delay_stage;
+extern const struct stage_analysis delay_analysis;
 HIDDEN_END
 
 #endif

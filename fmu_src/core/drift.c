@@ -1,32 +1,80 @@
 #include "drift.h"
 
-bool drift_is_on(const struct drift_parameters *parameters)
+#include "chain.h"
+
+static bool drift_is_on(const struct chain_parameters *p)
 {
-    return parameters->temperatureCoefficient != 0.0 || parameters->rate != 0.0;
+    return p->drift.temperatureCoefficient != 0.0 || p->drift.rate != 0.0;
 }
 
-static double offset(const struct drift_parameters *stage, double temperature, double time)
+static void drift_prepare(void *constants, const struct chain_parameters *p)
 {
-    return stage->temperatureCoefficient * (temperature - DRIFT_REFERENCE_TEMPERATURE) +
-           stage->rate * time;
+    *(struct drift *)constants = (struct drift){ p->drift.temperatureCoefficient, p->drift.rate };
 }
 
-double drift_step(const struct drift_parameters *stage, double x, double temperature, double time)
+static double drift_offset(const struct drift *drift, const struct chain_surroundings *around)
 {
-    return x + offset(stage, temperature, time);
+    return drift->temperatureCoefficient * (around->temperature - DRIFT_REFERENCE_TEMPERATURE) +
+           drift->rate * around->time;
 }
 
-double drift_inverse(const struct drift_parameters *stage, double y, double temperature, double time)
+static double drift_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
 {
-    return y - offset(stage, temperature, time);
+    (void)state;
+    return x + drift_offset(constants, around);
 }
 
-double drift_step_tangent(const struct drift_parameters *stage, double d_x, double d_temperature)
+static double drift_inverse(const void *constants, void *state, double y,
+                            const struct chain_surroundings *around)
 {
-    return d_x + stage->temperatureCoefficient * d_temperature;
+    (void)state;
+    return y - drift_offset(constants, around);
 }
 
-double drift_inverse_tangent(const struct drift_parameters *stage, double d_y, double d_temperature)
+static void drift_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
+                                  const struct chain_parameters *d)
 {
-    return d_y - stage->temperatureCoefficient * d_temperature;
+    (void)constants, (void)p;
+    drift_prepare(d_constants, d);
 }
+
+static void drift_tangent(const void *constants, const void *state, double x,
+                          const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                          double *restrict row)
+{
+    const struct drift *drift = constants;
+
+    (void)state, (void)x, (void)d_state;
+    for (int c = 0; c < count && d_around->temperature != 0.0; c++)
+        row[c] += drift->temperatureCoefficient * d_around->temperature;
+}
+
+static double drift_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
+                                  const struct chain_surroundings *around, double *d_state, int stride)
+{
+    (void)constants, (void)state, (void)x, (void)d_state, (void)stride;
+    return drift_offset(d_constants, around);
+}
+
+static double drift_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
+                                    double d_y, const struct chain_surroundings *d_around)
+{
+    const struct drift *drift = constants;
+
+    (void)state, (void)x, (void)d_state;
+    return d_y - drift->temperatureCoefficient * d_around->temperature;
+}
+
+const struct stage drift_stage = {
+    .is_on = drift_is_on,
+    .prepare = drift_prepare,
+    .step = drift_step,
+    .inverse = drift_inverse,
+};
+
+const struct stage_analysis drift_analysis = {
+    .prepare_tangent = drift_prepare_tangent,
+    .tangent = drift_tangent,
+    .by_parameters = drift_by_parameters,
+    .inverse_tangent = drift_inverse_tangent,
+};

@@ -5,23 +5,23 @@
 #ifndef IT2HYS_DRIFT_H
 #define IT2HYS_DRIFT_H
 
-#include "effect.h"
+#include "stage.h"
 
 #define DRIFT_REFERENCE_TEMPERATURE 293.15 /* K */
 
-struct drift_parameters {
+typedef struct drift_parameters {
     double temperatureCoefficient; /* m/K */
     double rate;                   /* m/s */
+} drift_parameters;
+
+struct drift {
+    double temperatureCoefficient;
+    double rate;
 };
 
 HIDDEN_BEGIN
-
-bool drift_is_on(const struct drift_parameters *parameters);
-double drift_step(const struct drift_parameters *stage, double x, double temperature, double time);
-double drift_inverse(const struct drift_parameters *stage, double y, double temperature, double time);
-double drift_step_tangent(const struct drift_parameters *stage, double d_x, double d_temperature);
-double drift_inverse_tangent(const struct drift_parameters *stage, double d_y, double d_temperature);
-
+extern const struct stage drift_stage;
+extern const struct stage_analysis drift_analysis;
 HIDDEN_END
 
 #endif

@@ -27,9 +27,8 @@
 
 /* 2^(r/64) - 1, and what the table's rounding left off: of doubles or of vectors of them. Short products
  * beside each other, not one long chain, and what is looked up comes last: a step waits for the slowest. */
-#define EXP_REST(r, r2, tail)                                                                              \
-    ((tail) + (((r) * 0.010830424696249145 +                                                               \
-                (r2) * (5.864904955054418e-05 + (r) * 2.1173137155462066e-07)) +                           \
+#define EXP_REST(r, r2, tail) \
+    ((tail) + (((r) * 0.010830424696249145 + (r2) * (5.864904955054418e-05 + (r) * 2.1173137155462066e-07)) + \
                (r2) * (r2) * (5.732857292414682e-10 + (r) * 1.2417852371895379e-12)))
 
 /* exp(x / EXP_SCALE) of two x in EXP_UNDERFLOW..0. */

@@ -1,6 +1,7 @@
 /* 2^(j/64), j = 0..63, for exponential.h: the bits of the nearest double less j * 2^46, so that adding
  * a multiple of 2^46 sets the exponent, and what rounding left off, relative to it. Two tables: an index
  * into one of pairs costs two instructions more. */
+/* clang-format off */
 static const uint64_t EXP_BITS[EXP_STEPS] = {
     0x3ff0000000000000u, 0x3fefec9a3e778061u, 0x3fefd9b0d3158574u, 0x3fefc74518759bc8u,
     0x3fefb5586cf9890fu, 0x3fefa3ec32d3d1a2u, 0x3fef9301d0125b51u, 0x3fef829aaea92de0u,
@@ -38,3 +39,4 @@ static const double EXP_TAIL[EXP_STEPS] = {
     0x1.4a385a63d07a7p-56, 0x1.e5a50d5c192acp-55, -0x1.2d52107b43e1fp-55, 0x1.4b604603a88d3p-56,
     -0x1.ff7128fd391f0p-55, 0x1.ec3bc41aa2008p-55, 0x1.a64a931d185eep-55, 0x1.7893b4d91cd9dp-56,
 };
+/* clang-format on */

@@ -2,18 +2,63 @@
 
 #include <math.h>
 
-bool hum_check(const struct hum_parameters *parameters, char *message, size_t size)
+#include "chain.h"
+
+static bool hum_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(parameters->amplitude >= 0.0))
+    if (!(p->hum.amplitude >= 0.0))
         return refuse(message, size, "hum.amplitude is %g m; it must be positive, or 0 for none",
-                      parameters->amplitude);
-    if (parameters->amplitude > 0.0 && !(parameters->frequency > 0.0))
+                      p->hum.amplitude);
+    if (p->hum.amplitude > 0.0 && !(p->hum.frequency > 0.0))
         return refuse(message, size, "hum.frequency is %g Hz; with a hum.amplitude it must be positive",
-                      parameters->frequency);
+                      p->hum.frequency);
     return true;
 }
 
-double hum_step(const struct hum_parameters *stage, double y, double time)
+static bool hum_is_on(const struct chain_parameters *p)
 {
-    return y + stage->amplitude * sin(TWO_PI * stage->frequency * time + stage->phase);
+    return p->hum.amplitude > 0.0;
 }
+
+static void hum_prepare(void *constants, const struct chain_parameters *p)
+{
+    *(struct hum *)constants = (struct hum){ p->hum.amplitude, p->hum.frequency, p->hum.phase };
+}
+
+static double hum_step(const void *constants, void *state, double y, const struct chain_surroundings *around)
+{
+    const struct hum *hum = constants;
+
+    (void)state;
+    return y + hum->amplitude * sin(TWO_PI * hum->frequency * around->time + hum->phase);
+}
+
+static void hum_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
+                                const struct chain_parameters *d)
+{
+    (void)constants, (void)p;
+    hum_prepare(d_constants, d);
+}
+
+static double hum_by_parameters(const void *constants, const void *d_constants, const void *state, double y,
+                                const struct chain_surroundings *around, double *d_state, int stride)
+{
+    const struct hum *hum = constants, *d = d_constants;
+    const double phase = TWO_PI * hum->frequency * around->time + hum->phase;
+    const double d_phase = TWO_PI * d->frequency * around->time + d->phase;
+
+    (void)state, (void)y, (void)d_state, (void)stride;
+    return d->amplitude * sin(phase) + hum->amplitude * cos(phase) * d_phase;
+}
+
+const struct stage hum_stage = {
+    .is_on = hum_is_on,
+    .prepare = hum_prepare,
+    .step = hum_step,
+};
+
+const struct stage_analysis hum_analysis = {
+    .check = hum_check,
+    .prepare_tangent = hum_prepare_tangent,
+    .by_parameters = hum_by_parameters,
+};

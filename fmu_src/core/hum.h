@@ -4,19 +4,23 @@
 #ifndef IT2HYS_HUM_H
 #define IT2HYS_HUM_H
 
-#include "effect.h"
+#include "stage.h"
 
-struct hum_parameters {
+typedef struct hum_parameters {
     double amplitude; /* m; 0: none */
     double frequency; /* Hz */
     double phase;     /* rad */
+} hum_parameters;
+
+struct hum {
+    double amplitude;
+    double frequency;
+    double phase;
 };
 
 HIDDEN_BEGIN
-
-bool hum_check(const struct hum_parameters *parameters, char *message, size_t size);
-double hum_step(const struct hum_parameters *stage, double y, double time);
-
+extern const struct stage hum_stage;
+extern const struct stage_analysis hum_analysis;
 HIDDEN_END
 
 #endif

@@ -19,10 +19,7 @@
 
 #include "hidden.h"
 
-enum {
-    IT2_MAX_RULES = 16,
-    IT2_RULE_PARAMETERS = 6
-};
+enum { IT2_MAX_RULES = 16, IT2_RULE_PARAMETERS = 6 };
 
 /* One rule, in the order of the paper's Table 1: antecedent (s1, s2, c), consequent (q1, q2, q3). */
 struct it2_rule {
@@ -74,16 +71,14 @@ struct it2_partials {
 /* The end that y_{k-1} lies beyond; NULL within the range. */
 static inline const struct it2_end *it2_beyond(const struct it2 *stage, double y_previous)
 {
-    return y_previous < stage->lower.y   ? &stage->lower
-           : y_previous > stage->upper.y ? &stage->upper
-                                         : NULL;
+    return y_previous < stage->lower.y ? &stage->lower : y_previous > stage->upper.y ? &stage->upper : NULL;
 }
 
 HIDDEN_BEGIN
 
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range);
 
-/* The four operations that every stage of the chain has. step and inverse advance the state. */
+/* The core as a stage that the chain always has. step and inverse advance the state. */
 void it2_reset(struct it2_state *state, double y);
 double it2_step(const struct it2 *stage, struct it2_state *state, double x);
 double it2_inverse(const struct it2 *stage, struct it2_state *state, double y);
@@ -103,16 +98,15 @@ double it2_gradient(const struct it2 *stage, double y_previous, double x, double
 /* y[k] = F(y[k-1], x[k]), k = 0..n-1, y[-1] = y_initial. Where `sensitivity` (n rows of 6 L + 1,
  * row-major) is given: the derivatives of y[k] with respect to all parameters and y_initial.
  * Returns the number of samples computed: less than n if a value is not finite. */
-size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const double *x,
-                    size_t n, double y_initial, double *y, double *sensitivity);
+size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const double *x, size_t n,
+                    double y_initial, double *y, double *sensitivity);
 
 /* Is the parameter set usable over the range of displacement? On a grid of y that has both ends: the sum of
  * q_l2 memberships is positive (invertible) and |dy_k/dy_{k-1}| < 1 on the equilibrium curve (an equilibrium
  * is stable). With it at the ends, a free run cannot diverge: beyond them y_k moves by that share of what
  * y_{k-1} does, and from within them one step goes no farther than the voltage takes it.
  * Otherwise false, and `message` names the culprit and the mend. */
-bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message,
-               size_t size);
+bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message, size_t size);
 
 /* The largest |dy_k/dy_{k-1}| on the equilibrium curve and the displacement where it occurs. */
 double it2_contraction(const struct it2 *stage, struct it2_range range, double *where);

@@ -39,16 +39,15 @@ static bool fail(char *message, size_t size, const char *format, ...)
 
 static bool check_rule(const struct it2_rule *rule, int number, char *message, size_t size)
 {
-    const double value[] = { rule->sigmaLower, rule->sigmaUpper, rule->centre,
-                             rule->q1,         rule->q2,         rule->q3 };
+    const double value[] = { rule->sigmaLower, rule->sigmaUpper, rule->centre, rule->q1, rule->q2, rule->q3 };
     static const char *const name[] = { "sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3" };
 
     for (int i = 0; i < IT2_RULE_PARAMETERS; i++)
         if (!isfinite(value[i]))
             return fail(message, size, "rule[%d].%s is not a finite number", number, name[i]);
     if (!(rule->sigmaLower > 0.0))
-        return fail(message, size, "rule[%d].sigmaLower is %g; a standard deviation must be positive",
-                    number, rule->sigmaLower);
+        return fail(message, size, "rule[%d].sigmaLower is %g; a standard deviation must be positive", number,
+                    rule->sigmaLower);
     if (!(rule->sigmaUpper >= rule->sigmaLower))
         return fail(message, size,
                     "rule[%d].sigmaUpper is %g, below rule[%d].sigmaLower, %g; the upper membership "
@@ -84,8 +83,7 @@ double it2_contraction(const struct it2 *stage, struct it2_range range, double *
     return largest;
 }
 
-bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message,
-               size_t size)
+bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message, size_t size)
 {
     struct it2 stage;
     double where = range.minimum;
@@ -93,8 +91,8 @@ bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, 
     if (count < 1 || count > IT2_MAX_RULES)
         return fail(message, size, "ruleCount is %d; it must be 1 to %d", count, IT2_MAX_RULES);
     if (!(isfinite(range.minimum) && isfinite(range.maximum) && range.minimum < range.maximum))
-        return fail(message, size, "displacementMin, %g, must be below displacementMax, %g",
-                    range.minimum, range.maximum);
+        return fail(message, size, "displacementMin, %g, must be below displacementMax, %g", range.minimum,
+                    range.maximum);
     for (int l = 0; l < count; l++)
         if (!check_rule(&rules[l], l + 1, message, size))
             return false;

@@ -17,8 +17,8 @@ static size_t simulate(const struct it2 *stage, const double *x, size_t n, doubl
     return n;
 }
 
-size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const double *x,
-                    size_t n, double y_initial, double *y, double *sensitivity)
+size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const double *x, size_t n,
+                    double y_initial, double *y, double *sensitivity)
 {
     struct it2 stage;
     struct it2_partials partials;

@@ -44,8 +44,8 @@ double it2_gradient(const struct it2 *stage, double y_previous, double x, double
     for (int l = 0; l < stage->rules; l++) {
         const struct it2_rule *rule = &stage->rule[l];
         const double excess = consequent[l] - y;
-        const double by_centre = rule_gradient(rule, m.lower[l], m.upper[l], y_previous, x, excess,
-                                               m.sum, gradient + IT2_RULE_PARAMETERS * l);
+        const double by_centre = rule_gradient(rule, m.lower[l], m.upper[l], y_previous, x, excess, m.sum,
+                                               gradient + IT2_RULE_PARAMETERS * l);
         dx += rule->q2 * m.weight[l];
         dy += rule->q1 * m.weight[l] - by_centre * excess;
     }

@@ -10,10 +10,10 @@
 #include "it2.h"
 
 struct it2_memberships {
-    double lower[IT2_MAX_RULES]; /* f_l */
-    double upper[IT2_MAX_RULES]; /* F_l */
+    double lower[IT2_MAX_RULES];  /* f_l */
+    double upper[IT2_MAX_RULES];  /* F_l */
     double weight[IT2_MAX_RULES]; /* f_l + F_l */
-    double sum; /* D of (10) */
+    double sum;                   /* D of (10) */
 };
 
 /* Below this sum some memberships have underflowed while others still count. */
@@ -63,8 +63,7 @@ double it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, d
                            double *gradient, struct it2_partials *partials);
 HIDDEN_END
 
-static inline void it2_memberships(const struct it2 *stage, double y_previous,
-                                   struct it2_memberships *m)
+static inline void it2_memberships(const struct it2 *stage, double y_previous, struct it2_memberships *m)
 {
     if (!it2_is_plain(stage, y_previous)) {
         it2_memberships_anywhere(stage, y_previous, m);

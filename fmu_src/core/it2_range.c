@@ -91,13 +91,13 @@ static void rule_changes(const struct it2_rule *rule, const struct it2_end *end,
 /* dF/dp = dA/dp (x - x_e) - A dx_e/dp + ds/dp (y - y_e), where (10) changes by d at (y_e, x_e) and
  * dx_e/dp = -d / A brings it back to y_e. */
 static double by_parameter(const struct it2_rule *rule, const struct it2_end *end, const struct curvature *f,
-                           const struct rule_at_end *at, const struct rule_change *change,
-                           struct distance from)
+                           const struct rule_at_end *at, const struct rule_change *change, struct distance from)
 {
     const double d = (change->consequent * at->weight + at->excess * change->weight) / f->sum;
     const double dA = (change->q2 * at->weight + (rule->q2 - end->dx) * change->weight) / f->sum;
     const double ds = (change->q1 * at->weight + (rule->q1 - end->dy) * change->weight +
-                       change->consequent * at->slope + at->excess * change->slope - d * f->slopes) / f->sum;
+                       change->consequent * at->slope + at->excess * change->slope - d * f->slopes) /
+                      f->sum;
 
     return dA * from.x + d + (ds - f->dxdy * d / end->dx) * from.y;
 }

@@ -2,40 +2,130 @@
 
 #include <math.h>
 
+#include "chain.h"
+
 /* A slower pole would leave too few digits for the inverse. */
 #define LAG_SLOWEST 1e9 /* sample times */
 
-bool lag_check(const struct lag_parameters *parameters, double sample_time, char *message, size_t size)
+static bool lag_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(parameters->timeConstant >= 0.0))
+    const double time_constant = p->lag.timeConstant;
+
+    if (!(time_constant >= 0.0))
         return refuse(message, size, "lag.timeConstant is %g s; it must be positive, or 0 for no lag",
-                      parameters->timeConstant);
-    if (!(parameters->timeConstant <= LAG_SLOWEST * sample_time))
-        return refuse(message, size, "lag.timeConstant is %g s; at a sampleTime of %g s it must be at "
-                      "most %g s", parameters->timeConstant, sample_time, LAG_SLOWEST * sample_time);
+                      time_constant);
+    if (!(time_constant <= LAG_SLOWEST * p->sampleTime))
+        return refuse(message, size,
+                      "lag.timeConstant is %g s; at a sampleTime of %g s it must be at "
+                      "most %g s",
+                      time_constant, p->sampleTime, LAG_SLOWEST * p->sampleTime);
     return true;
 }
 
-void lag_prepare(struct lag *stage, const struct lag_parameters *parameters, double sample_time)
+static bool lag_is_on(const struct chain_parameters *p)
 {
-    stage->gain = -expm1(-sample_time / parameters->timeConstant);
+    return p->lag.timeConstant > 0.0;
 }
 
-void lag_reset(struct lag_state *state, double y)
+static void lag_prepare(void *constants, const struct chain_parameters *p)
 {
-    state->y = y;
+    struct lag *lag = constants;
+
+    lag->gain = -expm1(-p->sampleTime / p->lag.timeConstant);
 }
 
-double lag_step(const struct lag *stage, struct lag_state *state, double x)
+static double lag_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
 {
-    state->y += stage->gain * (x - state->y);
-    return state->y;
+    struct lag_state *s = state;
+
+    (void)constants, (void)p;
+    return s->y = y;
 }
 
-double lag_inverse(const struct lag *stage, struct lag_state *state, double y)
+static double lag_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
 {
-    const double x = state->y + (y - state->y) / stage->gain;
+    const struct lag *lag = constants;
+    struct lag_state *s = state;
 
-    state->y = y;
+    (void)around;
+    s->y += lag->gain * (x - s->y);
+    return s->y;
+}
+
+static double lag_inverse(const void *constants, void *state, double y, const struct chain_surroundings *around)
+{
+    const struct lag *lag = constants;
+    struct lag_state *s = state;
+    const double x = s->y + (y - s->y) / lag->gain;
+
+    (void)around;
+    s->y = y;
     return x;
 }
+
+static void lag_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
+                                const struct chain_parameters *d)
+{
+    const double time_constant = p->lag.timeConstant;
+    const double ratio = p->sampleTime / time_constant;
+    struct lag *result = d_constants;
+
+    (void)constants;
+    result->gain = -ratio / time_constant * exp(-ratio) * d->lag.timeConstant;
+}
+
+static double lag_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
+                               double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+{
+    (void)d_constants, (void)x, (void)d;
+    return lag_rest(constants, d_state, d_y, p);
+}
+
+static void lag_tangent(const void *constants, const void *state, double x,
+                        const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                        double *restrict row)
+{
+    const struct lag *lag = constants;
+
+    (void)state, (void)x, (void)d_around;
+    for (int c = 0; c < count; c++) {
+        d_state[c] += lag->gain * (row[c] - d_state[c]);
+        row[c] = d_state[c];
+    }
+}
+
+static double lag_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
+                                const struct chain_surroundings *around, double *d_state, int stride)
+{
+    const struct lag *d = d_constants;
+    const struct lag_state *s = state;
+    const double moved = d->gain * (x - s->y);
+
+    (void)constants, (void)around, (void)stride;
+    d_state[0] += moved;
+    return moved;
+}
+
+static double lag_inverse_tangent(const void *constants, const void *state, double x, void *d_state, double d_y,
+                                  const struct chain_surroundings *d_around)
+{
+    (void)state, (void)x;
+    return lag_inverse(constants, d_state, d_y, d_around); /* it is linear */
+}
+
+const struct stage lag_stage = {
+    .is_on = lag_is_on,
+    .prepare = lag_prepare,
+    .rest = lag_rest,
+    .step = lag_step,
+    .inverse = lag_inverse,
+};
+
+const struct stage_analysis lag_analysis = {
+    .check = lag_check,
+    .prepare_tangent = lag_prepare_tangent,
+    .rest_tangent = lag_rest_tangent,
+    .tangent = lag_tangent,
+    .by_parameters = lag_by_parameters,
+    .inverse_tangent = lag_inverse_tangent,
+};

@@ -3,11 +3,11 @@
 #ifndef IT2HYS_LAG_H
 #define IT2HYS_LAG_H
 
-#include "effect.h"
+#include "stage.h"
 
-struct lag_parameters {
+typedef struct lag_parameters {
     double timeConstant; /* s; 0: none */
-};
+} lag_parameters;
 
 struct lag {
     double gain; /* g */
@@ -18,13 +18,8 @@ struct lag_state {
 };
 
 HIDDEN_BEGIN
-
-bool lag_check(const struct lag_parameters *parameters, double sample_time, char *message, size_t size);
-void lag_prepare(struct lag *stage, const struct lag_parameters *parameters, double sample_time);
-void lag_reset(struct lag_state *state, double y);
-double lag_step(const struct lag *stage, struct lag_state *state, double x);
-double lag_inverse(const struct lag *stage, struct lag_state *state, double y);
-
+extern const struct stage lag_stage;
+extern const struct stage_analysis lag_analysis;
 HIDDEN_END
 
 #endif

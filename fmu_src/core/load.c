@@ -1,19 +1,91 @@
 #include "load.h"
 
-bool load_check(const struct load_parameters *parameters, char *message, size_t size)
+#include "chain.h"
+
+static bool load_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(parameters->compliance >= 0.0))
-        return refuse(message, size, "load.compliance is %g m/N; it must not be negative (force is "
-                      "compressive positive)", parameters->compliance);
+    if (!(p->load.compliance >= 0.0))
+        return refuse(message, size,
+                      "load.compliance is %g m/N; it must not be negative (force is "
+                      "compressive positive)",
+                      p->load.compliance);
     return true;
 }
 
-double load_step(const struct load_parameters *stage, double x, double force)
+static bool load_is_on(const struct chain_parameters *p)
 {
-    return x - stage->compliance * force;
+    return p->load.compliance != 0.0;
 }
 
-double load_inverse(const struct load_parameters *stage, double y, double force)
+static void load_prepare(void *constants, const struct chain_parameters *p)
 {
-    return y + stage->compliance * force;
+    struct load *load = constants;
+
+    load->compliance = p->load.compliance;
 }
+
+static double load_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+{
+    const struct load *load = constants;
+
+    (void)state;
+    return x - load->compliance * around->force;
+}
+
+static double load_inverse(const void *constants, void *state, double y,
+                           const struct chain_surroundings *around)
+{
+    const struct load *load = constants;
+
+    (void)state;
+    return y + load->compliance * around->force;
+}
+
+static void load_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
+                                 const struct chain_parameters *d)
+{
+    (void)constants, (void)p;
+    load_prepare(d_constants, d);
+}
+
+static void load_tangent(const void *constants, const void *state, double x,
+                         const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                         double *restrict row)
+{
+    const struct load *load = constants;
+
+    (void)state, (void)x, (void)d_state;
+    for (int c = 0; c < count && d_around->force != 0.0; c++)
+        row[c] -= load->compliance * d_around->force;
+}
+
+static double load_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
+                                 const struct chain_surroundings *around, double *d_state, int stride)
+{
+    const struct load *d = d_constants;
+
+    (void)constants, (void)state, (void)x, (void)d_state, (void)stride;
+    return -d->compliance * around->force;
+}
+
+static double load_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
+                                   double d_y, const struct chain_surroundings *d_around)
+{
+    (void)state, (void)x;
+    return load_inverse(constants, d_state, d_y, d_around); /* it is linear */
+}
+
+const struct stage load_stage = {
+    .is_on = load_is_on,
+    .prepare = load_prepare,
+    .step = load_step,
+    .inverse = load_inverse,
+};
+
+const struct stage_analysis load_analysis = {
+    .check = load_check,
+    .prepare_tangent = load_prepare_tangent,
+    .tangent = load_tangent,
+    .by_parameters = load_by_parameters,
+    .inverse_tangent = load_inverse_tangent,
+};

@@ -3,18 +3,19 @@
 #ifndef IT2HYS_LOAD_H
 #define IT2HYS_LOAD_H
 
-#include "effect.h"
+#include "stage.h"
 
-struct load_parameters {
+typedef struct load_parameters {
     double compliance; /* m/N; 0: rigid */
+} load_parameters;
+
+struct load {
+    double compliance;
 };
 
 HIDDEN_BEGIN
-
-bool load_check(const struct load_parameters *parameters, char *message, size_t size);
-double load_step(const struct load_parameters *stage, double x, double force);
-double load_inverse(const struct load_parameters *stage, double y, double force);
-
+extern const struct stage load_stage;
+extern const struct stage_analysis load_analysis;
 HIDDEN_END
 
 #endif

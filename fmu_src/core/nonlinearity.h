@@ -6,15 +6,15 @@
 #ifndef IT2HYS_NONLINEARITY_H
 #define IT2HYS_NONLINEARITY_H
 
-#include "effect.h"
+#include "stage.h"
 
-struct nonlinearity_parameters {
+typedef struct nonlinearity_parameters {
     double quadratic; /* m, as the others */
     double cubic;
     double quartic;
     double minimum; /* ends of the curve, from the sensor's zero */
     double maximum;
-};
+} nonlinearity_parameters;
 
 struct nonlinearity {
     struct nonlinearity_parameters coefficient;
@@ -23,21 +23,8 @@ struct nonlinearity {
 };
 
 HIDDEN_BEGIN
-
-bool nonlinearity_is_on(const struct nonlinearity_parameters *parameters);
-bool nonlinearity_check(const struct nonlinearity_parameters *parameters, char *message, size_t size);
-void nonlinearity_prepare(struct nonlinearity *stage, const struct nonlinearity_parameters *parameters,
-                          double zero);
-double nonlinearity_step(const struct nonlinearity *stage, double x);
-double nonlinearity_inverse(const struct nonlinearity *stage, double y);
-
-/* dy / dx. */
-double nonlinearity_derivative(const struct nonlinearity *stage, double x);
-
-/* Derivative of nonlinearity_inverse where it returns x, in the direction of `d`, d_zero and d_y. */
-double nonlinearity_inverse_tangent(const struct nonlinearity *stage, double x,
-                                    const struct nonlinearity_parameters *d, double d_zero, double d_y);
-
+extern const struct stage nonlinearity_stage;
+extern const struct stage_analysis nonlinearity_analysis;
 HIDDEN_END
 
 #endif

@@ -1,176 +1,250 @@
 #include "play.h"
 
-bool play_check(const struct play_element *elements, int count, char *message, size_t size)
+#include <string.h>
+
+#include "chain.h"
+
+static bool play_check(const struct chain_parameters *p, char *message, size_t size)
 {
+    const struct play_element *elements = p->play;
     double slope = 1.0;
 
-    if (count < 0 || count > PLAY_MAX)
-        return refuse(message, size, "playCount is %d; it must be 0 to %d", count, PLAY_MAX);
-    for (int j = 0; j < count; j++) {
+    if (p->playCount < 0 || p->playCount > PLAY_MAX)
+        return refuse(message, size, "playCount is %d; it must be 0 to %d", p->playCount, PLAY_MAX);
+    for (int j = 0; j < p->playCount; j++) {
         const double least = j > 0 ? elements[j - 1].threshold : 0.0;
         if (!(elements[j].threshold >= least))
-            return refuse(message, size, "play[%d].threshold is %g V; thresholds must rise, so it must be "
-                          "at least %g V", j + 1, elements[j].threshold, least);
+            return refuse(message, size,
+                          "play[%d].threshold is %g V; thresholds must rise, so it must be "
+                          "at least %g V",
+                          j + 1, elements[j].threshold, least);
         slope += elements[j].weight;
         if (!(slope > 0.0))
-            return refuse(message, size, "1 plus the weights up to play[%d].weight is %g; it must be "
+            return refuse(message, size,
+                          "1 plus the weights up to play[%d].weight is %g; it must be "
                           "positive: the play operators would not be monotone and could not be inverted",
                           j + 1, slope);
     }
     return true;
 }
 
-void play_prepare(struct play *stage, const struct play_element *elements, int count)
+static bool play_is_on(const struct chain_parameters *p)
 {
-    stage->count = count;
-    for (int j = 0; j < count; j++)
-        stage->element[j] = elements[j];
+    return p->playCount > 0;
 }
 
-/* Play operators know differences of voltages only: the history is walked with rest at 0. */
-void play_recall(const struct play *stage, struct play_state *state, double x,
-                 struct play_history history)
+static void play_prepare(void *constants, const struct chain_parameters *p)
 {
-    *state = (struct play_state){ { 0.0 } };
-    for (int j = 0; j < stage->count; j++)
-        state->p[j] = history.offset;
-    play_step(stage, state, history.offset + history.excursion);
-    play_step(stage, state, 0.0);
-    for (int j = 0; j < stage->count; j++)
-        state->p[j] += x;
+    struct play *play = constants;
+
+    play->first = 0;
+    play->count = p->playCount;
+    for (int j = 0; j < play->count; j++)
+        play->element[j] = p->play[j];
 }
 
-/* h = x + sum_j w_j (x + g_j), where the history leaves g_j above the input. */
-double play_reset(const struct play *stage, struct play_state *state, double h,
-                  struct play_history history)
+static double play_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
 {
-    double slope = 1.0;
-
-    play_recall(stage, state, 0.0, history);
-    for (int j = 0; j < stage->count; j++) {
-        h -= stage->element[j].weight * state->p[j];
-        slope += stage->element[j].weight;
-    }
-    for (int j = 0; j < stage->count; j++)
-        state->p[j] += h / slope;
-    return h / slope;
-}
-
-double play_step(const struct play *stage, struct play_state *state, double x)
-{
+    const struct play *play = constants;
+    struct play_state *s = state;
     double h = x;
 
-    for (int j = 0; j < stage->count; j++) {
-        const double r = stage->element[j].threshold;
-        state->p[j] = clamp(state->p[j], x - r, x + r);
-        h += stage->element[j].weight * state->p[j];
+    (void)around;
+    for (int j = 0; j < play->count; j++) {
+        const double r = play->element[j].threshold;
+        s->p[j] = clamp(s->p[j], x - r, x + r);
+        h += play->element[j].weight * s->p[j];
     }
     return h;
 }
 
+/* h = x + sum_j w_j (x + g_j), where the history leaves g_j above the input. Play operators know differences
+ * of voltages only: the history is walked with rest at 0. */
+static double play_rest(const void *constants, void *state, double h, const struct chain_parameters *p)
+{
+    const struct play *play = constants;
+    struct play_state *s = state;
+    double slope = 1.0;
+
+    *s = (struct play_state){ { 0.0 } };
+    for (int j = 0; j < play->count; j++)
+        s->p[j] = p->initialRestOffset;
+    play_step(play, s, p->initialRestOffset + p->initialExcursion, NULL);
+    play_step(play, s, 0.0, NULL);
+    for (int j = 0; j < play->count; j++) {
+        h -= play->element[j].weight * s->p[j];
+        slope += play->element[j].weight;
+    }
+    for (int j = 0; j < play->count; j++)
+        s->p[j] += h / slope;
+    return h / slope;
+}
+
 /* Walks from the segment in which no operator moves, upwards (side 1) or downwards (side -1), to the
  * segment that holds h. On a segment: slope x = sum. */
-static double walk(const struct play *stage, const struct play_state *state, double sum, double side)
+static double play_walk(const struct play *play, const struct play_state *s, double sum, double side)
 {
     double slope = 1.0;
     double x = sum;
 
-    for (int j = 0; j < stage->count; j++) {
-        const double corner = state->p[j] + side * stage->element[j].threshold;
+    for (int j = 0; j < play->count; j++) {
+        const double corner = s->p[j] + side * play->element[j].threshold;
         if (!(side * (x - corner) > 0.0))
             break;
-        sum += stage->element[j].weight * corner;
-        slope += stage->element[j].weight;
+        sum += play->element[j].weight * corner;
+        slope += play->element[j].weight;
         x = sum / slope;
     }
     return x;
 }
 
-double play_solve(const struct play *stage, const struct play_state *state, double h)
+static double play_inverse(const void *constants, void *state, double h,
+                           const struct chain_surroundings *around)
 {
+    const struct play *play = constants;
+    const struct play_state *s = state;
     double sum = h;
 
-    if (stage->count == 0)
-        return h;
-    for (int j = 0; j < stage->count; j++)
-        sum -= stage->element[j].weight * state->p[j];
-    return walk(stage, state, sum, sum > state->p[0] ? 1.0 : -1.0);
+    (void)around;
+    for (int j = 0; j < play->count; j++)
+        sum -= play->element[j].weight * s->p[j];
+    return play_walk(play, s, sum, sum > s->p[0] ? 1.0 : -1.0);
 }
 
-double play_inverse(const struct play *stage, struct play_state *state, double h)
+/* Does x move operator j: upwards 1, downwards -1, or not? */
+static int play_moves(const struct play *play, const struct play_state *s, int j, double x)
 {
-    const double x = play_solve(stage, state, h);
+    const double r = play->element[j].threshold;
 
-    play_step(stage, state, x);
-    return x;
+    return (s->p[j] < x - r) - (s->p[j] > x + r);
 }
 
-/* Does x move operator j? */
-static bool engaged(const struct play *stage, const struct play_state *state, int j, double x)
+static void play_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
+                                 const struct chain_parameters *d)
 {
-    const double r = stage->element[j].threshold;
+    const struct play *play = constants;
+    struct play *result = d_constants;
 
-    return state->p[j] < x - r || state->p[j] > x + r;
-}
-
-double play_step_tangent(const struct play *stage, const struct play_state *state, double x,
-                         struct play_state *d_state, double d_x)
-{
-    double d_h = d_x;
-
-    for (int j = 0; j < stage->count; j++) {
-        if (engaged(stage, state, j, x))
-            d_state->p[j] = d_x;
-        d_h += stage->element[j].weight * d_state->p[j];
+    (void)p;
+    for (int j = play->count - 1; j >= 0; j--) {
+        result->element[j] = d->play[j];
+        if (d->play[j].threshold == 0.0 && d->play[j].weight == 0.0)
+            continue;
+        result->first = j;
+        result->count = result->count ? result->count : j + 1;
     }
-    return d_h;
-}
-
-double play_solve_tangent(const struct play *stage, const struct play_state *state, double x,
-                          const struct play_state *d_state, double d_h)
-{
-    double slope = 1.0;
-
-    for (int j = 0; j < stage->count; j++) {
-        if (engaged(stage, state, j, x))
-            slope += stage->element[j].weight;
-        else
-            d_h -= stage->element[j].weight * d_state->p[j];
-    }
-    return d_h / slope;
 }
 
 /* An operator's output and its derivative. */
-struct moved {
+struct play_moved {
     double p;
     double d_p;
 };
 
 /* Once the input has come to x. */
-static struct moved move(struct moved from, double threshold, double d_threshold, double x, double d_x)
+static struct play_moved play_move(struct play_moved from, double threshold, double d_threshold, double x,
+                                   double d_x)
 {
     if (x - threshold > from.p)
-        return (struct moved){ x - threshold, d_x - d_threshold };
+        return (struct play_moved){ x - threshold, d_x - d_threshold };
     if (x + threshold < from.p)
-        return (struct moved){ x + threshold, d_x + d_threshold };
+        return (struct play_moved){ x + threshold, d_x + d_threshold };
     return from;
 }
 
-double play_reset_tangent(const struct play *stage, double h, struct play_history history,
-                          const struct play_element *d, double d_h, struct play_history d_history)
+static double play_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
+                                double d_h, const struct chain_parameters *p, const struct chain_parameters *d)
 {
-    struct play_state state;
-    const double x = play_reset(stage, &state, h, history);
-    const struct moved rested = { history.offset, d_history.offset };
+    const struct play *play = constants, *by = d_constants;
+    const struct play_moved rested = { p->initialRestOffset, d->initialRestOffset };
+    struct play_state *s = d_state;
     double slope = 1.0;
 
-    for (int j = 0; j < stage->count; j++) {
-        const double r = stage->element[j].threshold;
-        const struct moved turned = move(rested, r, d[j].threshold, history.offset + history.excursion,
-                                         d_history.offset + d_history.excursion);
-        const struct moved last = move(turned, r, d[j].threshold, 0.0, 0.0);
-        d_h -= d[j].weight * (x + last.p) + stage->element[j].weight * last.d_p;
-        slope += stage->element[j].weight;
+    for (int j = 0; j < play->count; j++) {
+        const struct play_element *element = &play->element[j], *d_element = &by->element[j];
+        const struct play_moved turned =
+            play_move(rested, element->threshold, d_element->threshold,
+                      p->initialRestOffset + p->initialExcursion, d->initialRestOffset + d->initialExcursion);
+        const struct play_moved last = play_move(turned, element->threshold, d_element->threshold, 0.0, 0.0);
+        d_h -= d_element->weight * (x + last.p) + element->weight * last.d_p;
+        slope += element->weight;
+        s->p[j] = last.d_p;
+    }
+    for (int j = 0; j < play->count; j++)
+        s->p[j] += d_h / slope;
+    return d_h / slope;
+}
+
+static void play_tangent(const void *constants, const void *state, double x,
+                         const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                         double *restrict row)
+{
+    const struct play *play = constants;
+    double input[STAGE_CHUNK];
+
+    (void)d_around;
+    for (int first = 0; first < count; first += STAGE_CHUNK) {
+        const int n = count - first < STAGE_CHUNK ? count - first : STAGE_CHUNK;
+        double *restrict output = row + first;
+        memcpy(input, output, (size_t)n * sizeof *input);
+        for (int j = 0; j < play->count; j++) {
+            const double weight = play->element[j].weight;
+            double *restrict p = d_state + (ptrdiff_t)j * count + first;
+            if (play_moves(play, state, j, x))
+                memcpy(p, input, (size_t)n * sizeof *input);
+            for (int c = 0; c < n; c++)
+                output[c] += weight * p[c];
+        }
+    }
+}
+
+static double play_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
+                                 const struct chain_surroundings *around, double *d_state, int stride)
+{
+    const struct play *play = constants, *d = d_constants;
+    const struct play_state *s = state;
+    double d_h = 0.0;
+
+    (void)around;
+    for (int j = d->first; j < d->count; j++) {
+        const double r = play->element[j].threshold;
+        const double moved = -play_moves(play, s, j, x) * d->element[j].threshold;
+        d_state[(ptrdiff_t)j * stride] += moved;
+        d_h += play->element[j].weight * moved + d->element[j].weight * clamp(s->p[j], x - r, x + r);
+    }
+    return d_h;
+}
+
+static double play_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
+                                   double d_h, const struct chain_surroundings *d_around)
+{
+    const struct play *play = constants;
+    const struct play_state *d = d_state;
+    double slope = 1.0;
+
+    (void)d_around;
+    for (int j = 0; j < play->count; j++) {
+        if (play_moves(play, state, j, x))
+            slope += play->element[j].weight;
+        else
+            d_h -= play->element[j].weight * d->p[j];
     }
     return d_h / slope;
 }
+
+const struct stage play_stage = {
+    .is_on = play_is_on,
+    .prepare = play_prepare,
+    .rest = play_rest,
+    .step = play_step,
+    .inverse = play_inverse,
+};
+
+const struct stage_analysis play_analysis = {
+    .check = play_check,
+    .prepare_tangent = play_prepare_tangent,
+    .rest_tangent = play_rest_tangent,
+    .tangent = play_tangent,
+    .by_parameters = play_by_parameters,
+    .inverse_tangent = play_inverse_tangent,
+};

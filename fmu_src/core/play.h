@@ -3,11 +3,15 @@
  *
  * Thresholds r_j rise and 1 + w_1 + ... + w_j > 0 for every j: then h rises with x, piecewise linearly,
  * and operators engage in the order of their thresholds (|p_i - p_j| <= |r_i - r_j| holds on from
- * rest). So the inverse walks over at most n + 1 segments. */
+ * rest). So the inverse walks over at most n + 1 segments.
+ *
+ * How the operators came to rest at the start: demagnetised at a voltage initialRestOffset beside the one at
+ * rest, where all their outputs are that voltage, then driven from there by initialExcursion, then to rest.
+ * Both 0: demagnetised where the stage rests. */
 #ifndef IT2HYS_PLAY_H
 #define IT2HYS_PLAY_H
 
-#include "effect.h"
+#include "stage.h"
 
 enum { PLAY_MAX = 16 };
 
@@ -16,15 +20,10 @@ struct play_element {
     double weight;    /* w_j */
 };
 
-/* How the operators came to rest at the start: demagnetised at a voltage that much beside the one at rest,
- * where all their outputs are that voltage, then driven from there by the excursion, then to rest. Both 0:
- * demagnetised where the stage rests. */
-struct play_history {
-    double offset;
-    double excursion;
-};
+typedef struct play_element play_parameters[PLAY_MAX];
 
 struct play {
+    int first; /* of derivatives: those before are 0 */
     int count;
     struct play_element element[PLAY_MAX];
 };
@@ -34,34 +33,8 @@ struct play_state {
 };
 
 HIDDEN_BEGIN
-
-bool play_check(const struct play_element *elements, int count, char *message, size_t size);
-void play_prepare(struct play *stage, const struct play_element *elements, int count);
-
-/* At rest at the input x after the history. */
-void play_recall(const struct play *stage, struct play_state *state, double x,
-                 struct play_history history);
-
-/* At rest at the output h after the history; returns the input. */
-double play_reset(const struct play *stage, struct play_state *state, double h,
-                  struct play_history history);
-double play_step(const struct play *stage, struct play_state *state, double x);
-double play_inverse(const struct play *stage, struct play_state *state, double h);
-
-/* The input that gives h; the state stays. */
-double play_solve(const struct play *stage, const struct play_state *state, double h);
-
-double play_step_tangent(const struct play *stage, const struct play_state *state, double x,
-                         struct play_state *d_state, double d_x);
-
-/* Derivative of play_solve where it returns x. */
-double play_solve_tangent(const struct play *stage, const struct play_state *state, double x,
-                          const struct play_state *d_state, double d_h);
-
-/* Derivative of the input that play_reset returns, in the direction of `d`, d_h and d_history. */
-double play_reset_tangent(const struct play *stage, double h, struct play_history history,
-                          const struct play_element *d, double d_h, struct play_history d_history);
-
+extern const struct stage play_stage;
+extern const struct stage_analysis play_analysis;
 HIDDEN_END
 
 #endif

@@ -5,12 +5,12 @@
 #ifndef IT2HYS_RESONANCE_H
 #define IT2HYS_RESONANCE_H
 
-#include "effect.h"
+#include "stage.h"
 
-struct resonance_parameters {
+typedef struct resonance_parameters {
     double frequency; /* Hz; 0: none */
     double damping;   /* of critical */
-};
+} resonance_parameters;
 
 struct resonance {
     double a1;
@@ -24,15 +24,8 @@ struct resonance_state {
 };
 
 HIDDEN_BEGIN
-
-bool resonance_check(const struct resonance_parameters *parameters, double sample_time, char *message,
-                     size_t size);
-void resonance_prepare(struct resonance *stage, const struct resonance_parameters *parameters,
-                       double sample_time);
-void resonance_reset(struct resonance_state *state, double y);
-double resonance_step(const struct resonance *stage, struct resonance_state *state, double x);
-double resonance_inverse(const struct resonance *stage, struct resonance_state *state, double y);
-
+extern const struct stage resonance_stage;
+extern const struct stage_analysis resonance_analysis;
 HIDDEN_END
 
 #endif

@@ -1,31 +1,81 @@
 #include "saturation.h"
 
-bool saturation_check(const struct saturation_parameters *parameters, char *message, size_t size)
+#include "chain.h"
+
+static bool saturation_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (parameters->minimum == 0.0 && parameters->maximum == 0.0)
+    const struct saturation_parameters *limits = &p->saturation;
+
+    if (limits->minimum == 0.0 && limits->maximum == 0.0)
         return true;
-    if (!(parameters->minimum < parameters->maximum))
-        return refuse(message, size, "saturation.minimum, %g V, must be below saturation.maximum, %g V "
-                      "(both 0: no saturation)", parameters->minimum, parameters->maximum);
+    if (!(limits->minimum < limits->maximum))
+        return refuse(message, size,
+                      "saturation.minimum, %g V, must be below saturation.maximum, %g V "
+                      "(both 0: no saturation)",
+                      limits->minimum, limits->maximum);
     return true;
 }
 
-bool saturation_is_on(const struct saturation_parameters *parameters)
+static bool saturation_is_on(const struct chain_parameters *p)
 {
-    return parameters->minimum < parameters->maximum;
+    return p->saturation.minimum < p->saturation.maximum;
 }
 
-double saturation_step(const struct saturation_parameters *stage, double x)
+static void saturation_prepare(void *constants, const struct chain_parameters *p)
 {
-    return clamp(x, stage->minimum, stage->maximum);
+    *(struct saturation *)constants = (struct saturation){ p->saturation.minimum, p->saturation.maximum };
 }
 
-double saturation_step_tangent(const struct saturation_parameters *stage, double x, double d_x)
+static double saturation_step(const void *constants, void *state, double x,
+                              const struct chain_surroundings *around)
 {
-    return x < stage->minimum || x > stage->maximum ? 0.0 : d_x;
+    const struct saturation *limits = constants;
+
+    (void)state, (void)around;
+    return clamp(x, limits->minimum, limits->maximum);
 }
 
-double saturation_inverse(const struct saturation_parameters *stage, double y)
+static void saturation_prepare_tangent(void *d_constants, const void *constants,
+                                       const struct chain_parameters *p, const struct chain_parameters *d)
 {
-    return saturation_step(stage, y);
+    (void)constants, (void)p;
+    saturation_prepare(d_constants, d);
 }
+
+static void saturation_tangent(const void *constants, const void *state, double x,
+                               const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                               double *restrict row)
+{
+    const struct saturation *limits = constants;
+
+    (void)state, (void)d_around, (void)d_state;
+    if (!(x < limits->minimum || x > limits->maximum))
+        return;
+    for (int c = 0; c < count; c++)
+        row[c] = 0.0;
+}
+
+static double saturation_by_parameters(const void *constants, const void *d_constants, const void *state,
+                                       double x, const struct chain_surroundings *around, double *d_state,
+                                       int stride)
+{
+    const struct saturation *limits = constants, *d = d_constants;
+
+    (void)state, (void)around, (void)d_state, (void)stride;
+    return x < limits->minimum ? d->minimum : x > limits->maximum ? d->maximum : 0.0;
+}
+
+const struct stage saturation_stage = {
+    .limits = true,
+    .is_on = saturation_is_on,
+    .prepare = saturation_prepare,
+    .step = saturation_step,
+    .inverse = saturation_step,
+};
+
+const struct stage_analysis saturation_analysis = {
+    .check = saturation_check,
+    .prepare_tangent = saturation_prepare_tangent,
+    .tangent = saturation_tangent,
+    .by_parameters = saturation_by_parameters,
+};

@@ -4,21 +4,21 @@
 #ifndef IT2HYS_SATURATION_H
 #define IT2HYS_SATURATION_H
 
-#include "effect.h"
+#include "stage.h"
 
-struct saturation_parameters {
+typedef struct saturation_parameters {
     double minimum; /* V; both 0: no limits */
+    double maximum;
+} saturation_parameters;
+
+struct saturation {
+    double minimum;
     double maximum;
 };
 
 HIDDEN_BEGIN
-
-bool saturation_check(const struct saturation_parameters *parameters, char *message, size_t size);
-bool saturation_is_on(const struct saturation_parameters *parameters);
-double saturation_step(const struct saturation_parameters *stage, double x);
-double saturation_step_tangent(const struct saturation_parameters *stage, double x, double d_x);
-double saturation_inverse(const struct saturation_parameters *stage, double y);
-
+extern const struct stage saturation_stage;
+extern const struct stage_analysis saturation_analysis;
 HIDDEN_END
 
 #endif

@@ -1,39 +1,102 @@
 #include "slew.h"
 
-bool slew_check(const struct slew_parameters *parameters, char *message, size_t size)
+#include "chain.h"
+
+static bool slew_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(parameters->rate >= 0.0))
+    if (!(p->slew.rate >= 0.0))
         return refuse(message, size, "slew.rate is %g V/s; it must be positive, or 0 for no limit",
-                      parameters->rate);
+                      p->slew.rate);
     return true;
 }
 
-void slew_prepare(struct slew *stage, const struct slew_parameters *parameters, double sample_time)
+static bool slew_is_on(const struct chain_parameters *p)
 {
-    stage->step = parameters->rate * sample_time;
+    return p->slew.rate > 0.0;
 }
 
-void slew_reset(struct slew_state *state, double y)
+static void slew_prepare(void *constants, const struct chain_parameters *p)
 {
-    state->y = y;
+    struct slew *slew = constants;
+
+    slew->step = p->slew.rate * p->sampleTime;
 }
 
-double slew_step(const struct slew *stage, struct slew_state *state, double x)
+static double slew_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
 {
-    state->y = clamp(x, state->y - stage->step, state->y + stage->step);
-    return state->y;
+    struct slew_state *s = state;
+
+    (void)constants, (void)p;
+    return s->y = y;
 }
 
-double slew_step_tangent(const struct slew *stage, const struct slew_state *state, double x,
-                         struct slew_state *d_state, double d_x)
+static double slew_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
 {
-    const bool limited = x < state->y - stage->step || x > state->y + stage->step;
+    const struct slew *slew = constants;
+    struct slew_state *s = state;
 
-    d_state->y = limited ? d_state->y : d_x;
-    return d_state->y;
+    (void)around;
+    s->y = clamp(x, s->y - slew->step, s->y + slew->step);
+    return s->y;
 }
 
-double slew_inverse(const struct slew *stage, struct slew_state *state, double y)
+static void slew_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
+                                 const struct chain_parameters *d)
 {
-    return slew_step(stage, state, y);
+    struct slew *result = d_constants;
+
+    (void)constants;
+    result->step = d->slew.rate * p->sampleTime;
 }
+
+static double slew_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
+                                double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+{
+    (void)d_constants, (void)x, (void)d;
+    return slew_rest(constants, d_state, d_y, p);
+}
+
+/* 1 above what it lets through, -1 below, 0 within. */
+static int slew_limited(const struct slew *slew, const struct slew_state *s, double x)
+{
+    return (x > s->y + slew->step) - (x < s->y - slew->step);
+}
+
+static void slew_tangent(const void *constants, const void *state, double x,
+                         const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                         double *restrict row)
+{
+    const bool limited = slew_limited(constants, state, x) != 0;
+
+    (void)d_around;
+    for (int c = 0; c < count; c++)
+        row[c] = d_state[c] = limited ? d_state[c] : row[c];
+}
+
+static double slew_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
+                                 const struct chain_surroundings *around, double *d_state, int stride)
+{
+    const struct slew *d = d_constants;
+    const double moved = slew_limited(constants, state, x) * d->step;
+
+    (void)around, (void)stride;
+    d_state[0] += moved;
+    return moved;
+}
+
+const struct stage slew_stage = {
+    .limits = true,
+    .is_on = slew_is_on,
+    .prepare = slew_prepare,
+    .rest = slew_rest,
+    .step = slew_step,
+    .inverse = slew_step,
+};
+
+const struct stage_analysis slew_analysis = {
+    .check = slew_check,
+    .prepare_tangent = slew_prepare_tangent,
+    .rest_tangent = slew_rest_tangent,
+    .tangent = slew_tangent,
+    .by_parameters = slew_by_parameters,
+};

@@ -84,8 +84,8 @@ static float feedback(const struct it2_single *stage, float y, float x)
     for (int l = 0; l < stage->rules; l++) {
         const float lower = power_of_two(exponents.lower[l]);
         const float upper = power_of_two(exponents.upper[l]);
-        const float slope = two_ln_2 * (y - stage->centre[l]) *
-                            (lower * stage->exponent[l][0] + upper * stage->exponent[l][1]);
+        const float slope =
+            two_ln_2 * (y - stage->centre[l]) * (lower * stage->exponent[l][0] + upper * stage->exponent[l][1]);
         const float excess = stage->q1[l] * y + (stage->q2[l] * x + stage->q3[l]) - y;
         sum += stage->q1[l] * (lower + upper) + slope * excess;
         weights += lower + upper;

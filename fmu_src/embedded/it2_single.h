@@ -51,15 +51,13 @@ static inline void it2_single_reset(struct it2_single_state *state, float y)
     state->y = y;
 }
 
-static inline float it2_single_advance(const struct it2_single *stage, struct it2_single_state *state,
-                                       float x)
+static inline float it2_single_advance(const struct it2_single *stage, struct it2_single_state *state, float x)
 {
     state->y = it2_single_step(stage, state->y, x);
     return state->y;
 }
 
-static inline float it2_single_retrace(const struct it2_single *stage, struct it2_single_state *state,
-                                       float y)
+static inline float it2_single_retrace(const struct it2_single *stage, struct it2_single_state *state, float y)
 {
     const float x = it2_single_inverse(stage, state->y, y);
 

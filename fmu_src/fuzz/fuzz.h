@@ -44,8 +44,7 @@ static inline unsigned fuzz_short(struct fuzz_bytes *bytes)
 }
 
 /* Promises that do not hold end the program: libFuzzer and the driver then name the bytes. */
-#define FUZZ_PROMISE(condition) \
-    ((condition) ? (void)0 : fuzz_broken(#condition, __FILE__, __LINE__))
+#define FUZZ_PROMISE(condition) ((condition) ? (void)0 : fuzz_broken(#condition, __FILE__, __LINE__))
 
 static inline void fuzz_broken(const char *promise, const char *file, int line)
 {

@@ -27,9 +27,9 @@ enum allowed { OK_ERROR = 1, OK_DISCARD_ERROR = 2, STEP = 3, VALUES = 4 };
 struct subject {
     const struct fmi2_api *api;
     fmi2Component c;
-    fmi2FMUstate *slot;                /* of its model */
-    fmi2FMUstate phase[PHASES];        /* where sequences begin */
-    struct fmu_snapshot before;        /* of the call under test */
+    fmi2FMUstate *slot;         /* of its model */
+    fmi2FMUstate phase[PHASES]; /* where sequences begin */
+    struct block before;        /* of the call under test */
 };
 
 static struct subject subjects[INSTANCES];
@@ -48,9 +48,9 @@ static fmi2Component instantiate(const struct fmi2_api *api, const char *name, b
     return api->Instantiate(name, fmi2CoSimulation, guid, NULL, &HOST, fmi2False, logging);
 }
 
-static struct fmu_snapshot *inside(const struct subject *s)
+static struct block *inside(const struct subject *s)
 {
-    return &((struct fmu *)s->c)->now;
+    return block_of(s->c);
 }
 
 static void save_phases(struct subject *s)
@@ -196,19 +196,18 @@ static void outputs_are_finite(const struct subject *s)
 /* In initialization outputs are computed when they are asked for: ask now, so that nothing moves. */
 static void watch(struct subject *s)
 {
-    if (inside(s)->phase == FMU_INITIALIZATION)
+    if (inside(s)->s.phase == FMU_INITIALIZATION)
         outputs_are_finite(s);
     s->before = *inside(s);
 }
 
 static void check(struct subject *s, fmi2Status status, enum allowed allowed)
 {
-    FUZZ_PROMISE(status == fmi2OK || status == fmi2Error ||
-                 (status == fmi2Discard && allowed != OK_ERROR) ||
+    FUZZ_PROMISE(status == fmi2OK || status == fmi2Error || (status == fmi2Discard && allowed != OK_ERROR) ||
                  (status == fmi2Warning && allowed == STEP));
     if (refused(status)) {
         if (allowed == STEP && status == fmi2Discard)
-            s->before.last_status = fmi2Discard; /* what fmi2GetStatus is asked for */
+            s->before.s.last_status = fmi2Discard; /* what fmi2GetStatus is asked for */
         FUZZ_PROMISE(memcmp(&s->before, inside(s), sizeof s->before) == 0);
     } else
         outputs_are_finite(s);
@@ -283,8 +282,8 @@ static void call_set(struct subject *s, struct fuzz_bytes *in)
 
 static void call_step(struct subject *s, struct fuzz_bytes *in)
 {
-    const double time = step_time(in, inside(s)->clock.time);
-    const double step = step_size(in, inside(s)->values.parameter.sampleTime);
+    const double time = step_time(in, inside(s)->s.clock.time);
+    const double step = step_size(in, inside(s)->parameter.sampleTime);
 
     check(s, s->api->DoStep(s->c, time, step, fmi2True), STEP);
 }
@@ -346,9 +345,9 @@ static void call_derivative(struct subject *s, struct fuzz_bytes *in)
 
     arrays(in, &of);
     arrays(in, &by);
-    const fmi2Status status = s->api->GetDirectionalDerivative(
-        s->c, of.references, of.count, by.references, by.count, by.null ? NULL : by.real,
-        of.null ? NULL : values);
+    const fmi2Status status =
+        s->api->GetDirectionalDerivative(s->c, of.references, of.count, by.references, by.count,
+                                         by.null ? NULL : by.real, of.null ? NULL : values);
     check(s, status, OK_DISCARD_ERROR);
     for (size_t i = 0; i < of.count && status == fmi2OK; i++)
         FUZZ_PROMISE(isfinite(values[i]));
@@ -415,7 +414,7 @@ static void call_rollback(struct subject *s, struct fuzz_bytes *in)
     struct subject *other = s->api == &PLANT ? &subjects[s == subjects] : s;
     const struct fuzz_bytes same = *in;
     struct fuzz_bytes again = same;
-    struct fmu_snapshot first;
+    struct block first;
     fmi2FMUstate state = NULL, of_other = NULL;
 
     FUZZ_PROMISE(s->api->GetFMUstate(s->c, &state) == fmi2OK);
@@ -475,10 +474,9 @@ static void call_null(struct subject *s, struct fuzz_bytes *in)
 typedef void call(struct subject *, struct fuzz_bytes *);
 
 static call *const CALL[] = {
-    call_ordinary_step, call_ordinary_step, call_step,        call_step,        call_set,
-    call_set,           call_get,           call_state,       call_state,       call_deserialize,
-    call_rollback,      call_derivative,    call_lifecycle,   call_lifecycle,   call_status,
-    call_logging,       call_instantiate,   call_null,
+    call_ordinary_step, call_ordinary_step, call_step,   call_step,        call_set,         call_set,
+    call_get,           call_state,         call_state,  call_deserialize, call_rollback,    call_derivative,
+    call_lifecycle,     call_lifecycle,     call_status, call_logging,     call_instantiate, call_null,
 };
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

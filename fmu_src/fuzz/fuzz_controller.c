@@ -3,27 +3,48 @@
  *   - the status is one that the function may return;
  *   - a refused call left the instance as it was;
  *   - what it holds and hands out is finite;
- *   - going back to a state and stepping again gives the same bits, here and in the other instance.
- * The controller's source is part of this program, which looks inside. */
+ *   - going back to a state and stepping again gives the same bits, here and in the other instance. */
 #include <float.h>
+#include <math.h>
 
-#include "PIController.c"
+#include "controller.h"
+#include "fmi2Functions.h"
 #include "fuzz_host.h"
+
+#define GUID "{b1f0c6de-2d0e-4f53-9c39-7c5f4b4f2d01}"
+
+/* Value references, and the first that is a parameter's. */
+enum { VOLTAGE = 3, PROPORTIONAL_GAIN = 5, INTEGRAL_GAIN = 6 };
+
+/* All that an FMU state of the controller holds. */
+struct block {
+    struct fmu_snapshot s;
+    struct pi_parameters parameter;
+    double integral;
+    double last_integral;
+};
+
+/* Where it begins in a serialized state, and its checksum. */
+enum { HEADER = 40, CHECKSUM = 32, BLOB = HEADER + sizeof(struct block) };
 
 enum { INSTANCES = 2, CALLS = 48, ARRAY = 4, TICKS = 1000 };
 
-static struct controller *instances[INSTANCES];
-static struct state begun[INSTANCES]; /* where most sequences begin */
+static fmi2Component instances[INSTANCES];
+static struct block begun[INSTANCES]; /* where most sequences begin */
 static fmi2Byte blob[BLOB];
 static fmi2FMUstate slot;
+
+static struct block *inside(fmi2Component c)
+{
+    return (struct block *)(void *)((struct fmu *)c)->now;
+}
 
 /* --- the host ------------------------------------------------------------------------------------ */
 
 static void open_instances(void)
 {
     for (int i = 0; i < INSTANCES; i++) {
-        instances[i] =
-            fmi2Instantiate("fuzz", fmi2CoSimulation, GUID, NULL, &HOST, fmi2False, fmi2True);
+        instances[i] = fmi2Instantiate("fuzz", fmi2CoSimulation, GUID, NULL, &HOST, fmi2False, fmi2True);
         FUZZ_PROMISE(instances[i]);
         const fmi2ValueReference gains[] = { PROPORTIONAL_GAIN, INTEGRAL_GAIN };
         const double values[] = { 2e6, 1e9 };
@@ -31,7 +52,7 @@ static void open_instances(void)
         if (i == 0) /* the other one begins before its initialization */
             FUZZ_PROMISE(fmi2EnterInitializationMode(instances[i]) == fmi2OK &&
                          fmi2ExitInitializationMode(instances[i]) == fmi2OK);
-        begun[i] = instances[i]->now;
+        begun[i] = *inside(instances[i]);
     }
 }
 
@@ -76,19 +97,19 @@ static void arrays(struct fuzz_bytes *in, struct arrays *a)
 }
 
 /* None that is possible has more than TICKS ticks. */
-static double step_size(const struct controller *c, struct fuzz_bytes *in)
+static double step_size(fmi2Component c, struct fuzz_bytes *in)
 {
     static const double SPECIAL[] = { 0.0, NAN, INFINITY, -1.0, 1e300, 5e-324 };
     const unsigned kind = fuzz_byte(in);
 
     if (kind < 6)
         return SPECIAL[kind];
-    return c->now.real[SAMPLE_TIME] * (kind < 16 ? fuzz_short(in) % TICKS : fuzz_byte(in) / 16.0);
+    return inside(c)->parameter.sampleTime * (kind < 16 ? fuzz_short(in) % TICKS : fuzz_byte(in) / 16.0);
 }
 
 /* --- calls --------------------------------------------------------------------------------------- */
 
-static void call_lifecycle(struct controller *c, struct fuzz_bytes *in, fmi2Status *status)
+static void call_lifecycle(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
     const double start = real(in);
 
@@ -102,7 +123,7 @@ static void call_lifecycle(struct controller *c, struct fuzz_bytes *in, fmi2Stat
     }
 }
 
-static void call_set(struct controller *c, struct fuzz_bytes *in, fmi2Status *status)
+static void call_set(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
     struct arrays a;
 
@@ -110,7 +131,7 @@ static void call_set(struct controller *c, struct fuzz_bytes *in, fmi2Status *st
     *status = fmi2SetReal(c, a.references, a.count, a.reals);
 }
 
-static void call_get(struct controller *c, struct fuzz_bytes *in, fmi2Status *status)
+static void call_get(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
     const unsigned which = fuzz_byte(in);
     int limited[ARRAY];
@@ -123,15 +144,15 @@ static void call_get(struct controller *c, struct fuzz_bytes *in, fmi2Status *st
         *status = fmi2GetBoolean(c, a.references, a.count, a.reals ? limited : NULL);
 }
 
-static void call_step(struct controller *c, struct fuzz_bytes *in, fmi2Status *status)
+static void call_step(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
     const unsigned kind = fuzz_byte(in);
-    const double time = kind < 240 ? c->now.clock.time : real(in);
+    const double time = kind < 240 ? inside(c)->s.clock.time : real(in);
 
     *status = fmi2DoStep(c, time, step_size(c, in), fmi2False);
 }
 
-static void call_state(struct controller *c, struct fuzz_bytes *in, fmi2Status *status)
+static void call_state(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
     const unsigned which = fuzz_byte(in);
     size_t size = 0;
@@ -145,21 +166,18 @@ static void call_state(struct controller *c, struct fuzz_bytes *in, fmi2Status *
 }
 
 /* Bytes that claim to be a state: as serialized, damaged, or damaged under a checksum that is right. */
-static void call_deserialize(struct controller *c, struct fuzz_bytes *in, fmi2Status *status)
+static void call_deserialize(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
     const unsigned which = fuzz_byte(in);
-    const size_t at = sizeof(struct header);
     fmi2FMUstate state = NULL;
-    struct state claimed;
 
     for (unsigned i = 0; i < which % 4; i++) {
         const double value = real(in);
-        memcpy(blob + at + fuzz_byte(in) % (sizeof claimed / 8) * 8, &value, sizeof value);
+        memcpy(blob + HEADER + fuzz_byte(in) % (sizeof(struct block) / 8) * 8, &value, sizeof value);
     }
-    memcpy(&claimed, blob + at, sizeof claimed);
-    const struct header header = header_of(&claimed);
+    const uint64_t checksum = fmu_hash(blob + HEADER, sizeof(struct block));
     if (which & 128)
-        memcpy(blob, &header, sizeof header);
+        memcpy(blob + CHECKSUM, &checksum, sizeof checksum);
     *status = fmi2DeSerializeFMUstate(c, blob, which & 64 ? which % BLOB : BLOB, &state);
     if (*status != fmi2OK)
         return;
@@ -167,29 +185,29 @@ static void call_deserialize(struct controller *c, struct fuzz_bytes *in, fmi2St
     slot = state;
 }
 
-static void call_rollback(struct controller *c, struct fuzz_bytes *in, fmi2Status *status)
+static void call_rollback(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
-    struct controller *other = instances[c == instances[0]];
-    const struct state own = other->now;
+    fmi2Component other = instances[c == instances[0]];
+    struct block own = *inside(other);
     const struct fuzz_bytes same = *in;
     fmi2FMUstate state = NULL;
     fmi2Status again = fmi2OK;
 
     FUZZ_PROMISE(fmi2GetFMUstate(c, &state) == fmi2OK);
     call_step(c, in, status);
-    const struct state first = c->now;
+    const struct block first = *inside(c);
     for (int i = 0; i < INSTANCES; i++) {
         struct fuzz_bytes repeated = same;
         FUZZ_PROMISE(fmi2SetFMUstate(instances[i], state) == fmi2OK);
         call_step(instances[i], &repeated, &again);
-        FUZZ_PROMISE(again == *status && memcmp(&first, &instances[i]->now, sizeof first) == 0);
+        FUZZ_PROMISE(again == *status && memcmp(&first, inside(instances[i]), sizeof first) == 0);
     }
-    other->now = own;
+    FUZZ_PROMISE(fmi2SetFMUstate(other, &own) == fmi2OK);
     FUZZ_PROMISE(fmi2FreeFMUstate(c, &state) == fmi2OK);
 }
 
 /* What the description denies. */
-static void call_lacking(struct controller *c, struct fuzz_bytes *in, fmi2Status *status)
+static void call_lacking(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
     const fmi2ValueReference reference = fuzz_byte(in);
     const fmi2Integer order = 1;
@@ -201,7 +219,7 @@ static void call_lacking(struct controller *c, struct fuzz_bytes *in, fmi2Status
     FUZZ_PROMISE(*status == fmi2Error);
 }
 
-static void call_logging(struct controller *c, struct fuzz_bytes *in, fmi2Status *status)
+static void call_logging(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
     static const fmi2String NAMES[] = { "logEvents", "logStatusError", "%n", "", NULL };
     const unsigned which = fuzz_byte(in);
@@ -209,34 +227,38 @@ static void call_logging(struct controller *c, struct fuzz_bytes *in, fmi2Status
     *status = fmi2SetDebugLogging(c, which & 1, which & 2 ? 1 : 0, &NAMES[fuzz_byte(in) % 5]);
 }
 
-typedef void call(struct controller *, struct fuzz_bytes *, fmi2Status *);
+typedef void call(fmi2Component, struct fuzz_bytes *, fmi2Status *);
 
-static call *const CALL[] = { call_step,  call_step,        call_set,      call_set,     call_get,
-                              call_state, call_deserialize, call_rollback, call_lacking, call_lifecycle,
-                              call_logging };
+static call *const CALL[] = { call_step,    call_step,      call_set,         call_set,
+                              call_get,     call_state,     call_deserialize, call_rollback,
+                              call_lacking, call_lifecycle, call_logging };
 
 /* --- promises ------------------------------------------------------------------------------------ */
 
-static void all_is_finite(struct controller *c)
+static void all_is_finite(fmi2Component c)
 {
     const fmi2ValueReference reference = VOLTAGE;
     double voltage;
 
     if (fmi2GetReal(c, &reference, 1, &voltage) == fmi2OK) /* computed now in initialization */
         FUZZ_PROMISE(isfinite(voltage));
-    for (int i = 0; i < REALS; i++)
-        FUZZ_PROMISE(isfinite(c->now.real[i]));
-    FUZZ_PROMISE(isfinite(c->now.integral) && isfinite(c->now.clock.time));
+    const struct pi_parameters *p = &inside(c)->parameter;
+    const double *parameter = &p->sampleTime;
+    for (size_t i = 0; i < sizeof *p / sizeof *parameter; i++)
+        FUZZ_PROMISE(isfinite(parameter[i]));
+    for (int i = 0; i < FMU_INPUTS; i++)
+        FUZZ_PROMISE(isfinite(inside(c)->s.input[i]));
+    FUZZ_PROMISE(isfinite(inside(c)->integral) && isfinite(inside(c)->s.clock.time));
 }
 
 /* Some begin with gains that overflow in different directions. */
 static void begin_sequence(struct fuzz_bytes *in)
 {
     for (int i = 0; i < INSTANCES; i++)
-        instances[i]->now = begun[i];
+        FUZZ_PROMISE(fmi2SetFMUstate(instances[i], &begun[i]) == fmi2OK);
     if (fuzz_byte(in) < 32) {
-        instances[0]->now.real[PROPORTIONAL_GAIN] = -1e300;
-        instances[0]->now.real[INTEGRAL_GAIN] = 1e300;
+        inside(instances[0])->parameter.proportionalGain = -1e300;
+        inside(instances[0])->parameter.integralGain = 1e300;
     }
 }
 
@@ -248,15 +270,17 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         open_instances();
     begin_sequence(&in);
     for (int n = 0; n < CALLS && in.next < in.end; n++) {
-        struct controller *c = instances[fuzz_byte(&in) % INSTANCES];
-        struct state before;
+        fmi2Component c = instances[fuzz_byte(&in) % INSTANCES];
+        struct block before;
         fmi2Status status = fmi2OK;
         all_is_finite(c);
-        before = c->now;
+        before = *inside(c);
         CALL[fuzz_byte(&in) % (sizeof CALL / sizeof CALL[0])](c, &in, &status);
         FUZZ_PROMISE(status == fmi2OK || status == fmi2Discard || status == fmi2Error);
+        if (status == fmi2Discard)
+            before.s.last_status = inside(c)->s.last_status; /* what fmi2GetStatus is asked for */
         if (status != fmi2OK)
-            FUZZ_PROMISE(memcmp(&before, &c->now, sizeof before) == 0);
+            FUZZ_PROMISE(memcmp(&before, inside(c), sizeof before) == 0);
         all_is_finite(c);
     }
     FUZZ_PROMISE(fmi2FreeFMUstate(instances[0], &slot) == fmi2OK);

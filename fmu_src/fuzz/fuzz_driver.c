@@ -156,15 +156,14 @@ static void run(const char *name, unsigned long sequences, double seconds, unsig
         current = corpus[i];
         LLVMFuzzerTestOneInput(current.byte, current.size);
     }
-    while (done < sequences &&
-           (seconds <= 0.0 || (double)(clock() - start) / CLOCKS_PER_SEC < seconds)) {
+    while (done < sequences && (seconds <= 0.0 || (double)(clock() - start) / CLOCKS_PER_SEC < seconds)) {
         make_string(&current);
         LLVMFuzzerTestOneInput(current.byte, current.size);
         done++;
     }
     const double spent = (double)(clock() - start) / CLOCKS_PER_SEC;
-    printf("%s: %lu sequences, mutated from a corpus of %lu, seed %lu, in %.1f s of CPU: no finding\n",
-           name, done, (unsigned long)corpus_size, seed, spent);
+    printf("%s: %lu sequences, mutated from a corpus of %lu, seed %lu, in %.1f s of CPU: no finding\n", name,
+           done, (unsigned long)corpus_size, seed, spent);
 }
 
 int main(int count, char **argument)

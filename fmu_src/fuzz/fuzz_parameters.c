@@ -24,9 +24,22 @@ static const char ORIGINAL[] =
     "<ssv:Parameter name=\"rule[1].q2\"><ssv:Real value=\"1e-08\"/></ssv:Parameter>\n"
     "<ssv:Parameter name=\"rule[1].q3\"><ssv:Real value=\"0.0\"/></ssv:Parameter>\n";
 
-static const char *const PIECES[] = { "nan",  "-inf",  "1e999", "1e300", "-1",   "16", "17",  "0x1p3",
-                                      "\"",   "value", "<ssv:Parameter name=\"", "true", "",  "2",
-                                      "</ssv:Parameter>", "1e-320" };
+static const char *const PIECES[] = { "nan",
+                                      "-inf",
+                                      "1e999",
+                                      "1e300",
+                                      "-1",
+                                      "16",
+                                      "17",
+                                      "0x1p3",
+                                      "\"",
+                                      "value",
+                                      "<ssv:Parameter name=\"",
+                                      "true",
+                                      "",
+                                      "2",
+                                      "</ssv:Parameter>",
+                                      "1e-320" };
 
 static char text[CAPACITY]; /* of the file */
 

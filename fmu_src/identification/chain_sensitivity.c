@@ -1,15 +1,10 @@
 #include "chain_sensitivity.h"
 
 #include <math.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { COLUMNS = IT2_RULE_PARAMETERS * IT2_MAX_RULES + CHAIN_MAX_KNOBS };
-
-#define NEWTON_STEPS 50
-#define NEGLIGIBLE 1e-14
-#define STEEPEST 0.999
+enum { RULE_COLUMNS = IT2_RULE_PARAMETERS * IT2_MAX_RULES, COLUMNS = RULE_COLUMNS + CHAIN_MAX_KNOBS };
 
 /* A chain and where it is. */
 struct walker {
@@ -17,105 +12,44 @@ struct walker {
     struct chain_state state;
 };
 
-/* Two chains with one parameter a little below and above. */
-struct pair {
-    struct walker below, above;
+/* A parameter that is fitted. */
+struct knob {
+    struct chain_parameters d_parameters; /* 1 where it is */
+    struct chain d;                       /* what it changes of the constants, */
+    bool before;                          /* of which some are those of stages before the core, */
+    struct chain_state d_state;           /* and of the states at rest */
+    int column;                           /* before the core; 0 where it acts there by the rest only */
 };
 
-/* Derivatives of the states behind the core, a column for each of what is fitted. */
-struct columns {
-    int count;
-    double creep[CREEP_MAX][COLUMNS];
-    double resonance[2][COLUMNS];
+/* Derivatives of one side's states, for stage after stage as its tangent has them: a row for each number of
+ * the state, a column for each direction. */
+struct side {
+    int first, end; /* among the active stages */
+    int columns;
+    double *states;
+};
+
+/* Before the core all columns begin with the voltage at which the stage rests, and most have nothing else to
+ * do with that side: so there is one column, number 0, for a core's input at rest that is 1 higher, and one
+ * for each parameter that acts there by itself. Behind the core there is one for everything that is fitted. */
+struct sensitivities {
+    struct walker walker;
+    struct side before, behind;
+    int rules, count;
+    double row[CHAIN_MAX_KNOBS + 1]; /* before the core, of what goes from stage to stage */
+    double core[COLUMNS];            /* of the core's output */
+    double resting[COLUMNS];         /* of the core's input at rest, of columns that act by it only */
+    struct knob *knob;
+    unsigned char acting[CHAIN_STAGE_COUNT][CHAIN_MAX_KNOBS]; /* knobs that act in each active stage */
+    int acting_count[CHAIN_STAGE_COUNT];
 };
 
 /* A fit is of (10) itself: which range it holds for comes out in the end. */
-static void prepare(struct chain *chain, const struct chain_parameters *parameters)
+static void begin(struct walker *walker, const struct chain_parameters *parameters)
 {
-    chain_prepare(chain, parameters);
-    it2_prepare(&chain->core, parameters->rule, parameters->ruleCount, IT2_EVERYWHERE);
-}
-
-/* Brings what stands before the core to rest at the voltage; returns the core's input. */
-static double begin_drive(struct walker *walker, const struct chain_parameters *parameters,
-                          double voltage)
-{
-    struct chain *chain = &walker->chain;
-    struct chain_state *state = &walker->state;
-    double x = voltage;
-
-    prepare(chain, parameters);
-    *state = (struct chain_state){ 0 };
-    delay_reset(&state->delay, x);
-    slew_reset(&state->slew, x);
-    if (chain->effects & CHAIN_SATURATION)
-        x = saturation_step(&chain->saturation, x);
-    lag_reset(&state->lag, x);
-    play_recall(&chain->play, &state->play, x, chain_history(parameters));
-    return play_step(&chain->play, &state->play, x);
-}
-
-/* Takes *y to the displacement that the core keeps at the input, by Newton's method. Returns whether it
- * is found within the range from there: a core that is being fitted need not have one; *y stays then. */
-static bool equilibrium(const struct it2 *core, double input, double range, double *displacement)
-{
-    double y = *displacement;
-
-    for (int i = 0; i < NEWTON_STEPS; i++) {
-        const struct it2_partials f = it2_partials(core, y, input);
-        const double change = it2_evaluate(core, y, input) - y;
-        /* outside the range where it contracts the core has other, unstable equilibria */
-        const double step = f.dy < STEEPEST ? change / (1.0 - f.dy) : change;
-        y += step;
-        if (!(fabs(y - *displacement) <= range))
-            break;
-        if (fabs(step) <= NEGLIGIBLE * range && f.dy < STEEPEST) {
-            *displacement = y;
-            return true;
-        }
-    }
-    return false;
-}
-
-/* Brings the core to the displacement, and what stands behind it. */
-static void begin_respond(struct walker *walker, const struct chain_parameters *parameters, double core)
-{
-    const struct creep *creep = &walker->chain.creep;
-    struct chain_state *state = &walker->state;
-    double y = core;
-
-    it2_reset(&state->core, core);
-    for (int i = 0; i < creep->count; i++) {
-        state->creep.s[i] = core - parameters->displacementZero + parameters->initialCreep;
-        y += creep->gain[i] * state->creep.s[i];
-    }
-    resonance_reset(&state->resonance, y);
-}
-
-/* Where the core is while the displacement rests at initialDisplacement. */
-static double at_rest(const struct chain *chain, const struct chain_parameters *parameters)
-{
-    struct chain_state state;
-
-    return chain_reset_response(chain, &state, parameters);
-}
-
-/* The core's input before the first tick, and whether the core keeps its displacement under it. */
-struct start {
-    double input;
-    bool at_rest;
-};
-
-static struct start begin(struct walker *walker, const struct chain_parameters *parameters,
-                          double voltage)
-{
-    const double range = parameters->displacementMax - parameters->displacementMin;
-    struct start start = { .input = begin_drive(walker, parameters, voltage) };
-    double core = at_rest(&walker->chain, parameters);
-
-    start.at_rest = equilibrium(&walker->chain.core, start.input, range, &core);
-    begin_respond(walker, parameters, core);
-    return start;
+    chain_prepare(&walker->chain, parameters);
+    it2_prepare(&walker->chain.core, parameters->rule, parameters->ruleCount, IT2_EVERYWHERE);
+    chain_reset(&walker->chain, &walker->state, parameters);
 }
 
 static struct chain_surroundings at(const struct chain_parameters *parameters,
@@ -126,198 +60,218 @@ static struct chain_surroundings at(const struct chain_parameters *parameters,
     return (struct chain_surroundings){ record->force[k], record->temperature[k], time };
 }
 
-static double respond(struct walker *walker, double core, const struct chain_surroundings *around)
-{
-    const double y = chain_respond(&walker->chain, &walker->state, core, around);
-
-    return chain_measure(&walker->chain, y, around->time);
-}
-
 size_t chain_predict(const struct chain_parameters *parameters, const struct chain_record *record,
                      double *measured, double *core_input, double *core_output)
 {
     struct walker walker;
+    const struct chain *chain = &walker.chain;
 
-    begin(&walker, parameters, record->voltage[0]);
+    begin(&walker, parameters);
     for (size_t k = 0; k < record->samples; k++) {
         const struct chain_surroundings around = at(parameters, record, k);
-        core_input[k] = chain_drive(&walker.chain, &walker.state, record->voltage[k]);
-        core_output[k] = it2_step(&walker.chain.core, &walker.state.core, core_input[k]);
-        measured[k] = respond(&walker, core_output[k], &around);
+        core_input[k] = chain_walk(chain, 0, chain->before, &walker.state, record->voltage[k], &around);
+        core_output[k] = it2_step(&chain->core, &walker.state.core, core_input[k]);
+        measured[k] = chain_walk(chain, chain->before, chain->all, &walker.state, core_output[k], &around);
         if (!isfinite(measured[k]))
             return k;
     }
     return record->samples;
 }
 
-/* The play operator whose weight the knob is, or PLAY_MAX. */
-static size_t weighed(const struct chain_knob *knob)
-{
-    const size_t first = offsetof(struct chain_parameters, play) + offsetof(struct play_element, weight);
-    const size_t distance = knob->offset - first; /* of what stands before: far too large */
+/* --- where it begins --------------------------------------------------------------------------- */
 
-    return distance % sizeof(struct play_element) ? PLAY_MAX : distance / sizeof(struct play_element);
+static bool any(const void *bytes, size_t size)
+{
+    const unsigned char *byte = bytes;
+
+    for (size_t i = 0; i < size; i++)
+        if (byte[i])
+            return true;
+    return false;
 }
 
-/* What begins with the core: its input, and its displacement where it keeps none. */
-struct beginning {
-    double input;
-    double core;
-};
-
-static struct beginning begin_one(struct walker *walker, const struct chain_parameters *parameters,
-                                  double voltage, double core)
+/* What knob number j changes of constants and rest; returns the derivative of the core's output at rest. */
+static double begin_knob(struct sensitivities *s, int j, const struct chain_parameters *parameters,
+                         size_t place)
 {
-    struct beginning result = { .input = begin_drive(walker, parameters, voltage) };
+    const struct chain *chain = &s->walker.chain;
+    struct knob *knob = &s->knob[j];
 
-    begin_respond(walker, parameters, core);
-    result.core = at_rest(&walker->chain, parameters);
-    return result;
+    memset(knob, 0, sizeof *knob);
+    *(double *)((char *)&knob->d_parameters + place) = 1.0;
+    chain_prepare_tangent(chain, &knob->d, parameters, &knob->d_parameters);
+    for (int i = 0; i < chain->all; i++) {
+        const struct chain_place *stage = chain_active(chain, i);
+        if (!any(chain_constants_of(&knob->d, stage), stage->constants_size))
+            continue;
+        s->acting[i][s->acting_count[i]++] = (unsigned char)j;
+        knob->before |= i < chain->before;
+    }
+    return chain_rest_tangent(chain, chain->before, chain->behind, &knob->d, parameters->initialDisplacement,
+                              parameters, &knob->d_state, knob->d_parameters.initialDisplacement,
+                              &knob->d_parameters);
 }
 
-/* The core of both begins where that of the unchanged chain does. Returns the derivatives by the knob. */
-static struct beginning begin_pair(struct pair *pair, const struct chain_parameters *parameters,
-                                   double voltage, double core, const struct chain_knob *knob)
+/* Does it change the states before the core by more than the core's input at rest? */
+static bool acts_before(const struct knob *knob, const struct chain *chain, double input,
+                        const struct chain_parameters *parameters)
 {
-    struct chain_parameters changed = *parameters;
-    double *value = (double *)((char *)&changed + knob->offset);
-    const double centre = *value;
+    struct chain_state d = { .core = { 0.0 } };
+    const double by_itself =
+        chain_rest_tangent(chain, 0, chain->before, &knob->d, input, parameters, &d, 0.0, &knob->d_parameters);
 
-    *value = centre - knob->step;
-    const struct beginning below = begin_one(&pair->below, &changed, voltage, core);
-    *value = centre + knob->step;
-    const struct beginning above = begin_one(&pair->above, &changed, voltage, core);
-    return (struct beginning){ (above.input - below.input) / (2.0 * knob->step),
-                               (above.core - below.core) / (2.0 * knob->step) };
+    return knob->before || by_itself != 0.0 || any(&d, sizeof d);
 }
 
-/* Derivative of the core's input by a knob before it. A play operator's weight multiplies its output,
- * and the core comes next: there are many, and they need no difference. */
-static double drive_derivative(struct pair *pair, const struct chain_knob *knob,
-                               const struct play_state *play, double voltage)
+/* Puts the derivatives of a side's states into a column. */
+static void put(struct side *side, const struct chain *chain, const struct chain_state *d, int column)
 {
-    const size_t operator = weighed(knob);
+    double *to = side->states + column;
 
-    if (operator < PLAY_MAX)
-        return play->p[operator];
-    return (chain_drive(&pair->above.chain, &pair->above.state, voltage) -
-            chain_drive(&pair->below.chain, &pair->below.state, voltage)) /
-           (2.0 * knob->step);
+    for (int i = side->first; i < side->end; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        const double *from = (const double *)((const char *)d + place->state);
+        for (size_t k = 0; k < place->state_size / sizeof *from; k++, to += side->columns)
+            *to = from[k];
+    }
 }
 
-static double respond_difference(struct pair *pair, double core, const struct chain_surroundings *around)
+static bool allocate(struct side *side, const struct chain *chain, int columns)
 {
-    return respond(&pair->above, core, around) - respond(&pair->below, core, around);
+    size_t numbers = 1;
+
+    side->columns = columns;
+    for (int i = side->first; i < side->end; i++)
+        numbers += chain_active(chain, i)->state_size / sizeof(double);
+    side->states = calloc(numbers * (size_t)columns, sizeof(double));
+    return side->states;
 }
 
-/* Creep of a row of derivatives: linear, so by its own equation. */
-static void creep_columns(const struct creep *stage, struct columns *d, double *row)
+static bool begin_sensitivities(struct sensitivities *s, const struct chain_parameters *parameters,
+                                const size_t *places)
 {
-    double x[COLUMNS];
+    const struct chain *chain = &s->walker.chain;
+    const struct chain_parameters nothing = { .sampleTime = 0.0 };
+    double gradient[RULE_COLUMNS];
+    struct it2_partials f;
+    int columns = 1;
 
-    memcpy(x, row, (size_t)d->count * sizeof *x);
-    for (int i = 0; i < stage->count; i++) {
-        double *s = d->creep[i];
-        for (int c = 0; c < d->count; c++) {
-            s[c] += stage->rate[i] * (x[c] - s[c]);
-            row[c] += stage->gain[i] * s[c];
+    begin(&s->walker, parameters);
+    const double y = s->walker.state.core.y, input = it2_solve(&chain->core, y, y);
+    it2_gradient(&chain->core, y, input, gradient, &f);
+    for (int i = 0; i < s->rules; i++)
+        s->resting[i] = -gradient[i] / f.dx;
+    for (int j = 0; j < s->count; j++) {
+        struct knob *knob = &s->knob[j];
+        s->core[s->rules + j] = begin_knob(s, j, parameters, places[j]);
+        s->resting[s->rules + j] = s->core[s->rules + j] * (1.0 - f.dy) / f.dx;
+        knob->column = acts_before(knob, chain, input, parameters) ? columns++ : 0;
+    }
+    s->before.end = s->behind.first = chain->before;
+    s->behind.end = chain->all;
+    if (!allocate(&s->before, chain, columns) || !allocate(&s->behind, chain, s->rules + s->count))
+        return false;
+    struct chain *none = calloc(1, sizeof *none);
+    struct chain_state d = { .core = { 0.0 } };
+    if (!none)
+        return false;
+    chain_rest_tangent(chain, 0, chain->before, none, input, parameters, &d, 1.0, &nothing);
+    free(none);
+    put(&s->before, chain, &d, 0);
+    for (int j = 0; j < s->count; j++) {
+        struct knob *knob = &s->knob[j];
+        put(&s->behind, chain, &knob->d_state, s->rules + j);
+        if (!knob->column)
+            continue;
+        chain_rest_tangent(chain, 0, chain->before, &knob->d, input, parameters, &knob->d_state,
+                           s->resting[s->rules + j], &knob->d_parameters);
+        put(&s->before, chain, &knob->d_state, knob->column);
+        s->resting[s->rules + j] = 0.0;
+    }
+    return true;
+}
+
+/* --- a tick ------------------------------------------------------------------------------------ */
+
+/* Takes x and the row of derivatives over a side, and the states with them; returns the output. */
+static double pass(struct sensitivities *s, struct side *side, double x, double *row,
+                   const struct chain_surroundings *around)
+{
+    static const struct chain_surroundings constant = { 0.0, 0.0, 0.0 };
+    const struct chain *chain = &s->walker.chain;
+    double *d_state = side->states;
+
+    for (int i = side->first; i < side->end; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        const struct stage_analysis *analysis = chain_analysis(chain, i);
+        const void *constants = chain_constants_of(chain, place);
+        void *state = chain_state_of(&s->walker.state, place);
+        if (analysis->tangent)
+            analysis->tangent(constants, state, x, &constant, side->columns, d_state, row);
+        for (int n = 0; n < s->acting_count[i]; n++) {
+            const int j = s->acting[i][n];
+            const struct knob *knob = &s->knob[j];
+            const int column = side == &s->before ? knob->column : s->rules + j;
+            row[column] += analysis->by_parameters(constants, chain_constants_of(&knob->d, place), state, x,
+                                                   around, d_state + column, side->columns);
         }
+        x = place->stage->step(constants, state, x, around);
+        d_state += place->state_size / sizeof *d_state * (size_t)side->columns;
     }
+    return x;
 }
 
-static void resonance_columns(const struct resonance *stage, struct columns *d, double *row)
+/* Returns the reading, or what is not finite where the derivatives are not. */
+static double tick(struct sensitivities *s, double voltage, const struct chain_surroundings *around,
+                   double *row)
 {
-    double *last = d->resonance[0];
-    double *before = d->resonance[1];
+    struct it2_state *core = &s->walker.state.core;
+    const int columns = s->rules + s->count;
+    double gradient[RULE_COLUMNS];
+    double *before = s->row;
+    struct it2_partials f;
 
-    for (int c = 0; c < d->count; c++) {
-        const double y = stage->a1 * last[c] + stage->a2 * before[c] + stage->b * row[c];
-        before[c] = last[c];
-        last[c] = row[c] = y;
-    }
-}
-
-/* What the stages behind the core make of derivatives of its output. `straight` is the displacement before
- * the static curve. */
-static void respond_columns(const struct chain *chain, struct columns *d, double straight, double *row)
-{
-    if (chain->effects & CHAIN_CREEP)
-        creep_columns(&chain->creep, d, row);
-    if (chain->effects & CHAIN_RESONANCE)
-        resonance_columns(&chain->resonance, d, row);
-    const double slope = chain_bend_tangent(chain, straight, 1.0);
-    for (int c = 0; c < d->count; c++)
-        row[c] *= slope;
-}
-
-/* Derivatives of the states behind the core by those of its displacement at rest. */
-static void begin_columns(struct columns *d, const struct chain *chain, const double *core)
-{
-    double slope = 1.0;
-
-    for (int i = 0; i < chain->creep.count; i++) {
-        memcpy(d->creep[i], core, (size_t)d->count * sizeof *core);
-        slope += chain->creep.gain[i];
-    }
-    for (int c = 0; c < d->count; c++)
-        d->resonance[0][c] = d->resonance[1][c] = slope * core[c];
+    memset(before, 0, (size_t)s->before.columns * sizeof *before);
+    const double x = pass(s, &s->before, voltage, before, around);
+    core->y = it2_gradient(&s->walker.chain.core, core->y, x, gradient, &f);
+    const double by_rest = f.dx * before[0];
+    for (int c = 0; c < columns; c++)
+        s->core[c] = f.dy * s->core[c] + by_rest * s->resting[c];
+    for (int i = 0; i < s->rules; i++)
+        s->core[i] += gradient[i];
+    for (int j = 0; j < s->count; j++)
+        if (s->knob[j].column)
+            s->core[s->rules + j] += f.dx * before[s->knob[j].column];
+    memcpy(row, s->core, (size_t)columns * sizeof *row);
+    const double measured = pass(s, &s->behind, core->y, row, around);
+    return isfinite(f.dy) ? measured : f.dy;
 }
 
 size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_record *record,
-                         const struct chain_knob *knobs, int count, double *measured,
-                         double *sensitivity)
+                         const size_t *places, int count, double *measured, double *sensitivity)
 {
-    const int rules = IT2_RULE_PARAMETERS * parameters->ruleCount;
-    const int columns = rules + count;
-    double core[COLUMNS] = { 0.0 }; /* derivatives of the core's output */
-    double gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
-    struct it2_partials f;
-    struct walker walker;
-    struct pair *pairs = malloc((size_t)(count > 0 ? count : 1) * sizeof *pairs);
-    struct columns *d = malloc(sizeof *d);
+    struct sensitivities *s = calloc(1, sizeof *s);
     size_t k = 0;
 
-    if (!pairs || !d || count > CHAIN_MAX_KNOBS)
+    if (!s || count > CHAIN_MAX_KNOBS)
         goto end;
-    *d = (struct columns){ .count = columns };
-    const struct start start = begin(&walker, parameters, record->voltage[0]);
-    it2_gradient(&walker.chain.core, walker.state.core.y, start.input, gradient, &f);
-    /* at rest y = F(y, x, p): dy = (dF/dp dp + dF/dx dx) / (1 - dF/dy); elsewhere the reading is given */
-    const double follows = start.at_rest ? 1.0 / (1.0 - f.dy) : 0.0;
-    for (int i = 0; i < rules; i++)
-        core[i] = follows * gradient[i];
-    for (int j = 0; j < count; j++) {
-        const struct beginning by =
-            begin_pair(&pairs[j], parameters, record->voltage[0], walker.state.core.y, &knobs[j]);
-        core[rules + j] = start.at_rest ? follows * f.dx * by.input : by.core;
-    }
-    begin_columns(d, &walker.chain, core);
+    s->rules = IT2_RULE_PARAMETERS * parameters->ruleCount;
+    s->count = count;
+    s->knob = calloc((size_t)count + 1, sizeof *s->knob);
+    if (!s->knob || !begin_sensitivities(s, parameters, places))
+        goto end;
     for (; k < record->samples; k++) {
         const struct chain_surroundings around = at(parameters, record, k);
-        double *row = sensitivity + k * (size_t)columns;
-        const double x = chain_drive(&walker.chain, &walker.state, record->voltage[k]);
-        const double y = it2_gradient(&walker.chain.core, walker.state.core.y, x, gradient, &f);
-        walker.state.core.y = y;
-        for (int c = 0; c < columns; c++)
-            core[c] *= f.dy;
-        for (int i = 0; i < rules; i++)
-            core[i] += gradient[i];
-        for (int j = 0; j < count; j++)
-            if (knobs[j].before_core)
-                core[rules + j] += f.dx * drive_derivative(&pairs[j], &knobs[j], &walker.state.play,
-                                                           record->voltage[k]);
-        memcpy(row, core, (size_t)columns * sizeof *row);
-        const double straight = chain_respond_affine(&walker.chain, &walker.state, y, &around);
-        measured[k] = chain_measure(&walker.chain, chain_bend(&walker.chain, straight), around.time);
-        respond_columns(&walker.chain, d, straight, row);
-        for (int j = 0; j < count; j++)
-            if (!knobs[j].before_core)
-                row[rules + j] += respond_difference(&pairs[j], y, &around) / (2.0 * knobs[j].step);
-        if (!isfinite(measured[k]) || !isfinite(f.dy))
+        measured[k] = tick(s, record->voltage[k], &around, sensitivity + k * (size_t)(s->rules + count));
+        if (!isfinite(measured[k]))
             break;
     }
 end:
-    free(d);
-    free(pairs);
+    if (s) {
+        free(s->knob);
+        free(s->before.states);
+        free(s->behind.states);
+    }
+    free(s);
     return k;
 }

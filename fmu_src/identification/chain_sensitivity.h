@@ -1,5 +1,5 @@
-/* The chain over a whole record as the identification needs it: from rest at the record's first voltage,
- * and with the derivatives of the reading by everything that is fitted. */
+/* The chain over a whole record as the identification needs it: with the derivatives of the reading by
+ * everything that is fitted, the state in which the record begins included. */
 #ifndef IT2HYS_CHAIN_SENSITIVITY_H
 #define IT2HYS_CHAIN_SENSITIVITY_H
 
@@ -15,36 +15,22 @@ struct chain_record {
     size_t samples;
 };
 
-/* A parameter of an effect that is fitted: where in struct chain_parameters, whether its effect stands
- * before the core, and by how much it is changed for a difference quotient. */
-struct chain_knob {
-    size_t offset;
-    int before_core;
-    double step;
-};
-
 enum { CHAIN_MAX_KNOBS = 96 };
 
 HIDDEN_BEGIN
 
-/* The readings, and the core's input and output, from rest at the first voltage after the history that
- * the parameters tell (initialRestOffset, initialExcursion, initialCreep). initialDisplacement is
- * where the search for what the core keeps begins; if it keeps nothing within the range from there, the
- * reading begins there. Returns the number of samples computed: less than all if a reading is not
- * finite. */
+/* The readings, and the core's input and output, begun by chain_reset as the plant FMU is. Returns the
+ * number of samples computed: less than all if a reading is not finite. */
 size_t chain_predict(const struct chain_parameters *parameters, const struct chain_record *record,
                      double *measured, double *core_input, double *core_output);
 
 /* The same with `sensitivity`: a row per sample with the derivatives by the rules' parameters (in the
- * order of struct it2_rule) and the knobs.
+ * order of struct it2_rule) and by the Real parameters at these places in struct chain_parameters.
  *
- * The rules' are exact (forward sensitivities), and so is what every stage makes of those before it. By
- * its own parameters each stage is differentiated by central differences: an effect needs no more than
- * its step for that. Only the play operators' weights, which are many, need none. Returns 0 if there is
- * no memory for it. */
+ * All are exact: forward sensitivities, by the stages' tangents. By a parameter at which the reading has a
+ * corner the derivative is that of one side, or the mean of both. Returns 0 if there is no memory for it. */
 size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_record *record,
-                         const struct chain_knob *knobs, int count, double *measured,
-                         double *sensitivity);
+                         const size_t *places, int count, double *measured, double *sensitivity);
 
 HIDDEN_END
 

@@ -15,8 +15,8 @@ BOOL WINAPI DllMainCRTStartup(HINSTANCE module, DWORD reason, LPVOID reserved)
 
 int vsnprintf(char *text, size_t size, const char *format, va_list arguments)
 {
-    return __stdio_common_vsprintf(_CRT_INTERNAL_PRINTF_STANDARD_SNPRINTF_BEHAVIOR, text, size, format,
-                                   NULL, arguments);
+    return __stdio_common_vsprintf(_CRT_INTERNAL_PRINTF_STANDARD_SNPRINTF_BEHAVIOR, text, size, format, NULL,
+                                   arguments);
 }
 
 int snprintf(char *text, size_t size, const char *format, ...)

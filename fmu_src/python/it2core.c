@@ -15,17 +15,15 @@
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
-EXPORT size_t it2core_free_run(const struct it2_rule *rules, int count, const double *range,
-                               const double *x, size_t n, double y_initial, double *y,
-                               double *sensitivity);
+EXPORT size_t it2core_free_run(const struct it2_rule *rules, int count, const double *range, const double *x,
+                               size_t n, double y_initial, double *y, double *sensitivity);
 EXPORT void it2core_one_step(const struct it2_rule *rules, int count, const double *range,
                              const double *y_previous, const double *x, size_t n, double *y);
 EXPORT void it2core_solve(const struct it2_rule *rules, int count, const double *range,
                           const double *y_previous, const double *y, size_t n, double *x);
-EXPORT double it2core_gradient(const struct it2_rule *rules, int count, const double *range,
-                               double y_previous, double x, double *by_rules, double *by_arguments);
-EXPORT double it2core_contraction(const struct it2_rule *rules, int count, double minimum,
-                                  double maximum);
+EXPORT double it2core_gradient(const struct it2_rule *rules, int count, const double *range, double y_previous,
+                               double x, double *by_rules, double *by_arguments);
+EXPORT double it2core_contraction(const struct it2_rule *rules, int count, double minimum, double maximum);
 EXPORT bool it2core_check(const struct it2_rule *rules, int count, double minimum, double maximum,
                           char *message, size_t size);
 
@@ -33,31 +31,30 @@ EXPORT size_t it2core_chain_size(void);
 EXPORT size_t it2core_chain_parameter(int index, const char **name, int *integer);
 EXPORT bool it2core_chain_check(const void *parameters, char *message, size_t size);
 EXPORT size_t it2core_chain_run(const void *parameters, const double *voltage, const double *force,
-                                const double *temperature, int64_t first_tick, size_t n,
-                                double *displacement, double *measured, int *outside);
-EXPORT size_t it2core_chain_inverse(const void *parameters, const double *reference,
-                                    const double *force, const double *temperature,
-                                    int64_t first_tick, size_t n, double *voltage, int *limits);
+                                const double *temperature, int64_t first_tick, size_t n, double *displacement,
+                                double *measured, int *outside);
+EXPORT size_t it2core_chain_inverse(const void *parameters, const double *reference, const double *force,
+                                    const double *temperature, int64_t first_tick, size_t n, double *voltage,
+                                    int *limits);
 EXPORT double it2core_chain_equilibrium(const void *parameters);
-EXPORT size_t it2core_chain_predict(const void *parameters, const struct chain_record *record,
-                                    double *measured, double *core_input, double *core_output);
+EXPORT size_t it2core_chain_predict(const void *parameters, const struct chain_record *record, double *measured,
+                                    double *core_input, double *core_output);
 EXPORT size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,
-                                        const struct chain_knob *knobs, int count, double *measured,
-                                        double *sensitivity);
+                                        const size_t *places, int count, double *measured, double *sensitivity);
 
 static struct it2_range range_of(const double *range)
 {
     return (struct it2_range){ range[0], range[1] };
 }
 
-size_t it2core_free_run(const struct it2_rule *rules, int count, const double *range, const double *x,
-                        size_t n, double y_initial, double *y, double *sensitivity)
+size_t it2core_free_run(const struct it2_rule *rules, int count, const double *range, const double *x, size_t n,
+                        double y_initial, double *y, double *sensitivity)
 {
     return it2_free_run(rules, count, range_of(range), x, n, y_initial, y, sensitivity);
 }
 
-void it2core_one_step(const struct it2_rule *rules, int count, const double *range,
-                      const double *y_previous, const double *x, size_t n, double *y)
+void it2core_one_step(const struct it2_rule *rules, int count, const double *range, const double *y_previous,
+                      const double *x, size_t n, double *y)
 {
     struct it2 stage;
 
@@ -66,8 +63,8 @@ void it2core_one_step(const struct it2_rule *rules, int count, const double *ran
         y[k] = it2_evaluate(&stage, y_previous[k], x[k]);
 }
 
-void it2core_solve(const struct it2_rule *rules, int count, const double *range,
-                   const double *y_previous, const double *y, size_t n, double *x)
+void it2core_solve(const struct it2_rule *rules, int count, const double *range, const double *y_previous,
+                   const double *y, size_t n, double *x)
 {
     struct it2 stage;
 
@@ -99,8 +96,8 @@ double it2core_contraction(const struct it2_rule *rules, int count, double minim
     return it2_contraction(&stage, (struct it2_range){ minimum, maximum }, &where);
 }
 
-bool it2core_check(const struct it2_rule *rules, int count, double minimum, double maximum,
-                   char *message, size_t size)
+bool it2core_check(const struct it2_rule *rules, int count, double minimum, double maximum, char *message,
+                   size_t size)
 {
     return it2_check(rules, count, (struct it2_range){ minimum, maximum }, message, size);
 }
@@ -125,9 +122,8 @@ bool it2core_chain_check(const void *parameters, char *message, size_t size)
     return chain_check(parameters, message, size);
 }
 
-static struct chain_surroundings surroundings(const struct chain_parameters *parameters,
-                                              const double *force, const double *temperature,
-                                              int64_t first_tick, size_t k)
+static struct chain_surroundings surroundings(const struct chain_parameters *parameters, const double *force,
+                                              const double *temperature, int64_t first_tick, size_t k)
 {
     const double time = (double)(first_tick + (int64_t)k) * parameters->sampleTime;
 
@@ -147,8 +143,7 @@ size_t it2core_chain_run(const void *parameters, const double *voltage, const do
     chain_prepare(&chain, parameters);
     chain_reset(&chain, &state, parameters);
     for (size_t k = 0; k < n; k++) {
-        const struct chain_surroundings around =
-            surroundings(parameters, force, temperature, first_tick, k);
+        const struct chain_surroundings around = surroundings(parameters, force, temperature, first_tick, k);
         displacement[k] = chain_step(&chain, &state, voltage[k], &around);
         measured[k] = chain_measure(&chain, displacement[k], around.time);
         outside[k] = chain_outside(voltage[k], p->voltageMin, p->voltageMax) ||
@@ -170,8 +165,7 @@ size_t it2core_chain_inverse(const void *parameters, const double *reference, co
     chain_prepare(&chain, parameters);
     chain_reset(&chain, &state, parameters);
     for (size_t k = 0; k < n; k++) {
-        const struct chain_surroundings around =
-            surroundings(parameters, force, temperature, first_tick, k);
+        const struct chain_surroundings around = surroundings(parameters, force, temperature, first_tick, k);
         voltage[k] = chain_inverse(&chain, &state, reference[k], &around, &limit);
         limits[k] = (int)limit;
         if (!isfinite(voltage[k]))
@@ -191,15 +185,14 @@ double it2core_chain_equilibrium(const void *parameters)
     return chain_equilibrium(&chain, &state);
 }
 
-size_t it2core_chain_predict(const void *parameters, const struct chain_record *record,
-                             double *measured, double *core_input, double *core_output)
+size_t it2core_chain_predict(const void *parameters, const struct chain_record *record, double *measured,
+                             double *core_input, double *core_output)
 {
     return chain_predict(parameters, record, measured, core_input, core_output);
 }
 
 size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,
-                                 const struct chain_knob *knobs, int count, double *measured,
-                                 double *sensitivity)
+                                 const size_t *places, int count, double *measured, double *sensitivity)
 {
-    return chain_sensitivity(parameters, record, knobs, count, measured, sensitivity);
+    return chain_sensitivity(parameters, record, places, count, measured, sensitivity);
 }

@@ -53,10 +53,9 @@ struct stepper_fault {
 };
 
 EXPORT int64_t it2core_stepper_run(const struct stepper_slave *slaves, int32_t slave_count, double *slots,
-                                   const double *const *signals, int32_t signal_count,
-                                   const int32_t *recorded, double *const *records,
-                                   int32_t record_count, int64_t first_step, int64_t steps,
-                                   double step_size, struct stepper_fault *fault);
+                                   const double *const *signals, int32_t signal_count, const int32_t *recorded,
+                                   double *const *records, int32_t record_count, int64_t first_step,
+                                   int64_t steps, double step_size, struct stepper_fault *fault);
 
 /* Who listens to an instance: its component environment. */
 struct stepper_listener {
@@ -149,11 +148,9 @@ static fmi2Status get_outputs(const struct stepper_slave *slave, double *slots)
             status = worse(status, slave->get_real(slave->instance, reference, count, output));
         else {
             if (base == INTEGER)
-                status = worse(status, slave->get_integer(slave->instance, reference, count,
-                                                          slave->integers));
+                status = worse(status, slave->get_integer(slave->instance, reference, count, slave->integers));
             else
-                status = worse(status, slave->get_boolean(slave->instance, reference, count,
-                                                          slave->integers));
+                status = worse(status, slave->get_boolean(slave->instance, reference, count, slave->integers));
             for (size_t i = 0; i < count; i++)
                 output[i] = slave->integers[i];
         }
@@ -180,8 +177,8 @@ static int32_t step_slave(const struct stepper_slave *slave, double *slots, doub
 /* Return the number of complete steps, which is less than asked for where a slave refused one. */
 int64_t it2core_stepper_run(const struct stepper_slave *slaves, int32_t slave_count, double *slots,
                             const double *const *signals, int32_t signal_count, const int32_t *recorded,
-                            double *const *records, int32_t record_count, int64_t first_step,
-                            int64_t steps, double step_size, struct stepper_fault *fault)
+                            double *const *records, int32_t record_count, int64_t first_step, int64_t steps,
+                            double step_size, struct stepper_fault *fault)
 {
     for (int64_t k = 0; k < steps; k++) {
         const double time = (double)(first_step + k) * step_size;

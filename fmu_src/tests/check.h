@@ -22,15 +22,15 @@ static inline bool check_that(bool ok, const char *text, const char *file, int l
 }
 
 /* |value - expected| <= tolerance * |scale|; a NaN fails. */
-static inline bool check_near(double value, double expected, double scale, double tolerance,
-                              const char *text, const char *file, int line)
+static inline bool check_near(double value, double expected, double scale, double tolerance, const char *text,
+                              const char *file, int line)
 {
     const bool ok = fabs(value - expected) <= tolerance * fabs(scale);
 
     check_count++;
     if (!ok && check_failures++ < CHECK_PRINTED)
-        fprintf(stderr, "%s:%d: %s: %.17g, expected %.17g within %g of %g\n", file, line, text, value,
-                expected, tolerance, scale);
+        fprintf(stderr, "%s:%d: %s: %.17g, expected %.17g within %g of %g\n", file, line, text, value, expected,
+                tolerance, scale);
     return ok;
 }
 

@@ -10,9 +10,13 @@
 /* Table 1 without effects. */
 static inline void plain(struct chain_parameters *p)
 {
-    *p = (struct chain_parameters){ .sampleTime = 1e-4, .voltageMin = -50.0, .voltageMax = 150.0,
-                                    .displacementMax = 16.0, .ruleCount = 3,
-                                    .initialDisplacement = 5.0, .displacementZero = 0.3 };
+    *p = (struct chain_parameters){ .sampleTime = 1e-4,
+                                    .voltageMin = -50.0,
+                                    .voltageMax = 150.0,
+                                    .displacementMax = 16.0,
+                                    .ruleCount = 3,
+                                    .initialDisplacement = 5.0,
+                                    .displacementZero = 0.3 };
     memcpy(p->rule, TABLE_1, sizeof TABLE_1);
 }
 
@@ -57,13 +61,12 @@ static inline void add_effects(uint64_t *seed, struct chain_parameters *p, unsig
         p->resonance = (struct resonance_parameters){ random_between(seed, 300.0, 4500.0),
                                                       random_between(seed, 0.02, 0.9) };
     if (effects & CHAIN_DRIFT)
-        p->drift = (struct drift_parameters){ random_between(seed, -0.02, 0.02),
-                                              random_between(seed, -2.0, 2.0) };
+        p->drift =
+            (struct drift_parameters){ random_between(seed, -0.02, 0.02), random_between(seed, -2.0, 2.0) };
     if (effects & CHAIN_NONLINEARITY)
-        p->nonlinearity = (struct nonlinearity_parameters){ random_between(seed, -0.5, 0.5),
-                                                            random_between(seed, -0.5, 0.5),
-                                                            random_between(seed, -0.5, 0.5),
-                                                            0.0, 16.0 };
+        p->nonlinearity =
+            (struct nonlinearity_parameters){ random_between(seed, -0.5, 0.5), random_between(seed, -0.5, 0.5),
+                                              random_between(seed, -0.5, 0.5), 0.0, 16.0 };
     if (effects & CHAIN_HUM)
         p->hum = (struct hum_parameters){ 0.02, random_between(seed, 10.0, 400.0), 1.0 };
 }
@@ -73,8 +76,7 @@ static inline double swing(double low, double high, int tick, double phase)
 {
     const double t = 1e-4 * tick;
 
-    return 0.5 * (low + high) + 0.5 * (high - low) * (0.8 * sin(250.0 * t + phase) +
-                                                      0.2 * sin(1700.0 * t));
+    return 0.5 * (low + high) + 0.5 * (high - low) * (0.8 * sin(250.0 * t + phase) + 0.2 * sin(1700.0 * t));
 }
 
 static inline struct chain_surroundings surroundings(int tick)

@@ -4,11 +4,11 @@
 #define IT2HYS_FMI2_API_H
 
 #include "fmi2FunctionTypes.h"
-#include "fmu.h"
+#include "actuator.h"
 
 struct fmi2_api {
     const char *identifier;
-    enum fmu_kind kind;
+    unsigned kind;
     uint64_t table_hash;
     fmi2GetTypesPlatformTYPE *GetTypesPlatform;
     fmi2GetVersionTYPE *GetVersion;
@@ -45,6 +45,19 @@ struct fmi2_api {
     fmi2GetBooleanStatusTYPE *GetBooleanStatus;
     fmi2GetStringStatusTYPE *GetStringStatus;
 };
+
+/* All that an FMU state of plant or inverse holds: the layer's snapshot and what is behind it. */
+struct block {
+    struct fmu_snapshot s;
+    struct chain_parameters parameter;
+    struct chain_state state;
+    struct chain_state last_state;
+};
+
+static inline struct block *block_of(fmi2Component c)
+{
+    return (struct block *)(void *)((struct fmu *)c)->now;
+}
 
 extern const struct fmi2_api PLANT, INVERSE, COUNTING;
 

@@ -58,8 +58,8 @@ const struct chain_parameters *start_parameters(void)
 
 fmi2Component make(const struct fmi2_api *api)
 {
-    fmi2Component c = api->Instantiate("test", fmi2CoSimulation, guid_of(api), NULL, &CALLBACKS,
-                                       fmi2False, fmi2False);
+    fmi2Component c =
+        api->Instantiate("test", fmi2CoSimulation, guid_of(api), NULL, &CALLBACKS, fmi2False, fmi2False);
 
     if (!c) {
         fprintf(stderr, "no instance of %s: %s\n", api->identifier, logged.text);
@@ -99,10 +99,10 @@ fmi2Component make_in_phase(const struct fmi2_api *api, enum fmu_phase phase)
 
 fmi2ValueReference reference_of(const struct fmi2_api *api, const char *name)
 {
-    const struct fmu_model model = { .kind = api->kind };
+    const struct fmu_model *model = api->kind == FMU_PLANT ? &plant_model : &inverse_model;
 
     for (fmi2ValueReference r = 0; r < 1000; r++) {
-        const struct fmu_variable *variable = fmu_find(&model, r);
+        const struct fmu_variable *variable = fmu_find(model, r);
         if (variable && strcmp(variable->name, name) == 0)
             return r;
     }

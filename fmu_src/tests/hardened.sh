@@ -55,10 +55,11 @@ else
 fi
 
 if supports -fanalyzer; then
-    for file in "$source"/core/*.c "$source"/fmi2/*.c "$source"/plant/*.c "$source"/inverse/*.c \
-        "$source"/controller/*.c "$source"/identification/*.c "$source"/python/stepper.c; do
+    for file in "$source"/core/*.c "$source"/fmi/*.c "$source"/models/*.c \
+        "$source"/identification/*.c "$source"/python/stepper.c; do
         cc -std=c99 -O2 -fanalyzer -fdiagnostics-path-format=none -Werror -c "$file" -o "$probe.o" \
-            -I"$source/core" -I"$source/fmi2" -I"$build/generated" -isystem "$source/fmi2/standard"
+            -I"$source/core" -I"$source/fmi" -I"$source/models" -I"$build/generated" \
+            -isystem "$source/fmi/standard"
     done
     echo "hardened: -fanalyzer finds nothing"
 else

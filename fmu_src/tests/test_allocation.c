@@ -37,8 +37,7 @@ static void of_model(const struct fmi2_api *m)
 {
     allocations = 0;
     fmi2Component c = make_running(m, 0.0);
-    const fmi2ValueReference input = reference_of(m, input_of(m)),
-                             output = reference_of(m, output_of(m));
+    const fmi2ValueReference input = reference_of(m, input_of(m)), output = reference_of(m, output_of(m));
     const fmi2Integer order = 1;
     const double seed = 1.0;
     fmi2FMUstate state = NULL;

@@ -14,8 +14,9 @@ static const struct chain_surroundings STILL = { 0.0, 0.0, 0.0 };
 /* For any voltage: random references ask for thousands of volts. */
 static int random_set(uint64_t *seed, struct chain_parameters *p)
 {
-    *p = (struct chain_parameters){ .sampleTime = 1e-4, .voltageMin = -1e9, .voltageMax = 1e9,
-                                    .displacementMax = 16.0 };
+    *p = (struct chain_parameters){
+        .sampleTime = 1e-4, .voltageMin = -1e9, .voltageMax = 1e9, .displacementMax = 16.0
+    };
     p->ruleCount = random_usable_rules(seed, p->rule);
     p->initialDisplacement = random_between(seed, 0.0, 16.0);
     return p->ruleCount;
@@ -23,14 +24,16 @@ static int random_set(uint64_t *seed, struct chain_parameters *p)
 
 static void table_1(struct chain_parameters *p)
 {
-    *p = (struct chain_parameters){ .sampleTime = 1e-4, .voltageMax = 150.0, .displacementMax = 16.0,
-                                    .ruleCount = 3, .initialDisplacement = 1.0 };
+    *p = (struct chain_parameters){ .sampleTime = 1e-4,
+                                    .voltageMax = 150.0,
+                                    .displacementMax = 16.0,
+                                    .ruleCount = 3,
+                                    .initialDisplacement = 1.0 };
     memcpy(p->rule, TABLE_1, sizeof TABLE_1);
 }
 
 /* plant(inverse(reference)) = reference, tick for tick. */
-static void inverse_then_step(const struct chain *chain, const struct chain_parameters *p,
-                              uint64_t *seed)
+static void inverse_then_step(const struct chain *chain, const struct chain_parameters *p, uint64_t *seed)
 {
     struct chain_state plant, inverse;
     unsigned saturated;
@@ -49,8 +52,7 @@ static void inverse_then_step(const struct chain *chain, const struct chain_para
 }
 
 /* inverse(plant(voltage)) = voltage, as long as the plant stays within reach. */
-static void step_then_inverse(const struct chain *chain, const struct chain_parameters *p,
-                              uint64_t *seed)
+static void step_then_inverse(const struct chain *chain, const struct chain_parameters *p, uint64_t *seed)
 {
     struct chain_state plant, inverse;
     unsigned saturated;
@@ -60,8 +62,7 @@ static void step_then_inverse(const struct chain *chain, const struct chain_para
     chain_reset(chain, &inverse, p);
     for (int k = 0; k < TICKS; k++) {
         const double hold = chain_equilibrium(chain, &plant);
-        const double voltage =
-            hold + random_between(seed, 0.1, 3.0) * (plant.core.y < 8.0 ? 1.0 : -1.0);
+        const double voltage = hold + random_between(seed, 0.1, 3.0) * (plant.core.y < 8.0 ? 1.0 : -1.0);
         const double displacement = chain_step(chain, &plant, voltage, &REST);
         const double back = chain_inverse(chain, &inverse, displacement, &REST, &saturated);
         CHECK(!saturated);
@@ -176,8 +177,8 @@ static struct chain_point inverse_map(const struct chain *chain, double y, doubl
     return point;
 }
 
-static void tangent(const struct chain *chain, map *f, struct chain_point d, double y, double input,
-                    double d_y, double d_input)
+static void tangent(const struct chain *chain, map *f, struct chain_point d, double y, double input, double d_y,
+                    double d_input)
 {
     const double h = 1e-5;
     const struct chain_point after = f(chain, y + h * d_y, input + h * d_input);
@@ -206,13 +207,15 @@ static void tangents(void)
         const double aim = random_between(&seed, 1.0, 15.0);
         const double d_y = random_between(&seed, -1.0, 1.0), d_input = random_between(&seed, -1.0, 1.0);
         const struct chain_state state = { .core = { y } }, d_state = { .core = { d_y } };
-        tangent(&chain, step_map, chain_step_tangent(&chain, &state, 50.0, &REST, d_state, d_input, &STILL), y, 50.0,
-                d_y, d_input);
-        tangent(&chain, inverse_map, chain_inverse_tangent(&chain, &state, aim, &REST, d_state, d_input, &STILL), y,
-                aim, d_y, d_input);
+        tangent(&chain, step_map, chain_step_tangent(&chain, &state, 50.0, &REST, d_state, d_input, &STILL), y,
+                50.0, d_y, d_input);
+        tangent(&chain, inverse_map,
+                chain_inverse_tangent(&chain, &state, aim, &REST, d_state, d_input, &STILL), y, aim, d_y,
+                d_input);
         /* out of reach the reference no longer matters */
-        tangent(&chain, inverse_map, chain_inverse_tangent(&chain, &state, 17.0, &REST, d_state, d_input, &STILL), y,
-                17.0, d_y, d_input);
+        tangent(&chain, inverse_map,
+                chain_inverse_tangent(&chain, &state, 17.0, &REST, d_state, d_input, &STILL), y, 17.0, d_y,
+                d_input);
     }
 }
 
@@ -258,8 +261,7 @@ static void equilibrium_tangent(double start, double voltage_min, double voltage
         *parameter(&up, i) += h;
         *parameter(&down, i) -= h;
         const double slope = (hold_voltage(&up) - hold_voltage(&down)) / (2.0 * h);
-        CHECK_NEAR(chain_equilibrium_tangent(&chain, &state, &p, &d), slope, fmax(1.0, fabs(slope)),
-                   1e-6);
+        CHECK_NEAR(chain_equilibrium_tangent(&chain, &state, &p, &d), slope, fmax(1.0, fabs(slope)), 1e-6);
     }
 }
 

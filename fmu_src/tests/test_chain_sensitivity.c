@@ -34,9 +34,11 @@ struct run {
     double core_output[TICKS];
 };
 
+/* The rules' parameters first. */
 struct columns {
     int count;
-    struct chain_knob knob[MOST_COLUMNS]; /* the rules' parameters are none, but have place and step */
+    size_t place[MOST_COLUMNS]; /* in struct chain_parameters */
+    double step[MOST_COLUMNS];  /* of a difference quotient */
 };
 
 static double *value_at(struct chain_parameters *p, size_t offset)
@@ -58,7 +60,7 @@ static bool predict(const struct chain_parameters *p, const struct signals *sign
 
 /* --- sets ---------------------------------------------------------------------------------------- */
 
-/* A random set that is at rest at the returned voltage, within the amplifier's limits. */
+/* A random set that begins at rest at the returned voltage, within the amplifier's limits. */
 static double random_set(uint64_t *seed, struct chain_parameters *p, unsigned effects)
 {
     struct chain chain;
@@ -66,12 +68,10 @@ static double random_set(uint64_t *seed, struct chain_parameters *p, unsigned ef
 
     plain(p);
     p->ruleCount = random_usable_rules(seed, p->rule);
-    p->displacementZero = random_between(seed, -2.0, 2.0);
-    p->voltageMin = -1e6, p->voltageMax = 1e6; /* what holds a random core where it is */
     p->initialDisplacement = random_between(seed, 5.0, 9.0);
     add_effects(seed, p, effects & ~(unsigned)CHAIN_SATURATION);
     if (effects & CHAIN_PLAY) {
-        p->initialRestOffset = random_between(seed, -40.0, 30.0);
+        p->initialRestOffset = random_between(seed, -40.0, 40.0);
         p->initialExcursion = random_between(seed, -30.0, 50.0);
     }
     if (effects & CHAIN_CREEP)
@@ -97,18 +97,16 @@ static void signals_from(struct signals *s, double voltage)
 
 /* --- prediction ---------------------------------------------------------------------------------- */
 
-/* From chain_reset at the displacement that belongs to the first voltage. */
-static void is_the_chain(struct chain_parameters p, const struct signals *s)
+static void is_the_chain(const struct chain_parameters *p, const struct signals *s)
 {
     struct chain chain;
     struct chain_state state;
     struct run run;
 
-    chain_prepare(&chain, &p);
-    it2_prepare(&chain.core, p.rule, p.ruleCount, IT2_EVERYWHERE);
-    chain_reset(&chain, &state, &p);
-    p.initialDisplacement += 0.3; /* where the search begins */
-    if (!predict(&p, s, &run))
+    chain_prepare(&chain, p);
+    it2_prepare(&chain.core, p->rule, p->ruleCount, IT2_EVERYWHERE);
+    chain_reset(&chain, &state, p);
+    if (!predict(p, s, &run))
         return;
     for (int k = 0; k < TICKS; k++) {
         const struct chain_surroundings around = surroundings(FIRST_TICK + k);
@@ -121,64 +119,65 @@ static void is_the_chain(struct chain_parameters p, const struct signals *s)
 /* --- sensitivities ------------------------------------------------------------------------------- */
 
 /* Adds a row of parameters, but for those that are off. */
-static void add(struct columns *c, struct chain_parameters *p, size_t first, int count, int before_core)
+static void add(struct columns *c, struct chain_parameters *p, size_t first, int count)
 {
     for (int i = 0; i < count; i++) {
         const size_t offset = first + (size_t)i * sizeof(double);
         const double step = STEP * fabs(*value_at(p, offset));
-        if (step > 0.0)
-            c->knob[c->count++] = (struct chain_knob){ offset, before_core, step };
+        if (step > 0.0) {
+            c->place[c->count] = offset;
+            c->step[c->count++] = step;
+        }
     }
 }
 
-#define ADD(member, before_core) \
-    add(c, p, offsetof(struct chain_parameters, member), (int)(sizeof p->member / (sizeof(double))), \
-        (before_core))
+#define ADD(member) \
+    add(c, p, offsetof(struct chain_parameters, member), (int)(sizeof p->member / (sizeof(double))))
 
 /* All that can be fitted, first the rules' parameters. */
 static void every_column(struct columns *c, struct chain_parameters *p)
 {
     c->count = 0;
-    add(c, p, offsetof(struct chain_parameters, rule), IT2_RULE_PARAMETERS * p->ruleCount, 0);
-    ADD(delay, 1);
-    ADD(slew, 1);
-    ADD(saturation, 1);
-    ADD(lag, 1);
-    ADD(play, 1);
-    ADD(initialRestOffset, 1);
-    ADD(initialExcursion, 1);
-    ADD(load, 0);
-    ADD(creep, 0);
-    ADD(initialCreep, 0);
-    ADD(displacementZero, 0);
-    ADD(resonance, 0);
-    ADD(drift, 0);
-    ADD(nonlinearity, 0);
-    ADD(hum, 0);
+    add(c, p, offsetof(struct chain_parameters, rule), IT2_RULE_PARAMETERS * p->ruleCount);
+    ADD(delay);
+    ADD(slew);
+    ADD(saturation);
+    ADD(lag);
+    ADD(play);
+    ADD(initialDisplacement);
+    ADD(initialRestOffset);
+    ADD(initialExcursion);
+    ADD(load);
+    ADD(creep);
+    ADD(initialCreep);
+    ADD(displacementZero);
+    ADD(resonance);
+    ADD(drift);
+    ADD(nonlinearity);
+    ADD(hum);
 }
 
 /* Returns whether the column is far above what rounding makes of its difference quotient. */
-static bool column_is_the_derivative(const struct chain_parameters *p, const struct signals *s,
-                                     const struct chain_knob *knob, const double *column, int stride)
+static bool column_is_the_derivative(const struct chain_parameters *p, const struct signals *s, size_t place,
+                                     double step, const double *column, int stride)
 {
     struct chain_parameters changed = *p;
     struct run below, above;
     double largest = 0.0, deviation = 0.0, furthest = RANGE;
 
-    *value_at(&changed, knob->offset) -= knob->step;
+    *value_at(&changed, place) -= step;
     predict(&changed, s, &below);
-    *value_at(&changed, knob->offset) += 2.0 * knob->step;
+    *value_at(&changed, place) += 2.0 * step;
     predict(&changed, s, &above);
     for (int k = 0; k < TICKS; k++) {
-        const double slope = (above.measured[k] - below.measured[k]) / (2.0 * knob->step);
+        const double slope = (above.measured[k] - below.measured[k]) / (2.0 * step);
         largest = fmax(largest, fabs(slope));
         deviation = fmax(deviation, fabs(column[(size_t)k * (size_t)stride] - slope));
         furthest = fmax(furthest, fabs(above.measured[k]));
     }
-    const double rounding = NOISE * furthest / knob->step;
+    const double rounding = NOISE * furthest / step;
     if (!CHECK(deviation <= TOLERANCE * largest + rounding))
-        fprintf(stderr, "offset %zu: off by %g of %g, rounding %g\n", knob->offset, deviation, largest,
-                rounding);
+        fprintf(stderr, "offset %zu: off by %g of %g, rounding %g\n", place, deviation, largest, rounding);
     return TOLERANCE * largest > rounding;
 }
 
@@ -194,14 +193,13 @@ static double are_the_derivatives(struct chain_parameters *p, const struct signa
     int told = 0;
 
     every_column(&c, p);
-    const size_t done =
-        chain_sensitivity(p, &record, c.knob + rules, c.count - rules, measured, sensitivity);
+    const size_t done = chain_sensitivity(p, &record, c.place + rules, c.count - rules, measured, sensitivity);
     CHECK(done == TICKS);
     predict(p, s, &run);
     for (int k = 0; k < TICKS; k++)
         CHECK_NEAR(measured[k], run.measured[k], RANGE, 1e-14);
     for (int j = 0; j < c.count; j++)
-        told += column_is_the_derivative(p, s, &c.knob[j], sensitivity + j, c.count);
+        told += column_is_the_derivative(p, s, c.place[j], c.step[j], sensitivity + j, c.count);
     return (double)told / c.count;
 }
 
@@ -213,66 +211,15 @@ static void random_sets(unsigned effects)
     double told = 0.0;
 
     for (int i = 0; i < SETS; i++) {
-        signals_from(&s, random_set(&seed, &p, effects));
-        is_the_chain(p, &s);
+        signals_from(&s, random_set(&seed, &p, effects) + random_between(&seed, -4.0, 4.0));
+        is_the_chain(&p, &s);
         told += are_the_derivatives(&p, &s);
     }
     CHECK(told > 0.8 * (double)SETS); /* the others are of rules that are far away */
 }
 
-/* A voltage beyond the amplifier's limits is rest at the limit. */
-static void beyond_the_limits(void)
-{
-    struct chain_parameters p;
-    struct signals s;
-    struct run beyond, at_limit;
-    uint64_t seed = 29;
-
-    signals_from(&s, random_set(&seed, &p, CHAIN_SATURATION | CHAIN_LAG | CHAIN_PLAY | CHAIN_CREEP));
-    s.voltage[0] = p.saturation.maximum + 10.0;
-    predict(&p, &s, &beyond);
-    are_the_derivatives(&p, &s);
-    s.voltage[0] = p.saturation.maximum;
-    predict(&p, &s, &at_limit);
-    for (int k = 0; k < TICKS; k++)
-        CHECK(beyond.measured[k] == at_limit.measured[k]);
-}
-
-/* --- no rest ------------------------------------------------------------------------------------- */
-
-/* A core that is being fitted need not keep any displacement: then the reading begins where it is told
- * to, with the core where creep leaves it. */
-static void without_rest(double q1, double q2)
-{
-    struct chain_parameters p;
-    struct chain chain;
-    struct chain_state state;
-    struct signals s;
-    struct run run;
-    uint64_t seed = 5;
-
-    plain(&p);
-    add_effects(&seed, &p, CHAIN_PLAY | CHAIN_CREEP);
-    p.initialCreep = 0.5;
-    p.ruleCount = 1;
-    p.rule[0].q1 = q1;
-    p.rule[0].q2 = q2;
-    p.rule[0].q3 = 1e-3;
-    chain_prepare(&chain, &p);
-    signals_from(&s, 40.0);
-    predict(&p, &s, &run);
-    const double core = chain_reset_response(&chain, &state, &p);
-    CHECK(core != p.initialDisplacement);
-    CHECK(run.core_output[0] == it2_evaluate(&chain.core, core, run.core_input[0]));
-    are_the_derivatives(&p, &s);
-}
-
 int main(void)
 {
-    without_rest(1.0, 1e-4);  /* moves on for ever, slowly: the search ends */
-    without_rest(1.0, 0.02);  /* and faster, out of the range */
-    without_rest(1.01, 0.02); /* away from an equilibrium that is not stable */
-    beyond_the_limits();
     random_sets(0);
     for (unsigned effect = 1; effect < ALL; effect *= 2)
         random_sets(effect);

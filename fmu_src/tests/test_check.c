@@ -132,8 +132,9 @@ static void short_buffer(void)
 
 static void chain_parameters(void)
 {
-    struct chain_parameters p = { .sampleTime = 1e-4, .voltageMax = 150.0, .displacementMax = 16.0,
-                                  .ruleCount = 3 };
+    struct chain_parameters p = {
+        .sampleTime = 1e-4, .voltageMax = 150.0, .displacementMax = 16.0, .ruleCount = 3
+    };
 
     memcpy(p.rule, TABLE_1, sizeof TABLE_1);
     CHECK(chain_check(&p, message, sizeof message));

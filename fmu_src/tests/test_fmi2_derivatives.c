@@ -14,8 +14,8 @@ static double derivative(const struct fmi2_api *m, fmi2Component c, const char *
 }
 
 /* The output of a step of h from `state` with the input moved by d. */
-static double repeat(const struct fmi2_api *m, fmi2Component c, fmi2FMUstate state, double input,
-                     double time, double h)
+static double repeat(const struct fmi2_api *m, fmi2Component c, fmi2FMUstate state, double input, double time,
+                     double h)
 {
     CHECK(m->SetFMUstate(c, state) == fmi2OK);
     CHECK(set_real(m, c, input_of(m), input) == fmi2OK);
@@ -74,8 +74,7 @@ static void several_at_once(void)
     fmi2Component c = make_running(&PLANT, 0.0);
     const fmi2ValueReference unknowns[] = { reference_of(&PLANT, "measured"),
                                             reference_of(&PLANT, "displacement") };
-    const fmi2ValueReference knowns[] = { reference_of(&PLANT, "voltage"),
-                                          reference_of(&PLANT, "force"),
+    const fmi2ValueReference knowns[] = { reference_of(&PLANT, "voltage"), reference_of(&PLANT, "force"),
                                           reference_of(&PLANT, "voltage") };
     const double seeds[] = { 2.0, 5.0, -0.5 };
     double values[2] = { 0.0, 0.0 };
@@ -91,10 +90,8 @@ static void several_at_once(void)
 static void refused(const struct fmi2_api *m)
 {
     fmi2Component c = make_running(m, 0.0);
-    const fmi2ValueReference output = reference_of(m, output_of(m)),
-                             input = reference_of(m, input_of(m));
-    const fmi2ValueReference parameter = reference_of(m, "rule[1].q1"),
-                             count = reference_of(m, "ruleCount");
+    const fmi2ValueReference output = reference_of(m, output_of(m)), input = reference_of(m, input_of(m));
+    const fmi2ValueReference parameter = reference_of(m, "rule[1].q1"), count = reference_of(m, "ruleCount");
     const fmi2ValueReference unknown = 1000;
     const double seed = 1.0;
     double value = 3.0;
@@ -106,8 +103,7 @@ static void refused(const struct fmi2_api *m)
     CHECK(log_says(input_of(m)) && log_says("not an unknown"));
     CHECK(m->GetDirectionalDerivative(c, &unknown, 1, &input, 1, &seed, &value) == fmi2Error);
     CHECK(m->GetDirectionalDerivative(c, &output, 1, &unknown, 1, &seed, &value) == fmi2Error);
-    CHECK(m->GetDirectionalDerivative(c, NULL, 1, &input, 1, &seed, &value) == fmi2Error &&
-          log_says("null"));
+    CHECK(m->GetDirectionalDerivative(c, NULL, 1, &input, 1, &seed, &value) == fmi2Error && log_says("null"));
     CHECK(m->GetDirectionalDerivative(c, &output, 1, NULL, 1, &seed, &value) == fmi2Error);
     CHECK(m->GetDirectionalDerivative(c, &output, 1, &input, 1, NULL, &value) == fmi2Error);
     CHECK(m->GetDirectionalDerivative(c, &output, 1, &input, 1, &seed, NULL) == fmi2Error);
@@ -141,7 +137,8 @@ static void of_start(const struct fmi2_api *m)
 
     CHECK(set_real(m, c, "initialDisplacement", at) == fmi2OK);
     const double slope = (start_output(m, c, "initialDisplacement", at + d) -
-                          start_output(m, c, "initialDisplacement", at - d)) / (2.0 * d);
+                          start_output(m, c, "initialDisplacement", at - d)) /
+                         (2.0 * d);
     CHECK(set_real(m, c, "initialDisplacement", at) == fmi2OK);
     CHECK_NEAR(derivative(m, c, "initialDisplacement"), slope, slope, 1e-6);
     CHECK(derivative(m, c, "sampleTime") == 0.0 && derivative(m, c, "voltageMin") == 0.0);
@@ -155,8 +152,7 @@ static void of_start(const struct fmi2_api *m)
             const double difference =
                 (start_output(m, c, name, value + h) - start_output(m, c, name, value - h)) / (2.0 * h);
             CHECK(set_real(m, c, name, value) == fmi2OK);
-            CHECK_NEAR(derivative(m, c, name), difference, fmax(fabs(difference), 1e-3 / fabs(value)),
-                       1e-5);
+            CHECK_NEAR(derivative(m, c, name), difference, fmax(fabs(difference), 1e-3 / fabs(value)), 1e-5);
         }
     CHECK(derivative(m, c, "rule[7].q1") == 0.0); /* not in use */
     m->FreeInstance(c);
@@ -202,14 +198,14 @@ static void endless_step(const struct fmi2_api *m)
     fmi2Component c = make_running(m, 0.0);
     fmi2FMUstate state = NULL;
     struct state_bytes bytes;
-    struct fmu_snapshot snapshot;
+    struct block snapshot;
 
     CHECK(set_real(m, c, input_of(m), signal(m, 0.0)) == fmi2OK);
     CHECK(m->DoStep(c, 0.0, TS, fmi2True) <= fmi2Warning);
     read_state(m, c, &bytes);
     memcpy(&snapshot, bytes.byte + HEADER, sizeof snapshot);
-    snapshot.last_step.span.tick -= 1000000000; /* as many as a step can have, all in their place */
-    snapshot.last_step.span.first_tick -= 1000000000;
+    snapshot.s.last_step.tick -= 1000000000; /* as many as a step can have, all in their place */
+    snapshot.s.last_step.first_tick -= 1000000000;
     const uint64_t checksum = fmu_hash(&snapshot, sizeof snapshot);
     memcpy(bytes.byte + CHECKSUM, &checksum, sizeof checksum);
     memcpy(bytes.byte + HEADER, &snapshot, sizeof snapshot);

@@ -278,8 +278,7 @@ static void null_component(const struct fmi2_api *m)
     m->FreeInstance(NULL);
 }
 
-static fmi2Component instantiate(const struct fmi2_api *m, const char *name, fmi2Type type,
-                                 const char *guid)
+static fmi2Component instantiate(const struct fmi2_api *m, const char *name, fmi2Type type, const char *guid)
 {
     forget_log();
     return m->Instantiate(name, type, guid, NULL, &CALLBACKS, fmi2False, fmi2False);
@@ -287,13 +286,13 @@ static fmi2Component instantiate(const struct fmi2_api *m, const char *name, fmi
 
 static void instantiation_refused(const struct fmi2_api *m)
 {
-    const char *const guids[] = { "", "{}", "nonsense", "{00000000-0000-0000-0000-000000000000}",
-                                  "{%s%n}", "{12345678-9abc-def0-1234-56789abcdef01234}" };
+    const char *const guids[] = { "",         "{}",
+                                  "nonsense", "{00000000-0000-0000-0000-000000000000}",
+                                  "{%s%n}",   "{12345678-9abc-def0-1234-56789abcdef01234}" };
 
     for (size_t i = 0; i < sizeof guids / sizeof guids[0]; i++) {
         CHECK(instantiate(m, "a", fmi2CoSimulation, guids[i]) == NULL);
-        CHECK(logged.count == 1 && logged.status == fmi2Error && log_says("GUID") &&
-              log_says(guids[i]));
+        CHECK(logged.count == 1 && logged.status == fmi2Error && log_says("GUID") && log_says(guids[i]));
     }
     CHECK(instantiate(m, NULL, fmi2CoSimulation, guid_of(m)) == NULL && log_says("name"));
     CHECK(instantiate(m, "", fmi2CoSimulation, guid_of(m)) == NULL && log_says("name"));
@@ -325,18 +324,12 @@ static void setup_refused(const struct fmi2_api *m)
 {
     fmi2Component c = make(m);
 
-    CHECK(m->SetupExperiment(c, fmi2False, 0.0, NAN, fmi2False, 0.0) == fmi2Error &&
-          log_says("startTime"));
-    CHECK(m->SetupExperiment(c, fmi2False, 0.0, 1.0, fmi2True, 0.5) == fmi2Error &&
-          log_says("stopTime"));
-    CHECK(m->SetupExperiment(c, fmi2False, 0.0, 1.0, fmi2True, NAN) == fmi2Error &&
-          log_says("stopTime"));
-    CHECK(m->SetupExperiment(c, fmi2True, -1.0, 0.0, fmi2False, 0.0) == fmi2Error &&
-          log_says("tolerance"));
-    CHECK(m->SetupExperiment(c, fmi2True, NAN, 0.0, fmi2False, 0.0) == fmi2Error &&
-          log_says("tolerance"));
-    CHECK(m->SetupExperiment(c, fmi2False, NAN, 1.0, fmi2False, NAN) ==
-          fmi2OK); /* undefined: not read */
+    CHECK(m->SetupExperiment(c, fmi2False, 0.0, NAN, fmi2False, 0.0) == fmi2Error && log_says("startTime"));
+    CHECK(m->SetupExperiment(c, fmi2False, 0.0, 1.0, fmi2True, 0.5) == fmi2Error && log_says("stopTime"));
+    CHECK(m->SetupExperiment(c, fmi2False, 0.0, 1.0, fmi2True, NAN) == fmi2Error && log_says("stopTime"));
+    CHECK(m->SetupExperiment(c, fmi2True, -1.0, 0.0, fmi2False, 0.0) == fmi2Error && log_says("tolerance"));
+    CHECK(m->SetupExperiment(c, fmi2True, NAN, 0.0, fmi2False, 0.0) == fmi2Error && log_says("tolerance"));
+    CHECK(m->SetupExperiment(c, fmi2False, NAN, 1.0, fmi2False, NAN) == fmi2OK); /* undefined: not read */
     CHECK(m->SetupExperiment(c, fmi2False, 0.0, 1.0, fmi2True, -INFINITY) == fmi2Error);
     CHECK(m->SetupExperiment(c, fmi2True, 1e-6, 1.0, fmi2True, 1.0) == fmi2OK);
     CHECK(m->SetupExperiment(c, fmi2False, 0.0, 1.0, fmi2True, INFINITY) == fmi2OK); /* as if undefined */

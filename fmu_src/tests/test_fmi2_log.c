@@ -38,8 +38,7 @@ static void loud_says_events(const struct fmi2_api *m)
 }
 
 /* How many messages one error, one discard and one warning leave. */
-static void provoke(const struct fmi2_api *m, fmi2Component c, int *errors, int *discards,
-                    int *warnings)
+static void provoke(const struct fmi2_api *m, fmi2Component c, int *errors, int *discards, int *warnings)
 {
     forget_log();
     m->EnterInitializationMode(c);
@@ -60,17 +59,20 @@ static void categories(const struct fmi2_api *m)
         fmi2Boolean on;
         int errors, discards, warnings;
     } CASES[] = {
-        { "logAll", fmi2True, 1, 1, 1 },          { "logAll", fmi2False, 0, 0, 0 },
-        { "logStatusWarning", fmi2False, 1, 1, 0 }, { "logStatusError", fmi2False, 0, 1, 1 },
-        { "logStatusDiscard", fmi2False, 1, 0, 1 }, { "logEvents", fmi2True, 1, 1, 1 },
-        { NULL, fmi2True, 1, 1, 1 },               { NULL, fmi2False, 0, 0, 0 },
+        { "logAll", fmi2True, 1, 1, 1 },
+        { "logAll", fmi2False, 0, 0, 0 },
+        { "logStatusWarning", fmi2False, 1, 1, 0 },
+        { "logStatusError", fmi2False, 0, 1, 1 },
+        { "logStatusDiscard", fmi2False, 1, 0, 1 },
+        { "logEvents", fmi2True, 1, 1, 1 },
+        { NULL, fmi2True, 1, 1, 1 },
+        { NULL, fmi2False, 0, 0, 0 },
     };
 
     for (size_t i = 0; i < sizeof CASES / sizeof CASES[0]; i++) {
         fmi2Component c = make_running(m, 0.0);
         int errors, discards, warnings;
-        CHECK(m->SetDebugLogging(c, CASES[i].on, CASES[i].category ? 1 : 0, &CASES[i].category) ==
-              fmi2OK);
+        CHECK(m->SetDebugLogging(c, CASES[i].on, CASES[i].category ? 1 : 0, &CASES[i].category) == fmi2OK);
         provoke(m, c, &errors, &discards, &warnings);
         CHECK(errors == CASES[i].errors && discards == CASES[i].discards);
         if (m == &INVERSE) /* its reference out of reach warns */

@@ -28,8 +28,8 @@ static size_t set_size;
 static void add(const char *name, const char *type, const char *value)
 {
     set_size += (size_t)snprintf(set + set_size, sizeof set - set_size,
-                                 "<ssv:Parameter name=\"%s\"><ssv:%s value=\"%s\"/></ssv:Parameter>\n",
-                                 name, type, value);
+                                 "<ssv:Parameter name=\"%s\"><ssv:%s value=\"%s\"/></ssv:Parameter>\n", name,
+                                 type, value);
 }
 
 /* One rule: y = 0.5 y + 1e-8 x. */
@@ -65,16 +65,15 @@ static const char *guid_of_set(const struct fmi2_api *m)
     static char guid[64];
     const unsigned long long table = m->table_hash, parameters = fmu_hash(set, set_size);
 
-    snprintf(guid, sizeof guid, "{%08llx-%04llx-%04llx-%04llx-%012llx}", table >> 32,
-             table >> 16 & 0xffffu, table & 0xffffu, parameters >> 48, parameters & 0xffffffffffffu);
+    snprintf(guid, sizeof guid, "{%08llx-%04llx-%04llx-%04llx-%012llx}", table >> 32, table >> 16 & 0xffffu,
+             table & 0xffffu, parameters >> 48, parameters & 0xffffffffffffu);
     return guid;
 }
 
 static fmi2Component instantiate(const struct fmi2_api *m, const char *resources)
 {
     forget_log();
-    return m->Instantiate("a", fmi2CoSimulation, guid_of_set(m), resources, &CALLBACKS, fmi2False,
-                          fmi2False);
+    return m->Instantiate("a", fmi2CoSimulation, guid_of_set(m), resources, &CALLBACKS, fmi2False, fmi2False);
 }
 
 static void uses_the_set(const struct fmi2_api *m, const char *resources)
@@ -95,9 +94,9 @@ static void uses_the_set(const struct fmi2_api *m, const char *resources)
 
 static void locations(const struct fmi2_api *m)
 {
-    static const char *const forms[] = { "%s/" DIRECTORY,         "%s/" DIRECTORY "/",
-                                         "file://%s/" ENCODED,    "file://%s/" ENCODED "/",
-                                         "file:%s/" ENCODED,      "file://localhost%s/" ENCODED };
+    static const char *const forms[] = { "%s/" DIRECTORY,      "%s/" DIRECTORY "/",
+                                         "file://%s/" ENCODED, "file://%s/" ENCODED "/",
+                                         "file:%s/" ENCODED,   "file://localhost%s/" ENCODED };
     char here[1024], location[2048];
 
     make_set();
@@ -108,8 +107,7 @@ static void locations(const struct fmi2_api *m)
         return;
     for (size_t i = 0; i < sizeof forms / sizeof forms[0]; i++) {
         const char *place = strstr(forms[i], "%s");
-        snprintf(location, sizeof location, "%.*s%s%s", (int)(place - forms[i]), forms[i], here,
-                 place + 2);
+        snprintf(location, sizeof location, "%.*s%s%s", (int)(place - forms[i]), forms[i], here, place + 2);
         uses_the_set(m, location);
     }
 }

@@ -86,8 +86,7 @@ static void phases(const struct fmi2_api *m)
 {
     for (unsigned from = 1; from <= 8; from *= 2)
         for (unsigned to = 1; to <= 8; to *= 2) {
-            fmi2Component c = make_in_phase(m, (enum fmu_phase)from),
-                          d = make_in_phase(m, (enum fmu_phase)to);
+            fmi2Component c = make_in_phase(m, (enum fmu_phase)from), d = make_in_phase(m, (enum fmu_phase)to);
             struct state_bytes before, after;
             fmi2FMUstate state = NULL;
             CHECK(m->GetFMUstate(c, &state) == fmi2OK);
@@ -161,7 +160,7 @@ static void damage(const struct fmi2_api *m)
 }
 
 /* A snapshot as a serialized state, under a checksum that is right. */
-static void forge(const struct fmi2_api *m, fmi2Component c, const struct fmu_snapshot *snapshot,
+static void forge(const struct fmi2_api *m, fmi2Component c, const struct block *snapshot,
                   struct state_bytes *bytes)
 {
     enum { HEADER = 40, CHECKSUM = 32 };
@@ -173,8 +172,7 @@ static void forge(const struct fmi2_api *m, fmi2Component c, const struct fmu_sn
 }
 
 /* What cannot be is refused with its reason. */
-static bool refused_when(const struct fmi2_api *m, fmi2Component c, struct fmu_snapshot snapshot,
-                         const char *reason)
+static bool refused_when(const struct fmi2_api *m, fmi2Component c, struct block snapshot, const char *reason)
 {
     struct state_bytes bytes;
 
@@ -185,25 +183,27 @@ static bool refused_when(const struct fmi2_api *m, fmi2Component c, struct fmu_s
 static void inventions(const struct fmi2_api *m)
 {
     fmi2Component c = make_running(m, 0.0);
-    struct fmu_snapshot s;
+    struct block s;
 
     steps(m, c, 0, 10, NULL);
-    const struct fmu_snapshot good = ((struct fmu *)c)->now;
-    s = good, s.phase = 3;
+    const struct block good = *block_of(c);
+    s = good, s.s.phase = 3;
     CHECK(refused_when(m, c, s, "phase"));
-    s = good, s.last_status = 7;
+    s = good, s.s.last_status = 7;
     CHECK(refused_when(m, c, s, "status"));
-    s = good, s.chain.core.y = NAN;
+    s = good, s.state.core.y = NAN;
     CHECK(refused_when(m, c, s, "finite"));
-    s = good, s.last_step.span.end_tick = s.last_step.span.first_tick - 1;
+    s = good, s.s.last_step.end_tick = s.s.last_step.first_tick - 1;
     CHECK(refused_when(m, c, s, "ticks"));
-    s = good, s.values.parameter.rule[1].sigmaLower = -1.0;
+    s = good, s.s.warned = FMU_NOT_FINITE; /* as if a step without finite numbers were known */
+    CHECK(refused_when(m, c, s, "finding"));
+    s = good, s.parameter.rule[1].sigmaLower = -1.0;
     CHECK(refused_when(m, c, s, "rule[2].sigmaLower"));
-    s = good, s.values.parameter.ruleCount = 4;
+    s = good, s.parameter.ruleCount = 4;
     CHECK(refused_when(m, c, s, "packaged with 3"));
-    s = good, s.clock.next_tick = INT64_MAX;
+    s = good, s.s.clock.next_tick = INT64_MAX;
     CHECK(refused_when(m, c, s, "ticks"));
-    s = good, s.last_step.span.first_tick = INT64_MIN / 2;
+    s = good, s.s.last_step.first_tick = INT64_MIN / 2;
     CHECK(refused_when(m, c, s, "ticks"));
     m->FreeInstance(c);
 }
@@ -212,15 +212,18 @@ static void inventions(const struct fmi2_api *m)
 static const struct {
     size_t begin, size;
 } INTEGERS[] = {
-#define WORD(member) { offsetof(struct fmu_snapshot, member), 8 }
-    WORD(phase), /* and last_status */
-    { offsetof(struct fmu_snapshot, values.parameter.ruleCount),
+#define WORD(member) { offsetof(struct block, member), 8 }
+    WORD(s.phase), /* and last_status */
+    { offsetof(struct block, parameter.ruleCount),
       offsetof(struct chain_parameters, rule) - offsetof(struct chain_parameters, ruleCount) },
-    { offsetof(struct fmu_snapshot, values.output.saturated),
-      sizeof(struct fmu_outputs) - offsetof(struct fmu_outputs, saturated) },
-    WORD(clock.tick), WORD(clock.next_tick), WORD(clock.additions),
-    WORD(last_step.span.tick), WORD(last_step.span.first_tick), WORD(last_step.span.end_tick),
-    WORD(warned),
+    { offsetof(struct block, s.output.flag), sizeof(((struct fmu_outputs *)0)->flag) },
+    WORD(s.clock.tick),
+    WORD(s.clock.next_tick),
+    WORD(s.clock.additions),
+    WORD(s.last_step.tick),
+    WORD(s.last_step.first_tick),
+    WORD(s.last_step.end_tick),
+    WORD(s.warned),
 };
 
 static bool holds_integers(size_t place)
@@ -234,8 +237,8 @@ static bool holds_integers(size_t place)
 /* All that an instance hands out is finite, and its steps return. */
 static void harmless(const struct fmi2_api *m, fmi2Component c)
 {
-    const struct fmu_model model = { .kind = m->kind };
-    const enum fmu_phase phase = (enum fmu_phase)((struct fmu *)c)->now.phase;
+    const struct fmu_model *model = m->kind == FMU_PLANT ? &plant_model : &inverse_model;
+    const enum fmu_phase phase = (enum fmu_phase)block_of(c)->s.phase;
     const double seed = 1.0;
     const fmi2ValueReference in = reference_of(m, input_of(m)), out = reference_of(m, output_of(m));
     double value = 0.0;
@@ -247,7 +250,7 @@ static void harmless(const struct fmi2_api *m, fmi2Component c)
         m->DoStep(c, value, 3 * TS, fmi2True);
     }
     for (fmi2ValueReference r = 0; r < 1000 && phase != FMU_INSTANTIATED; r++) {
-        const struct fmu_variable *v = fmu_find(&model, r);
+        const struct fmu_variable *v = fmu_find(model, r);
         if (v && v->base == FMU_REAL && m->GetReal(c, &r, 1, &value) == fmi2OK)
             CHECK(isfinite(value));
     }
@@ -260,28 +263,33 @@ static void planted(const struct fmi2_api *m, enum fmu_phase phase)
     static const union {
         double number;
         int64_t integer;
-    } SEEDS[] = { { .number = NAN },          { .number = INFINITY },     { .number = -INFINITY },
-                  { .integer = INT64_MAX },   { .integer = INT64_MIN },   { .integer = -1 },
-                  { .integer = INT64_C(1) << 62 }, { .integer = 0x7fffffff } };
+    } SEEDS[] = { { .number = NAN },
+                  { .number = INFINITY },
+                  { .number = -INFINITY },
+                  { .integer = INT64_MAX },
+                  { .integer = INT64_MIN },
+                  { .integer = -1 },
+                  { .integer = INT64_C(1) << 62 },
+                  { .integer = 0x7fffffff } };
     const size_t seeds = sizeof SEEDS / sizeof SEEDS[0];
     fmi2Component c = make_in_phase(m, phase);
-    struct fmu_snapshot *now = &((struct fmu *)c)->now;
+    struct block *now = block_of(c);
     struct state_bytes bytes;
     long let_through = 0;
 
     if (phase == FMU_STEP_COMPLETE)
         steps(m, c, 0, 10, NULL);
-    const struct fmu_snapshot good = *now;
+    const struct block good = *now;
     for (size_t place = 0; place < sizeof good; place += 8)
         for (size_t i = 0; i < (holds_integers(place) ? seeds : 3); i++) {
-            struct fmu_snapshot s = good;
+            struct block s = good;
             fmi2FMUstate state = NULL;
             memcpy((char *)&s + place, &SEEDS[i], 8);
             memcpy(now, &good, sizeof good);
             forge(m, c, &s, &bytes);
             if (m->DeSerializeFMUstate(c, bytes.byte, bytes.size, &state) != fmi2OK)
                 continue;
-            let_through += !holds_integers(place) && s.clock.stop_time != INFINITY;
+            let_through += !holds_integers(place) && s.s.clock.stop_time != INFINITY;
             CHECK(m->SetFMUstate(c, state) == fmi2OK);
             harmless(m, c);
             m->FreeFMUstate(c, &state);
@@ -295,17 +303,17 @@ static void absurd_ticks(const struct fmi2_api *m)
 {
     static const int64_t TICKS[] = { INT64_MAX, INT64_MIN, INT64_C(1) << 62, INT64_C(1) << 54, -1 };
     static const size_t PLACES[] = {
-        offsetof(struct fmu_snapshot, clock.tick),
-        offsetof(struct fmu_snapshot, clock.next_tick),
-        offsetof(struct fmu_snapshot, last_step.span.tick),
-        offsetof(struct fmu_snapshot, last_step.span.end_tick),
+        offsetof(struct block, s.clock.tick),
+        offsetof(struct block, s.clock.next_tick),
+        offsetof(struct block, s.last_step.tick),
+        offsetof(struct block, s.last_step.end_tick),
     };
     fmi2Component c = make_running(m, 0.0);
 
     steps(m, c, 0, 10, NULL);
     for (size_t place = 0; place < sizeof PLACES / sizeof PLACES[0]; place++)
         for (size_t i = 0; i < sizeof TICKS / sizeof TICKS[0]; i++) {
-            struct fmu_snapshot s = ((struct fmu *)c)->now;
+            struct block s = *block_of(c);
             memcpy((char *)&s + PLACES[place], &TICKS[i], 8);
             if (TICKS[i] != -1 || place != 2) /* where the last step began may have been before 0 */
                 CHECK(refused_when(m, c, s, "ticks"));

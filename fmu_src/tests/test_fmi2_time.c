@@ -145,8 +145,7 @@ static void impossible_steps(const struct fmi2_api *m)
     CHECK(m->DoStep(c, 5 * TS, NAN, fmi2True) == fmi2Error && log_says("finite"));
     CHECK(m->DoStep(c, 5 * TS, INFINITY, fmi2True) == fmi2Error && log_says("finite"));
     CHECK(m->DoStep(c, NAN, TS, fmi2True) == fmi2Error && log_says("finite"));
-    CHECK(m->DoStep(c, 4 * TS, TS, fmi2True) == fmi2Error && log_says("begins at") &&
-          log_says("0.0005"));
+    CHECK(m->DoStep(c, 4 * TS, TS, fmi2True) == fmi2Error && log_says("begins at") && log_says("0.0005"));
     CHECK(m->DoStep(c, 6 * TS, TS, fmi2True) == fmi2Error && log_says("begins at"));
     CHECK(m->DoStep(c, 5.01 * TS, TS, fmi2True) == fmi2Error);
     CHECK(m->DoStep(c, 5 * TS, 1e200, fmi2True) == fmi2Error && log_says("counted"));
@@ -248,7 +247,8 @@ static void out_of_range(void)
     CHECK(get_boolean(&PLANT, c, "outOfRange") == 0);
     CHECK(set_real(&PLANT, c, "voltage", 109.95) == fmi2OK);
     CHECK(PLANT.DoStep(c, 10 * TS, 3 * TS, fmi2True) == fmi2Warning && logged.count == 1);
-    CHECK(log_says("the voltage left voltageMin..voltageMax, 0 to 110 V") && log_says("it is 110.05 V at 0.0011 s"));
+    CHECK(log_says("the voltage left voltageMin..voltageMax, 0 to 110 V") &&
+          log_says("it is 110.05 V at 0.0011 s"));
     CHECK(log_says("logged once") && strcmp(logged.category, "logStatusWarning") == 0);
     CHECK(get_boolean(&PLANT, c, "outOfRange") == 1);
     CHECK(set_real(&PLANT, c, "voltage", 115.0) == fmi2OK && set_slope(&PLANT, c, "voltage", 0.0) == fmi2OK);

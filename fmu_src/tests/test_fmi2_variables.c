@@ -81,13 +81,12 @@ static void outputs_and_parameters(const struct fmi2_api *m)
     fmi2Component c = make_initializing(m, 0.0);
     const double start = get_real(m, c, output_of(m));
 
-    CHECK(set_real(m, c, output_of(m), 1.0) == fmi2Error && log_says("output") &&
-          log_says(output_of(m)));
+    CHECK(set_real(m, c, output_of(m), 1.0) == fmi2Error && log_says("output") && log_says(output_of(m)));
     CHECK(get_real(m, c, output_of(m)) == start);
     CHECK(m->ExitInitializationMode(c) == fmi2OK);
     CHECK(set_real(m, c, output_of(m), 1.0) == fmi2Error && log_says("output"));
     CHECK(set_real(m, c, "rule[2].q1", 0.9) == fmi2Error);
-    CHECK(log_says("rule[2].q1") && log_says("fmi2ExitInitializationMode"));
+    CHECK(log_says("rule[2].q1") && log_says("before initialization ends"));
     CHECK(set_integer(m, c, "ruleCount", 2) == fmi2Error && log_says("ruleCount"));
     CHECK(get_real(m, c, "rule[2].q1") == start_parameters()->rule[1].q1);
     CHECK(get_integer(m, c, "ruleCount") == 3);
@@ -104,8 +103,7 @@ static void all_or_nothing(const struct fmi2_api *m)
 {
     fmi2Component c = make_running(m, 0.0);
     const double old = get_real(m, c, input_of(m));
-    const fmi2ValueReference bad_last[] = { reference_of(m, input_of(m)), reference_of(m, "force"),
-                                            1000 };
+    const fmi2ValueReference bad_last[] = { reference_of(m, input_of(m)), reference_of(m, "force"), 1000 };
     const double values[] = { signal(m, 0.1), 2.0, 3.0 };
     const double not_finite[] = { signal(m, 0.1), NAN };
 
@@ -149,10 +147,8 @@ static void input_derivatives(const struct fmi2_api *m)
 
     CHECK(m->SetRealInputDerivatives(c, &input, 1, &orders[0], &value) == fmi2OK);
     for (int i = 1; i < 4; i++)
-        CHECK(m->SetRealInputDerivatives(c, &input, 1, &orders[i], &value) == fmi2Error &&
-              log_says("order"));
-    CHECK(m->SetRealInputDerivatives(c, &output, 1, orders, &value) == fmi2Error &&
-          log_says("not an input"));
+        CHECK(m->SetRealInputDerivatives(c, &input, 1, &orders[i], &value) == fmi2Error && log_says("order"));
+    CHECK(m->SetRealInputDerivatives(c, &output, 1, orders, &value) == fmi2Error && log_says("not an input"));
     CHECK(m->SetRealInputDerivatives(c, &parameter, 1, orders, &value) == fmi2Error);
     CHECK(log_says("rule[1].q1"));
     CHECK(m->SetRealInputDerivatives(c, &UNKNOWN[0], 1, orders, &value) == fmi2Error);
@@ -249,8 +245,7 @@ static void fewer_rules_than_packaged(void)
     CHECK(set_integer(&PLANT, c, "ruleCount", 2) == fmi2OK);
     CHECK(PLANT.ExitInitializationMode(c) == fmi2OK);
     it2_prepare(&core, start_parameters()->rule, 2,
-                (struct it2_range){ start_parameters()->displacementMin,
-                                    start_parameters()->displacementMax });
+                (struct it2_range){ start_parameters()->displacementMin, start_parameters()->displacementMax });
     it2_reset(&state, start_parameters()->initialDisplacement);
     for (int k = 0; k < 1000; k++) {
         const double voltage = 30.0 + 20.0 * sin(0.01 * k);

@@ -18,8 +18,8 @@ static void make_voltage(void)
 }
 
 /* Derivative of every y[k] with respect to one column by a complex step through the recurrence. */
-static void column_by_complex_step(const struct it2_rule *rules, int count, double y_initial,
-                                   int column, double *derivative)
+static void column_by_complex_step(const struct it2_rule *rules, int count, double y_initial, int column,
+                                   double *derivative)
 {
     double complex p[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
     double complex value = y_initial;

@@ -27,12 +27,12 @@ static void transcription(const struct it2_rule *rules, int count, double y, dou
                 continue;
             }
             const double excess = n - numerator / D;
-            g[0] = f * d * d / (s1 * s1 * s1) * excess / D;                   /* (14) */
-            g[1] = F * d * d / (s2 * s2 * s2) * excess / D;                   /* (15) */
-            g[2] = (f * d / (s1 * s1) + F * d / (s2 * s2)) * excess / D;      /* (13) */
-            g[3] = y * (f + F) / D;                                           /* (16) */
-            g[4] = x * (f + F) / D;                                           /* (17) */
-            g[5] = (f + F) / D;                                               /* (18) */
+            g[0] = f * d * d / (s1 * s1 * s1) * excess / D;              /* (14) */
+            g[1] = F * d * d / (s2 * s2 * s2) * excess / D;              /* (15) */
+            g[2] = (f * d / (s1 * s1) + F * d / (s2 * s2)) * excess / D; /* (13) */
+            g[3] = y * (f + F) / D;                                      /* (16) */
+            g[4] = x * (f + F) / D;                                      /* (17) */
+            g[5] = (f + F) / D;                                          /* (18) */
         }
 }
 
@@ -45,8 +45,7 @@ static double largest(const double *values, int count)
     return size;
 }
 
-static void against_transcription_and_complex_step(const struct it2_rule *rules, int count, double y,
-                                                   double x)
+static void against_transcription_and_complex_step(const struct it2_rule *rules, int count, double y, double x)
 {
     const int parameters = IT2_RULE_PARAMETERS * count;
     double gradient[MAX_PARAMETERS], printed[MAX_PARAMETERS];

@@ -40,8 +40,7 @@ static double excitation(int k)
     const double pi = 3.14159265358979323846;
     const double t = 1e-4 * k;
 
-    return 40.0 * sin(2.0 * pi * 50.0 * t - pi / 2.0) + 22.5 * sin(2.0 * pi * 25.0 * t - pi / 2.0) +
-           62.5;
+    return 40.0 * sin(2.0 * pi * 50.0 * t - pi / 2.0) + 22.5 * sin(2.0 * pi * 25.0 * t - pi / 2.0) + 62.5;
 }
 
 static void table_1_under_22(void)
@@ -98,8 +97,8 @@ static void si_units(void)
 
     for (int l = 0; l < 3; l++) {
         const struct it2_rule *r = &TABLE_1[l];
-        rules[l] = (struct it2_rule){ r->sigmaLower * 1e-6, r->sigmaUpper * 1e-6, r->centre * 1e-6,
-                                      r->q1,                r->q2 * 1e-6,         r->q3 * 1e-6 };
+        rules[l] = (struct it2_rule){ r->sigmaLower * 1e-6, r->sigmaUpper * 1e-6, r->centre * 1e-6, r->q1,
+                                      r->q2 * 1e-6,         r->q3 * 1e-6 };
     }
     it2_prepare(&um, TABLE_1, 3, IT2_EVERYWHERE);
     it2_prepare(&m, rules, 3, IT2_EVERYWHERE);
@@ -115,8 +114,7 @@ static double rule_3(double y, double x)
 
 static void far_from_all_centres(void)
 {
-    const double far[] = { 1e3,   -1e3,   1e6,   -1e6,   1e20,  -1e20,
-                           1e100, -1e100, 1e150, -1e150, 1e200, -1e300 };
+    const double far[] = { 1e3, -1e3, 1e6, -1e6, 1e20, -1e20, 1e100, -1e100, 1e150, -1e150, 1e200, -1e300 };
     struct it2 stage;
 
     it2_prepare(&stage, TABLE_1, 3, IT2_EVERYWHERE);

@@ -179,9 +179,10 @@ static void stays_put(void)
         it2_reset(&state, random_between(&seed, -FAR + 16.0, FAR));
         double largest = 0.0;
         for (int k = 0; k < TICKS; k++)
-            largest = fmax(largest, fabs(it2_step(&stage, &state, i % 3 ? constant
-                                                                     : random_between(&seed, -voltage, voltage))));
-        CHECK(largest <= bound); /* a NaN would stay out of the maximum ... */
+            largest = fmax(
+                largest,
+                fabs(it2_step(&stage, &state, i % 3 ? constant : random_between(&seed, -voltage, voltage))));
+        CHECK(largest <= bound);  /* a NaN would stay out of the maximum ... */
         CHECK(isfinite(state.y)); /* ... but in the state */
         CHECK(!paper || largest < (i % 2 ? 26.0 : 5.0) * 16.0 + 1e-9);
     }

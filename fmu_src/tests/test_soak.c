@@ -61,7 +61,7 @@ static void soak(const struct fmi2_api *m, long blocks)
     CHECK(memory_pages() == pages);
     CHECK(m->GetRealStatus(c, fmi2LastSuccessfulTime, &time) == fmi2OK);
     CHECK(fabs(time - ticks * TS) <= 1e-15 * time); /* the last t + h, rounded once */
-    CHECK(((struct fmu *)c)->now.clock.next_tick == (int64_t)blocks * BLOCK);
+    CHECK(block_of(c)->s.clock.next_tick == (int64_t)blocks * BLOCK);
     read_state(m, c, &whole);
     m->FreeInstance(c);
 

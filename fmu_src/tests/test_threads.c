@@ -23,8 +23,7 @@ static fmi2Component start(int model)
 {
     static const fmi2CallbackFunctions host = { drop, NULL, NULL, NULL, NULL };
     const struct fmi2_api *m = MODEL[model];
-    fmi2Component c =
-        m->Instantiate("thread", fmi2CoSimulation, guid[model], NULL, &host, fmi2False, fmi2True);
+    fmi2Component c = m->Instantiate("thread", fmi2CoSimulation, guid[model], NULL, &host, fmi2False, fmi2True);
 
     if (c) {
         m->SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0);

@@ -19,8 +19,7 @@ static inline double complex textbook_complex(const double complex *p, int count
     for (int l = 0; l < count; l++) {
         const double complex *r = p + IT2_RULE_PARAMETERS * l;
         const double complex d = y - r[2];
-        const double complex weight =
-            cexp(-d * d / (2.0 * r[0] * r[0])) + cexp(-d * d / (2.0 * r[1] * r[1]));
+        const double complex weight = cexp(-d * d / (2.0 * r[0] * r[0])) + cexp(-d * d / (2.0 * r[1] * r[1]));
         numerator += (r[3] * y + r[4] * x + r[5]) * weight;
         sum += weight;
     }

@@ -95,6 +95,7 @@ def diagnose(
     seed: int = 0,
     workers: int = 1,
     invert_displacement: bool = False,
+    exclude: Sequence[str] = (),
 ) -> diagnosis.Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -118,6 +119,8 @@ def diagnose(
         ``if __name__ == "__main__"``.
     invert_displacement : bool
         As for `identify`.
+    exclude : sequence of str
+        Effects that are kept out of the model.
 
     Returns
     -------
@@ -159,7 +162,14 @@ def diagnose(
         model = read_ssv(model)
     with progress_bar(quiet=True) as progress:
         return diagnosis.diagnose(
-            *records, model, declared, rules, identification.Options(seed=seed), progress, workers
+            *records,
+            model,
+            declared,
+            rules,
+            identification.Options(seed=seed),
+            progress,
+            workers,
+            exclude,
         )
 
 

@@ -67,6 +67,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="EFFECT,...",
         help="effects that are in the model from the start, such as play,creep",
     )
+    diagnose.add_argument(
+        "--exclude",
+        default="",
+        metavar="EFFECT,...",
+        help="effects that are kept out of the model",
+    )
     diagnose.add_argument("--rules", type=int, metavar="L", help="number of rules (default: 3)")
     diagnose.add_argument("--seed", type=int, default=0, help="seed of the random starts")
     _add_workers(diagnose)
@@ -268,6 +274,11 @@ def _identify(options: argparse.Namespace) -> int:
     return 0
 
 
+def _effects(text: str) -> list[str]:
+    """Return the names in a list that is separated by commas."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
 def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.diagnosis import RULES, diagnose
     from it2hys.diagnosis_report import (
@@ -286,7 +297,6 @@ def _diagnose(options: argparse.Namespace) -> int:
     check_rule_count(options.rules)
     settings = Options(seed=options.seed)
     model = None if options.model is None else read_ssv(options.model)
-    declared = [name.strip() for name in options.declared.split(",") if name.strip()]
     train, validate, test = _read_records(options)
     with progress_bar(quiet=options.quiet or options.json) as progress:
         diagnosis = diagnose(
@@ -294,11 +304,12 @@ def _diagnose(options: argparse.Namespace) -> int:
             validate,
             test,
             model,
-            declared,
-            RULES if options.rules is None else options.rules,
-            settings,
-            progress,
-            options.workers,
+            declared=_effects(options.declared),
+            excluded=_effects(options.exclude),
+            rules=RULES if options.rules is None else options.rules,
+            options=settings,
+            progress=progress,
+            workers=options.workers,
         )
     records = [*train, *validate, *test]
     report = write_diagnosis(diagnosis, records, options.output)

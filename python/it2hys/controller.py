@@ -4,10 +4,7 @@ The controller closes the loop around the inverse and the plant in studies of fe
 packages. Its variables are listed in `controller.toml`.
 """
 
-import tomllib
-from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
+from collections.abc import Sequence
 
 import numpy as np
 from lxml import etree
@@ -15,15 +12,18 @@ from lxml import etree
 from it2hys import core
 from it2hys.build_description import format_build_description
 from it2hys.documentation import render
-from it2hys.model_description import add_structure, add_types, add_units, add_variables
+from it2hys.model_description import (
+    add_log_categories,
+    add_structure,
+    add_types,
+    add_units,
+    add_variables,
+)
 from it2hys.packaging import BUILD_DESCRIPTION, fmu_archive, package_version, platform_binaries
 from it2hys.parameters import ParameterSet
-from it2hys.variables import DeclaredType, Variable, load_table
+from it2hys.variables import load_controller
 
 IDENTIFIER = "PIController"
-TABLE = Path(__file__).with_name("controller.toml")
-SOURCE = f"{IDENTIFIER}.c"
-CLOCK = "fmu_clock.h"
 CAPABILITIES = {
     "canHandleVariableCommunicationStepSize": "true",
     "canInterpolateInputs": "false",
@@ -39,46 +39,17 @@ CAPABILITIES = {
 CROSSOVER = 0.1
 
 
-@dataclass(frozen=True)
-class ControllerTable:
-    """The table of the controller's variables."""
-
-    guid: str
-    units: dict[str, dict]
-    variables: tuple[Variable, ...]
-
-
-@cache
-def load_controller() -> ControllerTable:
-    """Read `controller.toml`."""
-    source = tomllib.loads(TABLE.read_text(encoding="utf-8"))
-    types = load_table().types | {n: DeclaredType(n, **f) for n, f in source["types"].items()}
-    variables = tuple(
-        Variable(
-            name=row["name"],
-            value_reference=place,
-            models=("controller",),
-            causality=row["causality"],
-            type=types[row["type"]],
-            start=row.get("start"),
-            depends=tuple(row.get("depends", ())),
-            description=row["description"],
-        )
-        for place, row in enumerate(source["variable"])
-    )
-    return ControllerTable(source["guid"], load_table().units | source["units"], variables)
-
-
 def controller_fmu() -> bytes:
     """Return PIController.fmu."""
     native = core.native_directory()
     page = render("controller.html", variables=load_controller().variables)
+    sources = {path.name: path.read_bytes() for path in sorted((native / "controller").iterdir())}
+    c_files = [name for name in sources if name.endswith(".c")]
     return fmu_archive(
         {
-            "modelDescription.xml": _description(),
-            f"sources/{SOURCE}": (native / "controller" / SOURCE).read_bytes(),
-            f"sources/{CLOCK}": (native / "sources" / CLOCK).read_bytes(),
-            BUILD_DESCRIPTION: format_build_description(IDENTIFIER, [SOURCE]),
+            "modelDescription.xml": _description(c_files),
+            **{f"sources/{name}": content for name, content in sources.items()},
+            BUILD_DESCRIPTION: format_build_description(IDENTIFIER, c_files),
             **platform_binaries(IDENTIFIER, native),
             "documentation/index.html": page.encode(),
             "documentation/licenses/license.txt": (native / "LICENSE").read_bytes(),
@@ -86,7 +57,7 @@ def controller_fmu() -> bytes:
     )
 
 
-def _description() -> bytes:
+def _description(c_files: Sequence[str]) -> bytes:
     table = load_controller()
     version = package_version()
     root = etree.Element(
@@ -107,13 +78,13 @@ def _description() -> bytes:
         modelIdentifier=IDENTIFIER,
         **CAPABILITIES,
     )
-    etree.SubElement(etree.SubElement(slave, "SourceFiles"), "File", name=SOURCE)
+    files = etree.SubElement(slave, "SourceFiles")
+    for name in c_files:
+        etree.SubElement(files, "File", name=name)
     types = {v.type.name: v.type for v in table.variables}
     add_units(root, {t.unit for t in types.values()}, table.units)
     add_types(root, types)
-    categories = etree.SubElement(root, "LogCategories")
-    etree.SubElement(categories, "Category", name="logEvents", description="Events")
-    etree.SubElement(categories, "Category", name="logStatusError", description="Refused calls")
+    add_log_categories(root)
     etree.SubElement(
         root, "DefaultExperiment", startTime="0.0", stopTime="0.2", tolerance="1e-6", stepSize="1e-4"
     )

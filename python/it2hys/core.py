@@ -91,7 +91,8 @@ def _library() -> ctypes.CDLL:
     ]  # fmt: skip
     library.it2core_chain_sensitivity.restype = ctypes.c_size_t
     library.it2core_chain_sensitivity.argtypes = [
-        _DOUBLES, ctypes.POINTER(_Record), ctypes.POINTER(_Knob), ctypes.c_int, _DOUBLES, _DOUBLES,
+        _DOUBLES, ctypes.POINTER(_Record), ctypes.POINTER(ctypes.c_size_t), ctypes.c_int,
+        _DOUBLES, _DOUBLES,
     ]  # fmt: skip
     return library
 
@@ -106,12 +107,6 @@ class _Record(ctypes.Structure):
         ("first_tick", ctypes.c_int64),
         ("samples", ctypes.c_size_t),
     ]
-
-
-class _Knob(ctypes.Structure):
-    """The `struct chain_knob` of the same file."""
-
-    _fields_ = [("offset", ctypes.c_size_t), ("before_core", ctypes.c_int), ("step", ctypes.c_double)]
 
 
 def library_function(name: str) -> ctypes._CFuncPtr:
@@ -520,10 +515,10 @@ def chain_sensitivity(
     places = _places()
     rows = int(packed.view(np.int32)[places["ruleCount"][0] // 4])
     columns = 6 * rows + len(knobs)
-    structs = (_Knob * len(knobs))(*(_Knob(places[k.name][0], k.before_core, k.step) for k in knobs))
+    offsets = (ctypes.c_size_t * len(knobs))(*(places[k.name][0] for k in knobs))
     measured, sensitivity = np.empty(len(drive.voltage)), np.empty((len(drive.voltage), columns))
     done = _library().it2core_chain_sensitivity(
-        packed, drive._struct(), structs, len(knobs), measured, sensitivity
+        packed, drive._struct(), offsets, len(knobs), measured, sensitivity
     )
     measured[done:] = sensitivity[done:] = np.nan
     return measured, sensitivity

@@ -10,11 +10,19 @@ import numpy as np
 
 from it2hys import core, figures
 from it2hys.chain import EFFECTS
+from it2hys.diagnosis.explained import low_shares
 from it2hys.diagnosis.result import Diagnosis, Judgement
 from it2hys.excitations import time_grid, tracking_reference
 from it2hys.files import write_atomically
 from it2hys.identification_report import ROLES, UM, inversion, parameter_row, records_json
-from it2hys.metrics import Errors, change_in_percent, max_relative_error, noise_size, rms_error
+from it2hys.metrics import (
+    Errors,
+    change_in_percent,
+    max_relative_error,
+    noise_size,
+    rms_error,
+    small_figure,
+)
 from it2hys.packaging import make_directory, package
 from it2hys.progress import Progress
 from it2hys.records import Record
@@ -85,7 +93,7 @@ def write_diagnosis(
         Section(
             "What was found",
             [*details(diagnosis), *inversion(records)],
-            [error_table(diagnosis, lines)],
+            [error_table(diagnosis, lines), inverse_table(diagnosis)],
         ),
         evidence_section(diagnosis),
         *_step_sections(diagnosis, train),
@@ -129,8 +137,8 @@ def overview_section(
     record, before, after = records[i], diagnosis.before[i], diagnosis.after[i]
     compared = figures.Compared(
         f"Model error e_mr: {change(before.e_mr, after.e_mr)}",
-        *(a[after.skip :] for a in (record.time, record.voltage, record.displacement)),
-        *(j.y[after.skip :] for j in (before, after)),
+        *(a[after.lead :] for a in (record.time, record.voltage, record.displacement)),
+        *(j.y[after.lead :] for j in (before, after)),
     )
     caption = f"Record {record.name} ({ROLES[role]}), and the models driven by its voltage alone."
     if tracked:
@@ -154,7 +162,11 @@ def labels(diagnosis: Diagnosis, start: str = START) -> tuple[str, str]:
 
 def conclusion(diagnosis: Diagnosis, lines: Sequence[Errors]) -> list[str]:
     """Return what was found, in plain words; first of all if the model is of no use."""
-    return [*model_verdict(diagnosis.after, lines, ADVICE), found(diagnosis)]
+    return [
+        *model_verdict(diagnosis.after, lines, ADVICE),
+        *low_shares(diagnosis.after),
+        found(diagnosis),
+    ]
 
 
 def details(diagnosis: Diagnosis) -> list[str]:
@@ -201,7 +213,7 @@ def found(diagnosis: Diagnosis, start: str = START) -> str:
 
 def _rms_of(judgements: Sequence[Judgement], role: str) -> float:
     chosen = [j for j in judgements if j.role == role]
-    weights = [len(j.y) - j.skip for j in chosen]
+    weights = [len(j.y) - j.lead for j in chosen]
     return float(np.sqrt(np.average([j.e_rms**2 for j in chosen], weights=weights)))
 
 
@@ -212,7 +224,9 @@ def error_table(diagnosis: Diagnosis, lines: Sequence[Errors]) -> Table:
             b.name, ROLES[b.role],
             f"{100 * line.e_mr:.2f}", f"{100 * b.e_mr:.2f}", f"{100 * a.e_mr:.2f}",
             f"{line.e_rms * UM:.4f}", f"{b.e_rms * UM:.4f}", f"{a.e_rms * UM:.4f}",
-            f"{a.noise * UM:.4f}", f"{a.offset * UM:.3f}",
+            f"{a.cold_start * UM:.4f}",
+            small_figure(a.noise * UM), f"{a.offset * UM:.3f}", f"{a.lead_in:.3g}",
+            _format(100 * a.explained, "{:.4g}"), _format(100 * a.voltage_share, "{:.4g}"),
         ]
         for b, a, line in zip(diagnosis.before, diagnosis.after, lines, strict=True)
     ]  # fmt: skip
@@ -221,11 +235,43 @@ def error_table(diagnosis: Diagnosis, lines: Sequence[Errors]) -> Table:
             "record", "role",
             "line e_mr %", "e_mr % before", "e_mr % after",
             "line e_rms µm", "e_rms µm before", "e_rms µm after",
-            "noise µm", "offset removed µm",
+            "cold start µm after",
+            "noise µm", "offset removed µm", "lead-in s",
+            "explained %", "by voltage %",
         ],
         rows,
-        "Errors (24) and (25) of the free run before and after. Line: one straight line fitted to the "
-        "training records.",
+        "Errors (24) and (25) of the free run before and after, behind the lead-in: the first part of "
+        "a record, on which the start of its run is fitted and nothing else. Line: one straight line "
+        "fitted to the training records. Cold start: e_rms of the plant FMU as packaged, told nothing "
+        "but the first displacement. Explained: share of the displacement's variance that the free run "
+        "accounts for; by voltage: that a predictor without physics makes of the voltage's past, on "
+        "parts that it was not fitted to.",
+    )  # fmt: skip
+
+
+def inverse_table(diagnosis: Diagnosis) -> Table:
+    """Return what the inverse asks for against the voltage that was applied, before and after."""
+    rows = [
+        [
+            b.name, ROLES[b.role],
+            f"{b.inverse.e_rms:.4g}", f"{a.inverse.e_rms:.4g}", f"{a.inverse.noise:.2g}",
+            f"{b.inverse.e_displacement * UM:.4f}", f"{a.inverse.e_displacement * UM:.4f}",
+            f"{a.inverse.delay * 1e3:.4g}", f"{a.inverse.band:.3g}",
+            f"{100 * a.inverse.saturated:.2g}",
+        ]
+        for b, a in zip(diagnosis.before, diagnosis.after, strict=True)
+    ]  # fmt: skip
+    return Table(
+        [
+            "record", "role",
+            "V rms before", "V rms after", "of that noise V",
+            "µm rms before", "µm rms after",
+            "delay ms", "band Hz", "clamped %",
+        ],
+        rows,
+        "The inverse, fed with the displacement that was measured (up to the band, the highest "
+        "frequency at which it stands out of the noise), against the voltage that was applied, later "
+        "by the model's delay. It says on measured data how well feedforward will track.",
     )  # fmt: skip
 
 
@@ -312,12 +358,14 @@ def _step_sections(diagnosis: Diagnosis, train: Sequence[Record]) -> list[Sectio
 def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Section]:
     sections = []
     for record, before, after in zip(records, diagnosis.before, diagnosis.after, strict=True):
-        kept = slice(after.skip, None)
+        kept = slice(after.lead, None)
         label = f"{record.name} ({ROLES[after.role]})"
         start = ", ".join(f"{n} = {v:.6g}" for n, v in after.start.items())
         text = [f"The plant FMU gives this run with {start} (SI units)."]
-        if after.skip:
-            text.append(f"The first {after.skip} samples, a start-up transient, are left out.")
+        text.append(
+            f"They were fitted on the lead-in, the first {after.lead_in:.3g} s, and the errors are "
+            "those behind it."
+        )
         beyond = out_of_range_sentence(
             diagnosis.parameters, after.out_of_range, record.voltage, after.y - after.offset
         )
@@ -344,6 +392,18 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
                     label,
                 ),
                 "Hysteresis loop before and after, and error over voltage after.",
+            ),
+            Picture(
+                f"{record.name}_inverse",
+                figures.inverse_course(
+                    record.time[kept],
+                    after.inverse.applied[kept],
+                    {"after": after.inverse.asked[kept], "before": before.inverse.asked[kept]},
+                    after.inverse.e_displacement / max(after.inverse.e_rms, 1e-300),
+                    label,
+                ),
+                "The voltage that was applied, and what the inverse asks for when it is fed with the "
+                "measured displacement.",
             ),
         ]
         sections.append(Section(f"Record {label}", text, pictures=pictures))
@@ -423,12 +483,8 @@ def summary_json(diagnosis: Diagnosis, lines: Sequence[Errors]) -> dict:
         "declared": list(diagnosis.declared),
         "unexplained": diagnosis.unexplained,
         "left_over": list(diagnosis.left_over),
-        "indistinguishable": [
-            {"effects": list(group), "experiment": experiment}
-            for group, experiment in zip(
-                diagnosis.indistinguishable, diagnosis.experiments, strict=True
-            )
-        ],
+        "indistinguishable": [list(group) for group in diagnosis.indistinguishable],
+        "experiments": list(diagnosis.experiments),
         "noise_rms_um": diagnosis.noise_rms * UM,
         "error": {
             "before": {j.name: _judgement_json(j) for j in diagnosis.before},
@@ -471,9 +527,18 @@ def _judgement_json(judgement: Judgement) -> dict:
         "role": judgement.role,
         "model": "free run",
         "noise_rms_um": judgement.noise * UM,
+        "explained_percent": _number(100 * judgement.explained),
+        "voltage_explains_percent": _number(100 * judgement.voltage_share),
         "offset_um": judgement.offset * UM,
         "start": judgement.start,
-        "skipped_samples": judgement.skip,
+        "lead_in_s": judgement.lead_in,
+        "skipped_samples": judgement.lead,
+        "cold_start_e_rms_um": _number(judgement.cold_start * UM),
+        "inverse_e_rms_V": _number(judgement.inverse.e_rms),
+        "inverse_e_rms_um": _number(judgement.inverse.e_displacement * UM),
+        "inverse_noise_rms_V": _number(judgement.inverse.noise),
+        "inverse_delay_s": judgement.inverse.delay,
+        "inverse_band_Hz": judgement.inverse.band,
         "samples_out_of_range": int(np.count_nonzero(judgement.out_of_range)),
     }
 

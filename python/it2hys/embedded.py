@@ -9,7 +9,7 @@ from pathlib import Path
 from it2hys.codegen import initialisers
 from it2hys.files import write_atomically
 from it2hys.parameters import ParameterSet
-from it2hys.single_precision import single_precision, with_float_literals
+from it2hys.single_precision import with_float_literals
 
 HEADER = "it2hys_model.h"
 SINGLE_HEADER = "it2hys_single.h"
@@ -75,7 +75,7 @@ _TEXT = """\
 #ifndef IT2HYS_MODEL_H
 #define IT2HYS_MODEL_H
 
-#include "chain.h"
+#include "it2hys.h"
 #include "it2_single.h"
 
 static const struct chain_parameters IT2HYS_PARAMETERS = {{
@@ -155,6 +155,7 @@ _SINGLE_TEXT = """\
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
 
 #include "it2_single.h"
 
@@ -187,22 +188,22 @@ def model_header(parameters: ParameterSet) -> str:
     )
 
 
-def single_header(parameters: ParameterSet, sources: Path) -> str:
+def single_header(parameters: ParameterSet, chain: str) -> str:
     """Return `it2hys_single.h`: model and inverse with all effects in single precision.
 
     Parameters
     ----------
     parameters : ParameterSet
         The set.
-    sources : Path
-        Folder of the C core.
+    chain : str
+        The chain in single precision (`it2hys.single_precision`).
     """
     lines = (  # the rules stay in double: it2_single_prepare reduces them itself
         line if line.lstrip().startswith(".rule[") else with_float_literals(line)
         for line in initialisers(parameters)
     )
     return _SINGLE_TEXT.format(
-        chain=single_precision(sources),
+        chain=chain,
         sample_time=parameters["sampleTime"],
         values="\n".join(lines),
     )
@@ -217,7 +218,8 @@ def write_embedded(parameters: ParameterSet, directory: Path, native: Path) -> l
     """Write the header and the C core into a directory, which exists; return the files."""
     contents = {path.name: path.read_bytes() for path in sorted((native / "embedded").glob("*.[ch]"))}
     contents[HEADER] = model_header(parameters).encode()
-    contents[SINGLE_HEADER] = single_header(parameters, native / "embedded").encode()
+    chain = (native / "single_chain.h").read_text(encoding="utf-8")
+    contents[SINGLE_HEADER] = single_header(parameters, chain).encode()
     contents["LICENSE"] = (native / "LICENSE").read_bytes()
     for name, content in contents.items():
         write_atomically(directory / name, content)

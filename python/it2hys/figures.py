@@ -132,6 +132,45 @@ def time_course(
 
 
 @_styled
+def inverse_course(
+    time: np.ndarray,
+    applied: np.ndarray,
+    asked: dict[str, np.ndarray],
+    gain: float,
+    title: str,
+) -> Figure:
+    """Draw the voltage that was applied, what inverses ask for, and the difference as displacement.
+
+    Parameters
+    ----------
+    time : ndarray, shape (N,)
+        In s.
+    applied : ndarray, shape (N,)
+        In V.
+    asked : dict of str to ndarray, shape (N,)
+        In V by its name in the legend, at most two; NaN where nothing is judged.
+    gain : float
+        Displacement by voltage, m/V.
+    title : str
+        Says which record this is.
+    """
+    figure, (top, bottom) = _figure([2, 1], sharex=True)
+    applied_t, applied_v = _thin(applied, time)[::-1]
+    top.plot(applied_t, applied_v, label="applied", **MEASURED)
+    for (name, voltage), style in list(zip(asked.items(), (MODEL, SECOND), strict=False))[::-1]:
+        known = np.isfinite(voltage)
+        v_thin, t_thin = _thin(voltage[known], time[known])
+        top.plot(t_thin, v_thin, label=f"inverse {name}", **style)
+        e_thin, t_thin = _thin(gain * (voltage - applied)[known], time[known])
+        bottom.plot(t_thin, e_thin * UM, **{**style, "linewidth": 0.8})
+    _title(figure, title)
+    top.set(ylabel="voltage in V")
+    bottom.set(xlabel="time in s", ylabel="difference in µm")
+    _legend(top)
+    return figure
+
+
+@_styled
 def hysteresis_loop(
     voltage: np.ndarray, measured: np.ndarray, models: dict[str, np.ndarray], title: str
 ) -> Figure:

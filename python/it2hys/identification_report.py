@@ -10,8 +10,9 @@ from it2hys import figures
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
 from it2hys.identification.excerpts import searched_text
+from it2hys.identification.findings import sensor_step
 from it2hys.identification.result import Identification, RecordResult
-from it2hys.metrics import Errors, max_relative_error, noise_size, times_the_noise
+from it2hys.metrics import Errors, max_relative_error, noise_size, small_figure, times_the_noise
 from it2hys.packaging import make_directory, package
 from it2hys.parameters import ParameterSet
 from it2hys.progress import Progress
@@ -151,7 +152,15 @@ def inversion(records: Sequence[Record]) -> list[str]:
 
 def records_json(records: Sequence[Record]) -> dict:
     """Return what `report.json` says of the records themselves, by name."""
-    return {r.name: {"displacement_inverted": r.inverted, "notes": list(r.notes)} for r in records}
+    return {
+        r.name: {
+            "displacement_inverted": r.inverted,
+            "unused_columns": list(r.unused),
+            "sensor_step_um": None if (step := sensor_step(r)) is None else UM * step,
+            "notes": list(r.notes),
+        }
+        for r in records
+    }
 
 
 def error_table(identification: Identification, lines: Sequence[Errors]) -> Table:
@@ -162,7 +171,7 @@ def error_table(identification: Identification, lines: Sequence[Errors]) -> Tabl
             f"{100 * line.e_mr:.2f}", f"{line.e_rms * UM:.4f}",
             f"{100 * r.e_mr_one_step:.2f}", f"{r.e_rms_one_step * UM:.4f}",
             f"{100 * r.e_mr:.2f}", f"{r.e_rms * UM:.4f}",
-            f"{r.noise_rms * UM:.4f}", f"{r.offset * UM:.3f}",
+            small_figure(r.noise_rms * UM), f"{r.offset * UM:.3f}",
         ]
         for r, line in zip(identification.records, lines, strict=True)
     ]  # fmt: skip
@@ -192,7 +201,8 @@ def record_section(record: Record, result: RecordResult, parameters: ParameterSe
     ]
     if result.skip:
         text.append(
-            f"The first {result.skip} samples, a start-up transient, are left out of the errors."
+            f"No error counts the first {result.skip} samples: the start is fitted on them, or they "
+            "are a start-up transient."
         )
     beyond = out_of_range_sentence(
         parameters, result.out_of_range, record.voltage, result.y_free - result.offset

@@ -107,6 +107,11 @@ def noise_size(rms: float) -> str:
     return f"{1e6 * rms:.2g} µm rms" if rms > _NO_NOISE else "none that shows"
 
 
+def small_figure(value: float) -> str:
+    """Return a figure with four decimals, or with two digits where those would show next to nothing."""
+    return f"{value:.4f}" if abs(value) >= 1e-3 else f"{value:.2g}"
+
+
 def change_in_percent(share: float) -> str:
     """Return a change as a share of what it was before, in per cent with its sign."""
     many = abs(100.0 * share) > _MANY_PERCENT

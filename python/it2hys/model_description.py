@@ -71,9 +71,7 @@ def format_model_description(
     types = {v.type.name: v.type for v in variables}
     add_units(root, {t.unit for t in types.values()}, load_table().units)
     add_types(root, types)
-    categories = etree.SubElement(root, "LogCategories")
-    for name, description in LOG_CATEGORIES.items():
-        etree.SubElement(categories, "Category", name=name, description=description)
+    add_log_categories(root)
     sample_time = parameters["sampleTime"]
     etree.SubElement(
         root,
@@ -86,6 +84,13 @@ def format_model_description(
     add_variables(root, variables, parameters)
     add_structure(root, variables)
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def add_log_categories(root: etree._Element) -> None:
+    """Add LogCategories: those of the layer that all FMUs share."""
+    categories = etree.SubElement(root, "LogCategories")
+    for name, description in LOG_CATEGORIES.items():
+        etree.SubElement(categories, "Category", name=name, description=description)
 
 
 def add_units(root: etree._Element, used: set[str | None], units: Mapping[str, Mapping]) -> None:

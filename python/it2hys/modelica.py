@@ -13,8 +13,6 @@ import sys
 from html import escape
 from pathlib import Path
 
-import fmpy
-
 from it2hys.core import native_directory
 from it2hys.errors import InputError
 from it2hys.files import write_atomically
@@ -25,11 +23,8 @@ LIBRARY_VERSION = "0.1.0"
 PACKAGE = "IT2Hysteresis.Parameters"
 C_SOURCES = "Resources/C-Sources"
 
-#: FMI's headers, which an importer of FMUs has and a Modelica tool may not have.
-FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
-
-#: What finds the parameter set of a packaged FMU, and what the FMUs do not call.
-NOT_COMPILED = {"fmu_location.c", "fmu_parameters.c", "it2_free_run.c"}
+#: The chain, the layer and the models, as one C file (`it2hys.amalgamation`).
+SOURCES = ("it2hys.h", "it2hys.c")
 
 #: Quantities of the table that `Modelica.Units.SI` has a type for, of the same name and unit.
 SI_QUANTITIES = {
@@ -133,9 +128,7 @@ def write_library(directory: Path) -> None:
 def generated_files() -> dict[str, bytes]:
     """Return records and C sources by their place in the library."""
     native = native_directory()
-    sources = [p for p in (native / "sources").glob("*.[ch]") if p.name not in NOT_COMPILED]
-    headers = [Path(fmpy.__file__).parent / "c-code" / name for name in FMI_HEADERS]
-    copies = [*sorted([*sources, *headers]), native / "LICENSE"]
+    copies = [*(native / "sources" / name for name in SOURCES), native / "LICENSE"]
     return {
         "Parameters/Base.mo": format_base().encode(),
         "Parameters/Table1.mo": format_record(table_1(), "Table1", PACKAGE).encode(),

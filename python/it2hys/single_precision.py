@@ -2,17 +2,15 @@
 
 There is one text of every equation: what is in double becomes float, with names of its own, so that
 both forms can be in one program. The IT2 core is that of `it2_single.h`, whose exponentials are made
-for it.
+for it. Only the standard library is used, because the C build runs this.
 """
 
 import re
+import sys
 from pathlib import Path
 
-# in the order in which one may use the other
-STAGES = (
-    *("delay", "slew", "saturation", "lag", "play", "load", "creep", "resonance", "drift"),
-    *("nonlinearity", "hum", "chain"),
-)
+# the list of stages
+LISTED = re.compile(r"^    [A-Z]+\((\w+), [A-Z]+, [A-Z]+\)", re.MULTILINE)
 # the core's operations, and the structs that go with them
 CORE = {
     "it2_prepare": "it2_single_prepare",
@@ -25,14 +23,15 @@ CORE = {
     "struct it2_range": "struct it2_single_range",
 }
 # checks explain in words, which is for hosts; derivatives are for those with time
-LEFT_OUT = re.compile(r"\w*(_check|_tangent|_derivative|refuse)")
+LEFT_OUT = re.compile(r"\w*(_check|_tangent|_derivative|_by_parameters|_analysis|refuse)")
 MATH = ("fmin", "fmax", "fabs", "floor", "exp", "expm1", "sin", "cos", "sqrt")
 
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _HEAD = r"^(?:static )?(?:inline )?(?:const )?(?:struct )?\w+ \**(?P<name>\w+)\([^;{}]*\)"
 _FUNCTION = re.compile(_HEAD + r"\n\{\n.*?^\}\n", re.MULTILINE | re.DOTALL)
 _PROTOTYPE = re.compile(_HEAD + r";\n", re.MULTILINE)
-_STATIC = re.compile(r"^static (?:inline )?(?:const )?(?:struct )?\w+ \**(\w+)\(", re.MULTILINE)
+_ANALYSIS = re.compile(r"^(?:extern )?const struct stage_analysis\b[^;]*;\n", re.MULTILINE)
+_OBJECT = re.compile(r"^(?:extern )?(const struct \w+ \w+)", re.MULTILINE)
 _FLOAT = re.compile(r"(?<![\w.])((?:\d+\.\d*|\.\d+)(?:[eE][-+]?\d+)?|\d+[eE][-+]?\d+)(?![\w.])")
 
 
@@ -42,22 +41,20 @@ def single_precision(folder: Path) -> str:
     Parameters
     ----------
     folder : Path
-        Of the core's sources, as the package carries them.
+        Of the core's sources: fmu_src/core.
 
     Returns
     -------
     str
         Types and functions, all static, with names that begin with ``single_``.
     """
-    files = [_without_comments((folder / "effect.h").read_text(encoding="utf-8"))]
-    headers = [(folder / f"{stage}.h").read_text(encoding="utf-8") for stage in STAGES]
-    files += [_without_comments(text) for text in headers]
-    for stage in STAGES:
-        text = _without_comments((folder / f"{stage}.c").read_text(encoding="utf-8"))
-        for name in set(_STATIC.findall(text)):  # each file's own: now they share one
-            text = re.sub(rf"\b{name}\(", f"{stage}_{name}(", text)
-        files.append(text)
-    return "\n".join(filter(None, map(_in_single_precision, files)))
+    stages = [*LISTED.findall((folder / "stages.h").read_text(encoding="utf-8")), "chain"]
+    names = [
+        "stage.h", *(f"{stage}.h" for stage in stages[:-1]), "stages.h", "chain.h",
+        *(f"{stage}.c" for stage in stages),
+    ]  # fmt: skip
+    texts = [_without_comments((folder / name).read_text(encoding="utf-8")) for name in names]
+    return "\n".join(filter(None, (_in_single_precision(text, [*stages, "stage"]) for text in texts)))
 
 
 def with_float_literals(text: str) -> str:
@@ -69,17 +66,21 @@ def _without_comments(text: str) -> str:
     return _COMMENT.sub("", text)
 
 
-def _in_single_precision(text: str) -> str:
+def _in_single_precision(text: str, stages: list[str]) -> str:
     text = re.sub(r"^#(?:include|ifndef|endif|define IT2HYS_).*\n", "", text, flags=re.MULTILINE)
     text = re.sub(r"^HIDDEN_(?:BEGIN|END)\n", "", text, flags=re.MULTILINE)
+    text = _ANALYSIS.sub("", text)
+    text = _OBJECT.sub(r"static \1", text)
+    text = re.sub(r"(struct )?name##", r"\1single_##name##", text)
+    text = text.replace("struct name", "struct single_##name")
     text = _FUNCTION.sub(_inlined, text)
     text = _PROTOTYPE.sub(_inlined, text)
     for name, single in CORE.items():
         text = re.sub(rf"\b{name}\b", single, text)
-    own = "|".join(STAGES)
+    own = "|".join(stages)
     text = re.sub(rf"\b({own})_(?=\w)", r"single_\1_", text)
     text = re.sub(rf"\b((?:struct|enum) )({own})\b", r"\1single_\2", text)
-    text = re.sub(rf"\b({own.upper()}|TWO_PI)(?=_\w|\b)", r"SINGLE_\1", text)
+    text = re.sub(rf"\b({own.upper()}|TWO_PI)(?=_[\w#]|\b)", r"SINGLE_\1", text)
     text = re.sub(r"\bclamp\(", "single_clamp(", text)
     text = re.sub(r"\bdouble\b", "float", text)
     text = re.sub(r"\bDBL_EPSILON\b", "FLT_EPSILON", text)
@@ -92,3 +93,7 @@ def _inlined(match: re.Match) -> str:
     if LEFT_OUT.fullmatch(match["name"]):
         return ""
     return "static inline " + re.sub(r"^(static )?(inline )?", "", match[0])
+
+
+if __name__ == "__main__":  # the C build: from fmu_src/core to a file of the package
+    Path(sys.argv[2]).write_text(single_precision(Path(sys.argv[1])), encoding="utf-8", newline="\n")

@@ -14,6 +14,7 @@ from itertools import groupby
 from pathlib import Path
 
 TABLE = Path(__file__).with_name("variables.toml")
+CONTROLLER = Path(__file__).with_name("controller.toml")
 #: Name of the parameter set that is the table's start.
 TABLE_1 = "Table 1"
 MODELS = ("plant", "inverse")
@@ -138,3 +139,33 @@ def load_table() -> Table:
             )
         )
     return Table(tuple(variables), types, source["units"], source["counts"])
+
+
+@dataclass(frozen=True)
+class ControllerTable:
+    """The table of the controller's variables."""
+
+    guid: str
+    units: dict[str, dict]
+    variables: tuple[Variable, ...]
+
+
+@cache
+def load_controller() -> ControllerTable:
+    """Read `controller.toml`."""
+    source = tomllib.loads(CONTROLLER.read_text(encoding="utf-8"))
+    types = load_table().types | {n: DeclaredType(n, **f) for n, f in source["types"].items()}
+    variables = tuple(
+        Variable(
+            name=row["name"],
+            value_reference=place,
+            models=("controller",),
+            causality=row["causality"],
+            type=types[row["type"]],
+            start=row.get("start"),
+            depends=tuple(row.get("depends", ())),
+            description=row["description"],
+        )
+        for place, row in enumerate(source["variable"])
+    )
+    return ControllerTable(source["guid"], load_table().units | source["units"], variables)

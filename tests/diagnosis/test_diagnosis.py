@@ -10,11 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.cases import Case, suite
+from diagnosis.cases import Case, short, suite
 
+from it2hys import core
 from it2hys.chain import EFFECTS
 from it2hys.diagnosis import Diagnosis, diagnose
 from it2hys.diagnosis.residuals import left_over
+from it2hys.diagnosis.result import Judgement
 from it2hys.diagnosis.selection import LEAST_GAIN, LEVEL
 from it2hys.effects import Clue, Clues, Extent
 from it2hys.errors import InputError
@@ -22,6 +24,9 @@ from it2hys.records import Record
 
 TRAINING = 4
 CASES = {case.name: case for case in suite()}
+#: Cases that are diagnosed and told the truth, and those of short records: one of each other effect.
+TOLD = ("hum 1", "creep 1")
+SHORT = [case for case in short() if case.truth[0] not in ("hum", "creep")]
 
 
 def records(case: Case, samples: int) -> list[list[Record]]:
@@ -35,8 +40,8 @@ def records(case: Case, samples: int) -> list[list[Record]]:
     return [[cut(record) for record in role] for role in roles]
 
 
-def unseen_error(diagnosis: Diagnosis) -> float:
-    return float(np.sqrt(np.mean([j.e_rms**2 for j in diagnosis.after if j.role == "test"])))
+def unseen_error(judgements: Sequence[Judgement]) -> float:
+    return float(np.sqrt(np.mean([j.e_rms**2 for j in judgements if j.role == "test"])))
 
 
 # --- what holds for every diagnosis --------------------------------------------------------------
@@ -95,21 +100,48 @@ def assert_parameters_belong_to_it(diagnosis: Diagnosis) -> None:
         assert np.isnan(low) or low <= diagnosis.parameters[name] <= high, name
 
 
+def assert_cold_starts_are_the_packaged_set(diagnosis: Diagnosis, test: Sequence[Record]) -> None:
+    """Check the errors from a cold start by runs of the parameters as packaged."""
+    judged = [j for j in diagnosis.after if j.role == "test"]
+    for judgement, record in zip(judged, test, strict=True):
+        first = record.displacement[0] - judgement.offset
+        told = diagnosis.parameters.replace(initialDisplacement=float(first))
+        reading = core.chain_free_run(told, record.voltage, record.force, record.temperature)[1]
+        error = (record.displacement - judgement.offset - reading)[judgement.used]
+        assert judgement.cold_start == pytest.approx(np.sqrt(np.mean(error**2)))
+
+
 # --- cases ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["hum 1", "creep 1"])
+def test_every_effect_of_the_catalogue_is_found_by_a_test():
+    assert {e for case in (*SHORT, *map(CASES.get, TOLD)) for e in case.truth} == {*EFFECTS}
+
+
+@pytest.mark.parametrize("case", SHORT, ids=lambda case: case.name)
+def test_an_effect_is_found_in_short_records(case):
+    train = case.train[:TRAINING]
+    found = diagnose(train, case.validation, case.test)
+    # whether nothing else is named, and how near to the noise, is the gate's to say: so short records
+    # leave room for a second name, even where the truth is told
+    assert {*case.truth} <= {*found.effects}
+    assert_sound(found, train)
+    assert_cold_starts_are_the_packaged_set(found, case.test)
+    assert unseen_error(found.after) < 0.5 * unseen_error(found.before)
+
+
+@pytest.mark.parametrize("name", TOLD)
 def test_what_is_there_is_named_and_nothing_else(name):
     case = CASES[name]
     roles = records(case, 1200)
     found = diagnose(*roles)
     assert set(found.effects) == set(case.truth)
     assert_sound(found, roles[0])
-    assert unseen_error(found) < 1.5 * case.noise_rms
+    assert unseen_error(found.after) < 1.5 * case.noise_rms
     told = diagnose(*roles, declared=case.truth)
     assert told.declared == case.truth and told.effects == ()
     assert_sound(told, roles[0])
-    assert unseen_error(found) < 1.1 * unseen_error(told)
+    assert unseen_error(found.after) < 1.1 * unseen_error(told.after)
 
 
 def test_where_nothing_is_nothing_is_named_and_noise_is_left():
@@ -120,7 +152,7 @@ def test_where_nothing_is_nothing_is_named_and_noise_is_left():
     assert not found.unexplained, found.left_over
     assert len(found.left_over) == 1  # of the test records, too, nothing is to be told
     assert_sound(found, roles[0])
-    assert unseen_error(found) < 1.1 * case.noise_rms
+    assert unseen_error(found.after) < 1.1 * case.noise_rms
 
 
 def test_an_effect_outside_the_catalogue_is_left_unexplained_and_described():

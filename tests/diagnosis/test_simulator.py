@@ -6,14 +6,19 @@ from functools import cache
 import numpy as np
 import pytest
 from diagnosis import simulator as sim
+from diagnosis import voltages
 from diagnosis.cases import (
+    BIPOLAR,
     EACH,
+    FAR,
     LEAST_EFFECT,
     LEAST_UNABSORBED,
     NONE,
     PAIRS,
+    RANGE,
     Case,
     quick,
+    short,
     suite,
 )
 
@@ -234,7 +239,17 @@ def test_suite_has_what_it_promises():
     assert {c.undeclared for c in cases if c.declared} >= {("creep",), ("drift",), ()}
 
 
-@pytest.mark.parametrize("case", QUICK, ids=lambda case: case.name)
+def records_of(case):
+    return [*case.train, *case.validation, *case.test]
+
+
+AT_REST = (
+    "play, quantised", "play, both ways and far from zero", "resonance, steps", "hum, 5 ms",
+    "delay+creep, 5 ms",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("case", [*QUICK, *map(made, AT_REST)], ids=lambda case: case.name)
 def test_records_are_the_plant_and_noise_of_the_size_stated(case):
     records = [*case.train, *case.validation, *case.test]
     samples = min(len(record) for record in records)
@@ -247,12 +262,19 @@ def test_records_are_the_plant_and_noise_of_the_size_stated(case):
         case.grid, stacked("time"), stacked("force"), stacked("temperature")
     )
     plant = case.plant.without(case.anomaly)
-    error = 1e6 * stacked("displacement") - plant.run(stacked("voltage"), surroundings)
+    error = 1e6 * stacked("displacement") - plant.run(stacked("voltage"), surroundings) - case.zero
     rms = 1e-6 * np.sqrt(np.mean(error**2))
     if case.outside:
         assert rms > 2.0 * case.noise_rms
     else:
         assert rms == pytest.approx(case.noise_rms, rel=0.04)
+
+
+@pytest.mark.parametrize("case", [*short(), *map(made, AT_REST)], ids=lambda case: case.name)
+def test_effects_of_short_and_special_records_show(case):
+    assert set(case.effect_rms) == set(case.truth)
+    assert all(size >= LEAST_EFFECT * case.noise_rms for size in case.effect_rms.values())
+    assert all(rest >= LEAST_UNABSORBED * case.noise_rms for rest in case.unabsorbed_rms.values())
 
 
 @pytest.mark.parametrize("case", QUICK, ids=lambda case: case.name)
@@ -282,3 +304,87 @@ def test_records_of_a_case_in_motion_do_not_start_at_rest():
     rest = sim.equilibrium(case.plant.rules, np.array([r.voltage[0] for r in case.train]))
     started = np.array([r.displacement[0] for r in case.train])
     assert np.abs(1e6 * started - rest).max() > 0.1
+
+
+def test_a_suite_has_seeds_of_its_own_range():
+    here, there = list(suite()), list(suite(3 * RANGE))
+    assert [case.name for case in here] == [case.name for case in there]
+    assert all(0 <= case.seed < RANGE for case in [*here, *short()])
+    assert [case.seed + 3 * RANGE for case in here] == [case.seed for case in there]
+    assert not np.array_equal(here[0].test[0].voltage[:100], there[0].test[0].voltage[:100])
+    with pytest.raises(ValueError, match="multiple"):
+        suite(RANGE + 1)
+
+
+def test_suite_has_records_as_people_bring_them():
+    cases = [case for case in suite() if case.truth or not case.outside]
+    times = {case.sample_time for case in cases}
+    assert {1e-3, 2e-3, 5e-3} <= times
+    assert {case.history for case in cases} == {"", "driven", "stepped"}
+    assert any("delay" in case.truth and case.sample_time >= 5e-3 for case in cases)
+    assert all(FAR[0] <= case.zero <= FAR[1] for case in cases if case.bipolar)
+    for kind in ("bipolar", "steps", "quantised"):
+        assert {case.truth for case in cases if getattr(case, kind)} >= {(), ("play",), ("creep",)}
+
+
+@pytest.mark.parametrize("name", ["none, driven before", "none, off equilibrium"])
+def test_records_with_a_history_begin_at_rest_where_they_say_so_and_elsewhere_they_do_not(name):
+    case = made(name)
+    started = np.array([1e6 * r.displacement[0] for r in records_of(case)])
+    rest = sim.equilibrium(case.plant.rules, np.array([r.voltage[0] for r in records_of(case)]))
+    away = np.abs(started - rest) > 5e6 * case.noise_rms
+    at_rest = np.array(case._made.at_rest)
+    assert 0 < np.count_nonzero(at_rest) < len(at_rest)
+    assert not np.any(away[at_rest]) and np.count_nonzero(away) >= 2
+    assert case.tests_begin_at_rest == tuple(at_rest[-2:])
+
+
+def test_a_history_leaves_a_memory_that_no_first_voltage_tells():
+    case = made("play, driven before")
+    away = []
+    for record in records_of(case):
+        assert record.time[0] == 0.0
+        surroundings = sim.Surroundings(case.grid, record.time[None])
+        fresh = case.plant.run(record.voltage[None], surroundings)[0]
+        away.append(np.sqrt(np.mean((1e6 * record.displacement - fresh)[:200] ** 2)))
+    remembers = np.array(away) > 2e6 * case.noise_rms
+    at_rest = np.array(case._made.at_rest)
+    assert not np.any(remembers[at_rest])
+    # what was before may by chance leave next to nothing
+    assert np.count_nonzero(remembers) > 0.6 * np.count_nonzero(~at_rest)
+
+
+def test_a_stage_driven_both_ways_uses_its_range_and_reads_far_from_zero():
+    case = made("creep, both ways and far from zero")
+    voltage = np.concatenate([r.voltage for r in records_of(case)])
+    assert BIPOLAR[0] <= voltage.min() < -120.0 and 120.0 < voltage.max() <= BIPOLAR[1]
+    reading = 1e6 * np.concatenate([r.displacement for r in records_of(case)])
+    assert case.zero - 2.0 < reading.min() and reading.max() < case.zero + 20.0 < -50.0
+
+
+def test_slow_records_are_slower_as_a_whole():
+    case = made("delay, 5 ms")
+    assert case.grid.sample_time == 5e-3 == case.train[0].sample_time
+    assert case.test[0].time[-1] > 15.0
+    assert 2.5 <= case.plant.effects["delay"].time / 5e-3 <= 8.0
+    steps = np.concatenate([np.abs(np.diff(r.voltage)) for r in records_of(case)])
+    assert np.median(steps) < 3.0  # V: slow enough to be followed
+
+
+def test_steps_are_held_and_a_coarse_sensor_has_few_levels():
+    for record in records_of(made("play, steps")):
+        assert np.mean(np.diff(record.voltage) == 0.0) > 0.97
+        assert np.ptp(record.voltage) > 20.0
+    case = made("play, quantised")
+    levels = np.unique(np.concatenate([r.displacement for r in records_of(case)]))
+    step = np.min(np.diff(levels))
+    assert step > 0.8 * case.noise_rms
+    np.testing.assert_allclose(levels / step, np.round(levels / step), atol=1e-3)
+
+
+def test_stairs_climb_in_equal_steps_and_come_back():
+    t = np.arange(3000) * 1e-3
+    voltage = voltages.stairs(np.random.default_rng(0), t, 100.0)
+    jumps = np.diff(voltage)[np.diff(voltage) != 0.0]
+    assert np.abs(jumps) == pytest.approx(np.abs(jumps[0])) and {*np.sign(jumps)} == {-1.0, 1.0}
+    assert voltage[0] == 0.0 and 85.0 <= voltage.max() <= 100.0

@@ -59,6 +59,15 @@ def staircase(rng: np.random.Generator, t: np.ndarray, greatest: float) -> np.nd
     return levels[np.searchsorted(np.cumsum(holds), t, side="right")]
 
 
+def stairs(rng: np.random.Generator, t: np.ndarray, greatest: float) -> np.ndarray:
+    """Climb in equal steps to nearly the greatest voltage and back, once or twice."""
+    turns = int(rng.integers(1, 3))
+    count = int(rng.integers(3, 7))
+    up = np.linspace(0.0, rng.uniform(0.85, 1.0) * greatest, count + 1)
+    levels = np.tile(np.concatenate([up[:-1], up[:0:-1]]), turns)
+    return levels[np.minimum((levels.size * t / t[-1]).astype(int), levels.size - 1)]
+
+
 def multisine(rng: np.random.Generator, t: np.ndarray, greatest: float) -> np.ndarray:
     """Add many sines of random phase up to 60 .. 300 Hz."""
     # tones well below the sampling frequency, however slow that is

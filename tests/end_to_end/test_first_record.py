@@ -109,7 +109,7 @@ def test_no_window_of_a_search_falls_into_what_is_set_aside(tmp_path, monkeypatc
     arguments = ("--rules", 1, "--workers", 1, "-o", tmp_path / "out", "--quiet")
     assert run("diagnose", path, *arguments) == 0
     before, after = (report_of(tmp_path / "out")[0]["error"][k]["one"] for k in ("before", "after"))
-    assert after["e_rms_um"] <= before["e_rms_um"]
+    assert after["e_rms_um"] <= 1.01 * before["e_rms_um"]
 
 
 def test_a_long_record_is_searched_in_windows_and_judged_as_a_whole(tmp_path, monkeypatch):
@@ -148,7 +148,7 @@ def test_an_identification_says_what_its_search_saw(tmp_path, monkeypatch):
 
 
 def assert_no_absurd_figures(text):
-    found = re.findall(r"([\d.e+]+) (?:times the noise|%)", text)
+    found = re.findall(r"(\d[\d.e+]*) (?:times the noise|%)", text)
     assert not [figure for figure in found if abs(float(figure)) > 1e4], found
 
 

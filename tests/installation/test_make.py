@@ -68,7 +68,7 @@ def test_make_alone_prints_its_goals_and_does_nothing(tree):
     done = make(tree)
     assert done.returncode == 0
     assert [line.split()[:2] for line in done.stdout.splitlines()] == [
-        ["make", goal] for goal in ("demo", "test", "bench", "clean")
+        ["make", goal] for goal in ("demo", "test", "diagnosis", "bench", "clean")
     ]
     assert sorted(tree.iterdir()) == before
 
@@ -160,15 +160,33 @@ def test_the_generator_of_the_c_tables_needs_the_standard_library_alone(tmp_path
     command = [sys.executable, "-E", "-S", "-m", "it2hys.codegen", str(tmp_path)]
     subprocess.run(command, cwd=ROOT / "python", check=True)
     assert {p.name for p in tmp_path.iterdir()} == {
-        "fmu_table.h", "fmu_table_hash.h", "chain_table.h", "fmu_start.h"
+        "fmu_table.h", "fmu_places.h", "fmu_table_hash.h", "chain_table.h", "fmu_start.h",
+        "controller_table.h", "controller_start.h",
     }  # fmt: skip
     cmake = (ROOT / "fmu_src" / "CMakeLists.txt").read_text(encoding="utf-8")
     assert "${Python_EXECUTABLE} -E -m it2hys.codegen" in cmake
     assert "PYTHONPATH" not in cmake
 
 
+def test_the_c_sources_are_joined_with_the_standard_library_alone(tmp_path):
+    """As CMake does it, and to the same bytes as Modelica's."""
+    run = [sys.executable, "-E", "-S", "-m"]
+    for module, *arguments in (
+        ("it2hys.codegen", tmp_path),
+        ("it2hys.amalgamation", ROOT / "fmu_src", tmp_path),
+        ("it2hys.single_precision", ROOT / "fmu_src/core", tmp_path / "single_chain.h"),
+    ):
+        subprocess.run([*run, module, *map(str, arguments)], cwd=ROOT / "python", check=True)
+    library = ROOT / "modelica/IT2Hysteresis/Resources/C-Sources"
+    for name in ("it2hys.h", "it2hys.c"):
+        assert (tmp_path / "sources" / name).read_bytes() == (library / name).read_bytes()
+    assert (tmp_path / "single_chain.h").stat().st_size > 0
+    cmake = (ROOT / "fmu_src" / "CMakeLists.txt").read_text(encoding="utf-8")
+    assert cmake.count("${Python_EXECUTABLE} -E -m it2hys.") == 3
+
+
 def test_the_headers_of_fmi_are_the_standards():
-    ours = sorted((ROOT / "fmu_src/fmi2/standard").iterdir())
+    ours = sorted((ROOT / "fmu_src/fmi/standard").iterdir())
     assert [p.name for p in ours] == sorted(p.name for p in HEADERS.glob("fmi2*.h"))
     assert all(p.read_bytes() == (HEADERS / p.name).read_bytes() for p in ours)
 

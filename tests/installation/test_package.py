@@ -169,13 +169,16 @@ def test_the_wheel_holds_what_it_needs(wheel):
     assert files_of_python() <= names
     assert {f"it2hys/scenarios/{p.name}" for p in (ROOT / "scenarios").glob("*.toml")} <= names
     native = {name.removeprefix("it2hys/native/") for name in names if "/native/" in name}
-    assert {"it2core.so", "LICENSE", "controller/PIController.c"} <= native
+    assert {"it2core.so", "LICENSE", "single_chain.h"} <= native
     for platform, suffix in BINARIES.items():
         assert {f"binaries/{platform}/{fmu}.{suffix}" for fmu in FMUS} <= native
-    for kind, folders in {"sources": ("core", "fmi2"), "embedded": ("core", "embedded")}.items():
-        for folder in folders:
-            found = (ROOT / "fmu_src" / folder).glob("*.[ch]")
-            assert {f"{kind}/{p.name}" for p in found} <= native
+    for folder, own in {
+        "sources": {"IT2Plant.c", "IT2Inverse.c"},
+        "controller": {"PIController.c"},
+        "embedded": {"it2_single.c", "it2_single.h"},
+    }.items():
+        expected = {f"{folder}/{name}" for name in ("it2hys.c", "it2hys.h", *own)}
+        assert {name for name in native if name.startswith(f"{folder}/")} == expected
     assert any(name.endswith("dist-info/licenses/LICENSE") for name in names)
     assert not [name for name in names if name.startswith("it2hys/fmus/") or "__pycache__" in name]
 

@@ -291,9 +291,13 @@ def test_bytes_that_are_no_state_are_refused(controller):
         assert deserialize(instance, blob) == OK
 
 
-#: Where the serialized state holds no doubles: the clock's ticks, then phase and flag.
-HEADER, CHECKSUM = 32, 24
-COUNTS = [HEADER + 8 * word for word in (11, 13, 14, 17)]
+HEADER, CHECKSUM = 40, 32
+#: Words of the serialized state (struct fmu_snapshot) that hold no doubles: phase and status, findings,
+#: the clock's ticks, the flags, the ticks of the last step.
+STOP_TIME = 7
+#: The last step may have begun before 0.
+LAST_STEP = [HEADER + 8 * word for word in (19, 21)]
+COUNTS = [HEADER + 8 * word for word in (0, 1, 2, 4, 5, 18, 19, 21, 22)]
 
 
 @pytest.mark.parametrize("planted", [math.nan, math.inf, -math.inf, -(2**63), 2**63 - 1, 2**62, -1])
@@ -309,8 +313,9 @@ def test_a_forged_state_hands_out_no_nan_and_its_steps_return(controller, plante
             forged = blob[:place] + word + blob[place + 8 :]
             checksum = struct.pack("<Q", fnv1a(forged[HEADER:]))
             forged = forged[:CHECKSUM] + checksum + forged[HEADER:]
-            stop_time = place == HEADER + 8 * 16 and planted == math.inf
-            assert deserialize(instance, forged) == (OK if stop_time else ERROR), place
+            stop_time = place == HEADER + 8 * STOP_TIME and planted == math.inf
+            before = place in LAST_STEP and planted == -1
+            assert deserialize(instance, forged) == (OK if stop_time or before else ERROR), place
 
 
 def test_an_integral_that_overflows_discards_the_step(controller):
@@ -362,4 +367,10 @@ def test_log_categories_are_honoured(controller):
             ("logEvents", True): 1,
             ("logStatusError", False): 0,
             ("logStatusError", True): 1,
+            ("logStatusWarning", False): 1,
+            ("logStatusWarning", True): 1,
+            ("logStatusDiscard", False): 1,
+            ("logStatusDiscard", True): 1,
+            ("logAll", False): 0,
+            ("logAll", True): 1,
         }

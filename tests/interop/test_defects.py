@@ -35,7 +35,7 @@ def _file_findings(root: etree._Element, directory: Path) -> list[str]:
     there = {p.name for p in (directory / "sources").glob("*.c")}
     identifier = root.find("CoSimulation").get("modelIdentifier")
     binaries = {p.stem for p in (directory / "binaries").glob("*/*")}
-    hashes = (directory / "sources" / "fmu_table_hash.h").read_text(encoding="utf-8")
+    hashes = (directory / "sources" / "it2hys.c").read_text(encoding="utf-8")
     digits = root.get("guid", "").strip("{}").replace("-", "")
     findings = [f"source file {name} is not as listed" for name in listed ^ there]
     findings += [f"binary {name} is not {identifier}" for name in binaries - {identifier}]

@@ -14,6 +14,7 @@ from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import ChainCriterion, Model, Trace, minimise
 from it2hys.diagnosis.fitting import fitted_coordinates, off_values, with_effect, without_effect
+from it2hys.diagnosis.inverse import References
 from it2hys.effects import Extent, nonlinearity
 from it2hys.identification.scaling import Scaling
 from it2hys.parameters import table_1
@@ -33,10 +34,14 @@ def model_with(effects: tuple[str, ...], seed: int, records: int) -> Model:
     for name, value in parameters.items():
         if name.startswith("play[") and name.endswith("weight"):
             parameters[name] = abs(value)  # a fit's are not negative
+    if "delay" in effects and "play" in effects:
+        # a whole number of ticks is a corner, and so is rest for operators: no derivative at both
+        parameters["delay.time"] = (int(parameters["delay.time"] / TS) - 0.7) * TS
     if "saturation" in effects:
         # the records go beyond
         parameters.update({"saturation.minimum": 20.0, "saturation.maximum": 80.0})
     spans = {
+        "initialDisplacement": (5.0 * UM, 10.0 * UM),
         "initialRestOffset": (-30.0, 30.0),
         "initialExcursion": (-20.0, 40.0),
         "initialCreep": (-UM, UM),
@@ -44,7 +49,7 @@ def model_with(effects: tuple[str, ...], seed: int, records: int) -> Model:
     }
     known = load_table().parameters()
     assert set(spans) == set(BY_RECORD)
-    own = {n: rng.uniform(*spans[n], records) for n in BY_RECORD if known[n].effect in effects}
+    own = {n: rng.uniform(*spans[n], records) for n in BY_RECORD if known[n].effect in (None, *effects)}
     offsets = np.array([0.0, *rng.uniform(-0.1, 0.1, records - 1)]) * UM
     return Model(parameters, tuple(active_effects(parameters)), offsets, own)
 
@@ -60,7 +65,10 @@ def traces_of(count: int, seed: int = 0) -> list[Trace]:
         weight = np.full(samples, 1.0 / (i + 1))
         weight[: 20 * i] = 0.0
         drive = core.Drive.of(voltage, *surroundings(samples))
-        traces.append(Trace(f"record {i}", "train", drive, y, weight, weight > 0, NOISE, i > 0))
+        references = References(y, weight > 0, NOISE, TS)
+        traces.append(
+            Trace(f"record {i}", "train", drive, y, weight, weight > 0, 40, NOISE, references, i > 0)
+        )
     return traces
 
 

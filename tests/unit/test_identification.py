@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import signal
 
 from it2hys import core, excitations
 from it2hys.errors import InputError
@@ -17,8 +18,8 @@ from it2hys.identification.excerpts import excerpt
 from it2hys.identification.levenberg_marquardt import Linearisation, levenberg_marquardt
 from it2hys.identification.noise import estimate_noise, find_period
 from it2hys.identification.order import split
+from it2hys.identification.preparation import prepare
 from it2hys.identification.scaling import Scaling
-from it2hys.identification.transient import transient_length
 from it2hys.identification.uncertainty import assess, correlation_time
 from it2hys.identification.usability import Band, Guard, largest_contraction, usability_values
 from it2hys.identification.variable_projection import ProjectedOneStep
@@ -365,14 +366,11 @@ def test_an_offset_between_sittings_is_found_and_an_outlier_does_no_harm():
     assert found.by_role("train")[1].e_rms < 1.1 * NOISE
 
 
-def test_a_start_up_transient_is_left_out():
+def test_only_a_record_that_begins_in_motion_is_given_time_to_fall_in():
     t = time(2000)
-    first = record("a", 52.5 + 52.5 * np.sin(2 * np.pi * 50 * t), NOISE)
-    lead = 20e-6 * np.exp(-np.arange(2000) / 20.0)
-    found = identify([replace(first, displacement=first.displacement + lead)], rules=2, options=QUICK)
-    result = found.records[0]
-    assert 100 <= result.skip <= 250
-    assert result.e_rms < 5 * NOISE
+    moving = record("moving", 52.5 + 52.5 * np.sin(2 * np.pi * 50 * t))
+    resting = record("resting", 52.5 - 52.5 * np.cos(2 * np.pi * 20 * t))
+    assert [prepare(r, Options()).skip for r in (moving, resting)] == [100, 0]
 
 
 # --- honesty -------------------------------------------------------------------------------------
@@ -476,7 +474,7 @@ def test_records_too_short_for_the_rules_are_refused_with_numbers():
     short = record("a", training_voltages(90)[0], NOISE)
     with pytest.raises(InputError, match=r"L = 3 has 19 parameters .* 95 samples; .* have 90 "):
         identify([short], rules=3)
-    with pytest.raises(InputError, match=r"L = 1 has 7 parameters .* 35 samples; .* have 30 "):
+    with pytest.raises(InputError, match=r"L = 1 has 7 parameters .* 35 samples; .* have 29 "):
         identify([short.slice(0, 30)])
 
 
@@ -512,12 +510,29 @@ def test_noise_from_periods_ignores_drift_and_from_differences_ignores_motion():
     assert estimate_noise(chirp, chirp + noise).rms == pytest.approx(0.01, rel=0.1)
 
 
-def test_a_transient_is_seen_only_where_the_start_lies_off_the_loops():
-    x = np.sin(2 * np.pi * np.arange(2000) / 200)
-    y = x.copy()
-    assert transient_length(x, y) == 0
-    y[:5] -= 1.0
-    assert 130 <= transient_length(x, y) <= 150
+def test_noise_is_not_known_where_the_stage_moves_at_all_frequencies():
+    """Three inputs at once, of which the record holds one: what the others do is no noise."""
+    rng = np.random.default_rng(1)
+    lines = np.arange(5.0, 3000.0, 1.37)
+    t = np.arange(20_000) / 6400.0
+    voltage, other, third = (
+        np.sum(np.cos(2 * np.pi * lines[:, None] * t + rng.uniform(0, 6.28, (len(lines), 1))), axis=0)
+        / np.sqrt(len(lines))
+        for _ in range(3)
+    )
+    noise = 0.023 * rng.standard_normal(len(t))
+    estimate = estimate_noise(voltage, 3.0 * voltage + 6.0 * other + 5.0 * third + noise)
+    assert not estimate.certain
+    assert estimate.rms == pytest.approx(0.023, rel=0.2)
+
+
+def test_steps_and_a_little_colour_leave_the_noise_known():
+    rng = np.random.default_rng(2)
+    steps = np.repeat(rng.uniform(0.0, 100.0, 20), 250)
+    y = signal.lfilter([0.1], [1.0, -0.9], 0.1 * steps)
+    coloured = signal.lfilter([0.8], [1.0, -0.6], rng.standard_normal(5000))
+    for noise in (rng.standard_normal(5000), coloured):
+        assert estimate_noise(steps, y + 0.006 * noise).certain
 
 
 def test_correlation_time_of_white_noise_and_of_a_first_order_process():
@@ -578,7 +593,9 @@ def test_what_is_set_aside_leaves_a_part_that_moves():
 
 def test_a_single_step_is_no_start_up():
     x = np.where(np.arange(1000) < 200, 0.0, 1.0)
-    assert transient_length(x, x + 0.2 * (np.arange(1000) < 5)) == 0
+    y = x + 0.2 * (np.arange(1000) < 5)
+    record = Record("step", np.arange(1000) * 1e-4, x, y, 1e-4)
+    assert prepare(record, Options()).skip == 0
 
 
 def test_a_record_that_cannot_move_where_it_is_trusted_is_refused():

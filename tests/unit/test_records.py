@@ -13,6 +13,7 @@ from it2hys import excitations
 from it2hys.errors import InputError
 from it2hys.records import Record, parse_column_option, read_record, write_record
 from it2hys.records.lead import samples_ahead
+from it2hys.records.unused import unused_columns
 from it2hys.rig import Stand
 
 YAN9A = Path(__file__).resolve().parents[3] / "shared" / "data" / "yan9a"
@@ -150,6 +151,22 @@ def test_columns_by_other_names(save, header, columns):
     record = read_record(save(to_text(make_rows(), header)), columns=columns)
     np.testing.assert_allclose(record.voltage, make_rows()[:, 1], rtol=1e-8)
     np.testing.assert_allclose(record.displacement, 1e-6 * make_rows()[:, 2], rtol=1e-8)
+
+
+def test_a_column_that_an_option_names_is_no_other_quantity(save):
+    path = save(to_text(make_rows(), "time_s,velocity,force_kN"))
+    record = read_record(path, {"voltage": "velocity:V", "displacement": "force_kN:um"})
+    assert record.force is None and record.unused == ()
+
+
+def test_columns_that_are_not_used_are_kept_by_name(save):
+    rows = np.column_stack([make_rows(), np.ones((COUNT, 2))])
+    record = read_record(save(to_text(rows, f"{HEADER},Temp (°C),counter")))
+    assert record.unused == ("Temp (°C)", "counter")
+    (sentence,) = unused_columns([record, record])
+    assert sentence.startswith("Columns 'Temp (°C)', 'counter' of records 'record', 'record' are not")
+    assert "--column 'temperature=Temp (°C):degC'" in sentence and "time alone" in sentence
+    assert unused_columns([read_record(save(to_text(make_rows())))]) == []
 
 
 def test_an_assumed_unit_is_noted(save):

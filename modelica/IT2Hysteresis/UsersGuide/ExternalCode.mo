@@ -10,14 +10,13 @@ FMUs' C sources in <code>Resources/C-Sources</code>, and the tool compiles them 
 installed or built before.
 </p>
 <ul>
-<li>Every external function includes one header, <code>IT2Hysteresis.h</code>. It includes the sources, and the functions of
-FMI 2.0 once for each FMU, with the prefixes that the standard provides for: <code>IT2Plant_fmi2DoStep</code>,
-<code>IT2Inverse_fmi2DoStep</code>. Both therefore live in one executable.</li>
-<li>An external object holds an instance. Its constructor instantiates the FMU, sets the parameters and initializes
-it; its destructor terminates the FMU and frees it. A model may hold any number of them.</li>
-<li>At a tick, the block sets the inputs and lets the FMU make one step of the sample time. A tool may evaluate an
-event more than once: the step is then repeated from the FMU state before the tick (fmi2GetFMUstate, fmi2SetFMUstate).</li>
-<li>What the FMU logs as an error stops the simulation with the FMU's message, by ModelicaFormatError: a parameter
+<li>Every external function includes one header, <code>IT2Hysteresis.h</code>. It includes <code>it2hys.c</code>, which holds
+both models and the layer on which the FMUs run them. The functions of FMI itself have no part in it.</li>
+<li>An external object holds an instance. Its constructor sets the parameters and initializes it; its destructor
+frees it. A model may hold any number of them.</li>
+<li>At a tick, the block sets the inputs and makes one step of the sample time. A tool may evaluate an event more than
+once: the step is then repeated from the state before the tick.</li>
+<li>What an instance logs as an error stops the simulation with its message, by ModelicaFormatError: a parameter
 set that makes no usable model at the initialization, a step without a finite result at its time. What it logs as a
 warning, such as an input that leaves its range, is a warning of the tool, given once in the life of an instance.</li>
 <li>The sources are C99 and use the C standard library only. They are those of the FMUs, except for what finds the

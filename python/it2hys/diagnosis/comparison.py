@@ -74,6 +74,11 @@ def compare(before: Sequence[np.ndarray], after: Sequence[np.ndarray], seed: int
     return Comparison(float(total[0]), float(total[1]), p_value, (float(low), float(high)))
 
 
+def is_worse(comparison: Comparison, share: float) -> bool:
+    """Return whether an error rises by more than a share, and by more than chance."""
+    return comparison.gain < -share and comparison.interval[1] < 0.0
+
+
 def _block_means(squares: np.ndarray) -> np.ndarray:
     """Return means over blocks of the squared errors of one record, shape (B, 2)."""
     count = len(squares)

@@ -20,7 +20,13 @@ _SHARE = 0.1
 _STEP = 1e-6
 #: Parameters whose value differs from record to record: how it begins, and a line's phase, which
 #: nothing in the voltage tells.
-BY_RECORD = ("initialRestOffset", "initialExcursion", "initialCreep", "hum.phase")
+BY_RECORD = (
+    "initialDisplacement",
+    "initialRestOffset",
+    "initialExcursion",
+    "initialCreep",
+    "hum.phase",
+)
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """The free-run criterion (23) of the whole chain on several records, with exact derivatives.
 
 Fitted are the rules, the parameters of the effects that are on, and what belongs to a record alone:
-the history before it, a constant between it and the model, the phase of a line. A record begins at
-rest at its first voltage, as the FMU does with the `initialDisplacement` that belongs to it.
+the displacement at which it begins and the history before it, a constant between it and the model,
+the phase of a line. A record begins as the plant FMU does with these parameters.
 """
 
 from __future__ import annotations
@@ -16,9 +16,11 @@ import numpy as np
 
 from it2hys import core
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
+from it2hys.diagnosis.inverse import References
 from it2hys.effects import nonlinearity
 from it2hys.identification import coordinates as rule_coordinates
 from it2hys.identification.criteria import Series
+from it2hys.identification.lead_in import START_PRIOR
 from it2hys.identification.levenberg_marquardt import (
     Block,
     Linearisation,
@@ -37,6 +39,8 @@ _DIVERGED = 1e3
 STIFF, SOFT = 2000.0, 200.0
 #: Least slope of the static curve: with less its inverse would enlarge noise too much.
 LEAST_SLOPE = 0.1
+#: Share of the travel by which the start of a record may be off its first reading.
+_NEAR = 0.1
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3
 
@@ -56,12 +60,16 @@ class Trace:
         Of every residual; 0 for samples that are not fitted.
     judged : ndarray of bool, shape (N,)
         Samples whose errors count when models are compared.
+    lead : int
+        Samples of the lead-in, on which the start of a record that is not fitted is.
     noise : float
         In m rms.
     has_offset : bool
         Whether a constant between record and model is fitted.
     importance : float
         Weight of the record, in fits (part of `weight`) and where models are compared.
+    references : References
+        The measured displacement as an inverse is fed with it.
     """
 
     name: str
@@ -70,7 +78,9 @@ class Trace:
     y: np.ndarray
     weight: np.ndarray
     judged: np.ndarray
+    lead: int
     noise: float
+    references: References
     has_offset: bool = False
     importance: float = 1.0
 
@@ -114,10 +124,11 @@ class Model:
 
     def packed(self, trace: Trace, index: int) -> np.ndarray:
         """Return the parameters for one record as the C core takes them."""
-        own = {name: values[index] for name, values in self.own.items()}
-        # near which to look for the displacement at rest
-        own["initialDisplacement"] = trace.y[0] - self.offsets[index]
-        return core.pack_chain({**self.values, **own})
+        return core.pack_chain({**self.values, **self.start(index)})
+
+    def start(self, index: int) -> dict[str, float]:
+        """Return the parameters with which the plant FMU begins one record."""
+        return {name: float(values[index]) for name, values in self.own.items()}
 
     def predict(self, trace: Trace, index: int) -> np.ndarray:
         """Return the reading of the free run over a record, its offset included, m."""
@@ -183,11 +194,31 @@ class ChainCriterion:
                         rule_coordinates.rule_bounds(self.rule_count)[end],
                         [c.of_value(c.bounds[end]) for c in self.common],
                         np.full(len(self._with_offset), far),
-                        *(np.full(len(self.traces), c.bounds[end] / c.unit) for c in self._own),
+                        *(self._own_bounds(c)[end] / c.unit for c in self._own),
                     ]
                 )
             )
         return parts[0], parts[1]
+
+    def _own_bounds(self, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray]:
+        """Return the bounds of what belongs to a record, arrays of shape (R,), in SI units.
+
+        A record begins near its first reading, and with a creep that has not been beyond the travel.
+        """
+        low, high = (np.full(len(self.traces), end) for end in coordinate.bounds)
+        begins = np.array([t.y[0] for t in self.traces]) - self.model.offsets
+        if coordinate.name == "initialDisplacement":
+            near = _NEAR * (high - low)
+            return begins - near, begins + near
+        if coordinate.name == "initialCreep":
+            least, most = self._travel()
+            near = _NEAR * (most - least)
+            return least - near - begins, most + near - begins
+        return low, high
+
+    def _travel(self) -> tuple[float, float]:
+        """Return the lowest and the highest displacement of the records that gave the scaling, m."""
+        return tuple(float(self.scaling.displacement(end)) for end in (-1.0, 1.0))
 
     def pack(self, model: Model) -> np.ndarray:
         """Return the coordinates of a model, shape (P,)."""
@@ -200,6 +231,12 @@ class ChainCriterion:
                 *(np.asarray(model.own[c.name]) / c.unit for c in self._own),
             ]
         )
+
+    @property
+    def start_columns(self) -> np.ndarray:
+        """Places of the coordinates that belong to records, the constants among them."""
+        names = ["offsets", *(c.name for c in self._own)]
+        return np.concatenate([np.arange(self._places[n].start, self._places[n].stop) for n in names])
 
     def unpack(self, point: np.ndarray) -> Model:
         """Return the model of the coordinates."""
@@ -276,8 +313,7 @@ class ChainCriterion:
         units = [self.common[place - self.rule_size].unit for place in places]
         density = np.zeros((count, len(self._guess)))
         density[np.arange(count), places] = np.array(units) * np.mean(width) / width
-        noise = np.sqrt(np.mean([t.noise**2 for t in self.traces])) / self.scaling.y_unit
-        return noise * self.model.smoothness * np.diff(density, 2, axis=0)
+        return self._noise() * self.model.smoothness * np.diff(density, 2, axis=0)
 
     def _slopes(self) -> np.ndarray:
         """Return the rows, (K, P), of what the coordinates add to the slope of the static curve.
@@ -303,7 +339,12 @@ class ChainCriterion:
     def _prior_weights(self) -> np.ndarray:
         weights = np.zeros(len(self._guess))
         weights[self._places["effects"]] = _EFFECT_PRIOR
+        for c in self._own:
+            weights[self._places[c.name]] = START_PRIOR * self._noise()
         return weights
+
+    def _noise(self) -> float:
+        return float(np.sqrt(np.mean([t.noise**2 for t in self.traces]))) / self.scaling.y_unit
 
     @np.errstate(over="ignore", invalid="ignore")
     def linearise(self, point: np.ndarray) -> Linearisation | None:
@@ -397,7 +438,7 @@ def minimise(criterion: ChainCriterion, max_iterations: int, tolerance: float = 
     minimum = levenberg_marquardt(
         criterion.residual,
         criterion.linearise,
-        criterion.pack(criterion.model),
+        np.clip(criterion.pack(criterion.model), criterion.lower, criterion.upper),
         criterion.lower,
         criterion.upper,
         tolerance=tolerance,

@@ -7,39 +7,44 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import brentq
 
 from it2hys import core
 from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import ChainFit, Model, Trace
+from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.experiments import deciding_experiment
-from it2hys.diagnosis.fitting import IMITATED, Bench, clues
+from it2hys.diagnosis.explained import explained_by_model, explained_by_voltage
+from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench, clues
 from it2hys.diagnosis.intervals import intervals_of
+from it2hys.diagnosis.inverse import applied_voltage, ask_inverse, noise_of_inverse
 from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.diagnosis.residuals import LeftOver, left_over
-from it2hys.diagnosis.result import Diagnosis, Judgement, Stage
+from it2hys.diagnosis.result import Diagnosis, InverseJudgement, Judgement, Stage
 from it2hys.diagnosis.selection import Node, Search
 from it2hys.diagnosis.windows import Window, searched_text, windows_of
-from it2hys.effects import nonlinearity
+from it2hys.effects import Extent
 from it2hys.effects._statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
+from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.preparation import (
-    Prepared,
     check_rule_count,
     check_sample_times,
     data_scaling,
     prepare,
 )
-from it2hys.identification.result import Identification
+from it2hys.identification.result import Identification, RecordResult
 from it2hys.identification.usability import widest_range
 from it2hys.metrics import max_relative_error, rms_error
 from it2hys.parameters import ParameterSet
 from it2hys.processes import parallel_map
 from it2hys.progress import Progress
 from it2hys.records import Record
+from it2hys.records.feedback import find_feedback
 from it2hys.variables import load_table
 
 #: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
@@ -47,11 +52,12 @@ from it2hys.variables import load_table
 RULES = 3
 #: Effects that a loop of one amplitude and one frequency cannot tell apart.
 ONE_LOOP = ("delay", "lag", "play")
+#: Effects that a controller's slow correction looks like.
+REGULATED = ("creep",)
 #: Iterations of the last fit.
 _FINAL = 150
-#: A run from the packaged start is taken for a record if its error is above that from the record's own
-#: start by no more than this share.
-_SAME_START = 0.01
+#: Samples at zero voltage, to within a share of its range, with which a record at rest begins.
+_STANDING, _SLACK = 5, 0.02
 #: Largest ratio of the travel of a given model to that of the records, either way.
 _SAME_UNIT = 3.0
 #: Share of its range by which records may go beyond a given model's.
@@ -68,6 +74,7 @@ def diagnose(
     options: Options | None = None,
     progress: Progress | None = None,
     workers: int = 1,
+    excluded: Sequence[str] = (),
 ) -> Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -91,6 +98,8 @@ def diagnose(
         Called with the share done, 0 to 1, and what is being done.
     workers : int
         Processes that share the fits. The result does not depend on it.
+    excluded : sequence of str
+        Effects that are not tried.
 
     Returns
     -------
@@ -105,7 +114,7 @@ def diagnose(
     if not train:
         raise InputError("no training record is given")
     check_rule_count(rules)
-    session = _Session(train, validation, test, declared, options or Options(), progress)
+    session = _Session(train, validation, test, declared, excluded, options or Options(), progress)
     with parallel_map(workers) as each:
         return session.run(model, rules, each)
 
@@ -119,6 +128,7 @@ class _Session:
         validation: Sequence[Record],
         test: Sequence[Record],
         declared: Sequence[str],
+        excluded: Sequence[str],
         options: Options,
         progress: Progress | None,
     ):
@@ -126,7 +136,10 @@ class _Session:
         self._train, self._options = list(train), options
         self._progress = progress or (lambda share, text: None)
         self._extent = extent_of(train)
-        self._declared = _checked_effects(declared, self._extent)
+        self._declared = _checked_effects("declared", declared, self._extent)
+        self._excluded = _checked_effects("exclude", excluded, self._extent)
+        if both := {*self._declared} & {*self._excluded}:
+            raise InputError(f"{min(both)} is both declared and excluded")
         prepared = [prepare(r, options) for r in train]
         self._scaling = data_scaling(prepared)
         self._whole = [Window(i, 0, p) for i, p in enumerate(prepared)]
@@ -139,6 +152,8 @@ class _Session:
         # one loop, gone through again and again, is any of these, or the core
         one_tone = holds_one_tone(prepared)
         self._inseparable = tuple(e for e in ONE_LOOP if e not in self._declared) if one_tone else ()
+        regulated = all(find_feedback(r) for r in validation or train)
+        self._regulated = tuple(e for e in REGULATED if regulated and e not in self._declared)
         self._seconds: dict[str, float] = {}
         searched = searched_text(self._windows, self._whole)
         self._is_whole = not searched
@@ -151,7 +166,8 @@ class _Session:
         base = self._timed("paper's model", self._base, given, rules, each)
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
-        search = Search(bench, self._report_fit, self._inseparable, each)
+        not_tried = (*self._inseparable, *self._excluded, *self._regulated)
+        search = Search(bench, self._report_fit, not_tried, each)
         self._fits = 0
         chosen = self._timed("search", search.run, first)
         node = search.settled(chosen)
@@ -181,11 +197,19 @@ class _Session:
         self._warnings += _passed_on(identification)
         records = identification.by_role("train")
         return Model(
-            dict(identification.parameters),
+            {**identification.parameters, "displacementZero": _zero_of(identification.parameters)},
             (),
             np.array([records[w.record].offset for w in self._windows]),
-            {},
+            {"initialDisplacement": np.array([self._begin(w, records) for w in self._windows])},
         )
+
+    @staticmethod
+    def _begin(window: Window, records: Sequence[RecordResult]) -> float:
+        """Return the displacement with which the paper's model begins a window."""
+        result = records[window.record]
+        if window.first == 0:
+            return result.initial_displacement
+        return float(window.prepared.record.displacement[0]) - result.offset
 
     def _given(self, given: ParameterSet) -> Model:
         self._check_given(given)
@@ -195,7 +219,7 @@ class _Session:
         own = {
             name: np.full(len(self._windows), given[name])
             for name in BY_RECORD
-            if _effect_of(name) in effects
+            if _effect_of(name) in (None, *effects)
         }
         self._has_offset = self._options.offsets is True
         traces = self._searched()
@@ -254,11 +278,11 @@ class _Session:
 
     def _bench(self, base: Model) -> Bench:
         self._has_offset = bool(np.any(base.offsets != 0.0))
+        self._extent = replace(self._extent, zero=base.values["displacementZero"])
         traces, deciding = self._searched(), self._traces("validation")
         self._all_fitted = self._traces("train")
         parts = not deciding
-        if parts:
-            traces, deciding = set_aside(traces)
+        traces, deciding = set_aside(traces) if parts else steps_aside(traces, deciding)
         deciding = [within(t, self._extent.voltage) for t in deciding]
         return Bench(traces, deciding, self._scaling, self._extent, parts)
 
@@ -317,14 +341,27 @@ class _Session:
         self, base: Model, bench: Bench, search: Search, chosen: Node, node: Node, fit: ChainFit
     ) -> Diagnosis:
         parameters = self._parameters(fit.model, "diagnosed")
+        whole = replace(bench, traces=self._all_fitted)
+        judged = self._traces("train", "validation", "test")
+        traces = [whole.with_lead_in(fit.model, t) for t in judged]
         named = tuple(e for e in fit.model.effects if e in node.effects)
         groups = indistinguishable(chosen, search.rivals)
         if self._inseparable:
             groups = (*groups, self._inseparable)
-        verdict = Verdict(search, node, named, groups, self._declared, self._inseparable)
+        verdict = Verdict(
+            search,
+            node,
+            named,
+            groups,
+            self._declared,
+            self._inseparable,
+            self._excluded,
+            self._regulated,
+        )
         judged = [within(t, self._extent.voltage) for t in self._traces("train", "validation")]
         base = self._on_whole(base, bench)
         left = self._left_over(bench, fit.model, judged, len(self._train))
+        after = self._judgements(fit.model, bench, traces)
         return Diagnosis(
             parameters=parameters,
             base=self._parameters(base, "before"),
@@ -335,14 +372,19 @@ class _Session:
             indistinguishable=groups,
             experiments=tuple(deciding_experiment(group) for group in groups),
             noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
-            before=self._judgements(base, bench),
-            after=self._judgements(fit.model, bench),
+            before=self._judgements(base, bench, traces),
+            after=after,
             evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
             stages=self._stages(search, node, fit, bench),
             intervals=intervals_of(fit),
-            warnings=tuple(self._warnings),
+            warnings=(*self._findings(after), *self._warnings),
             seconds=self._seconds,
         )
+
+    def _findings(self, after: Sequence[Judgement]) -> list[str]:
+        """Return what there is to say of the records whatever the model."""
+        records = [p.record for _, p in self._prepared]
+        return [*record_findings(records), *coarse_readings(records, [j.noise for j in after], after)]
 
     def _left_over(self, bench: Bench, model: Model, traces: Sequence[Trace], known: int) -> LeftOver:
         fitted = bench.fit_own(model, traces, known)
@@ -358,23 +400,31 @@ class _Session:
         return ["On the test records, which decided nothing: " + " ".join(seen.sentences)]
 
     def _parameters(self, model: Model, name: str) -> ParameterSet:
-        """Return the model as a parameter set that begins as the first training record does."""
+        """Return the model as a parameter set that begins at rest.
+
+        It begins as the first training record does where that begins at rest.
+        """
         voltages = [r.voltage for r in self._train]
         values = {
             **model.values,
             "voltageMin": float(min(v.min() for v in voltages)),
             "voltageMax": float(max(v.max() for v in voltages)),
-            **start_of(model, self._all_fitted[0], 0),
         }
-        return ParameterSet(_with_rising_thresholds(values), name).validate()
+        parameters = ParameterSet(_with_rising_thresholds(values), name).validate()
+        if not _begins_at_rest(self._train[0], parameters.voltage_range):
+            return _at_rest(parameters)
+        start = model.start(0)
+        start["initialDisplacement"] = float(
+            np.clip(start["initialDisplacement"], *parameters.displacement_range)
+        )
+        return parameters.replace(**start)
 
-    def _judgements(self, model: Model, bench: Bench) -> tuple[Judgement, ...]:
+    def _judgements(self, model: Model, bench: Bench, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
         parameters = self._parameters(model, "judged")
-        traces = self._traces("train", "validation", "test")
-        fitted = bench.fit_own(model, traces, len(self._train))
+        fitted = bench.fit_own(model, traces)
         return tuple(
-            judge(p, t, parameters, start_of(fitted, t, i), float(fitted.offsets[i]))
-            for i, ((_, p), t) in enumerate(zip(self._prepared, traces, strict=True))
+            judge(t, parameters, fitted.start(i), float(fitted.offsets[i]))
+            for i, t in enumerate(traces)
         )
 
     def _stages(self, search: Search, node: Node, fit: ChainFit, bench: Bench) -> tuple[Stage, ...]:
@@ -403,8 +453,8 @@ class _Session:
         return Stage(label, residuals, node.rms)
 
 
-def _checked_effects(names: Sequence[str], extent) -> tuple[str, ...]:
-    """Return the declared effects in the order of the chain.
+def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple[str, ...]:
+    """Return the effects that an option names, in the order of the chain.
 
     Raises
     ------
@@ -413,8 +463,8 @@ def _checked_effects(names: Sequence[str], extent) -> tuple[str, ...]:
     """
     for name in names:
         if name not in EFFECTS:
-            raise InputError(f"--declared {name}: no such effect; known are {', '.join(EFFECTS)}")
-    if "load" in names and extent.force is None:
+            raise InputError(f"--{option} {name}: no such effect; known are {', '.join(EFFECTS)}")
+    if option == "declared" and "load" in names and extent.force is None:
         raise InputError("--declared load: no training record has a force channel (force_N)")
     return tuple(e for e in EFFECTS if e in names)
 
@@ -426,19 +476,6 @@ def _effect_of(parameter: str) -> str | None:
 def _passed_on(identification: Identification) -> list[str]:
     """Return warnings of an identification that hold for a better model too."""
     return [w for w in identification.warnings if "training records" in w and "lacks" not in w]
-
-
-def start_of(model: Model, trace: Trace, index: int) -> dict[str, float]:
-    """Return the parameters with which the plant FMU begins a record."""
-    own = {name: float(values[index]) for name, values in model.own.items()}
-    gains = sum(v for n, v in model.values.items() if n.startswith("creep[") and n.endswith("gain"))
-    # at the first tick the voltage is still the one of rest
-    core = float(model.run(trace, index)[2][0])
-    stroke, ahead = core - model.values["displacementZero"], own.get("initialCreep", 0.0)
-    displacement = core + gains * (stroke + ahead)
-    if nonlinearity.is_on(model.values):
-        displacement = float(nonlinearity.step(model.values, [], displacement, None)[0])
-    return {"initialDisplacement": displacement, **own}
 
 
 def _with_rising_thresholds(values: dict) -> dict:
@@ -453,34 +490,105 @@ def _with_rising_thresholds(values: dict) -> dict:
     return ordered
 
 
-def judge(
-    prepared: Prepared, trace: Trace, parameters: ParameterSet, start: dict, offset: float
-) -> Judgement:
-    """Return the errors of the free run that the plant FMU makes of a record."""
-    packaged = {name: parameters[name] for name in start}
-    own = _errors(trace, parameters, start, offset)
-    common = _errors(trace, parameters, packaged, offset)
-    if common[1] <= (1.0 + _SAME_START) * own[1]:
-        start, own = packaged, common
-    e_mr, e_rms, y = own
-    drive = trace.drive
-    outside = core.chain_out_of_range(
-        parameters.replace(**start), drive.voltage, drive.force, drive.temperature
+def _zero_of(parameters: ParameterSet) -> float:
+    """Return what the sensor reads at rest at zero voltage, m: where the core is there.
+
+    Beyond the displacements of the records the equilibrium curve goes on straight.
+    """
+    displacement = np.linspace(*parameters.displacement_range, 401)
+    voltage = core.solve(parameters.rules, displacement, displacement)
+    if voltage[0] <= 0.0 <= voltage[-1]:
+        return float(np.interp(0.0, voltage, displacement))
+    end = slice(0, 2) if voltage[0] > 0.0 else slice(-2, None)
+    (x, _), (y, _) = voltage[end], displacement[end]
+    return float(y - x * np.diff(displacement[end])[0] / np.diff(voltage[end])[0])
+
+
+def _begins_at_rest(record: Record, voltage_range: tuple[float, float]) -> bool:
+    """Return whether a record begins at zero voltage, or as near to it as its range goes, and stays."""
+    low, high = voltage_range
+    first = record.voltage[:_STANDING]
+    return bool(np.all(np.abs(first - np.clip(0.0, low, high)) <= _SLACK * (high - low)))
+
+
+def _at_rest(parameters: ParameterSet) -> ParameterSet:
+    """Return the set that begins at long rest at zero voltage, or as near to it as the range goes."""
+    wanted = float(np.clip(0.0, *parameters.voltage_range))
+
+    def excess(displacement: float) -> float:
+        start = {**parameters, "initialDisplacement": displacement, **UNLIMITED}
+        return float(core.chain_inverse_run(start, np.array([displacement]))[0][0]) - wanted
+
+    low, high = parameters.displacement_range
+    if excess(low) >= 0.0:
+        return parameters.replace(initialDisplacement=low)
+    if excess(high) <= 0.0:
+        return parameters.replace(initialDisplacement=high)
+    return parameters.replace(initialDisplacement=float(brentq(excess, low, high)))
+
+
+def judged_samples(trace: Trace) -> np.ndarray:
+    """Return the samples behind the lead-in whose errors count, a mask of shape (N,)."""
+    return trace.judged & (np.arange(len(trace.y)) >= trace.lead)
+
+
+def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) -> Judgement:
+    """Return the errors of both FMUs on a record, begun with a start."""
+    begun = parameters.replace(**start)
+    e_mr, e_rms, y = _errors(trace, begun, offset)
+    # the phase of what is picked up is nothing that a stage or its model could be told
+    told = parameters.replace(
+        **{n: v for n, v in start.items() if n == "hum.phase"},
+        initialDisplacement=float(trace.y[0]) - offset,
     )
     return Judgement(
-        trace.name, trace.role, e_mr, e_rms, start, offset, prepared.skip, trace.judged, trace.noise, y,
-        outside,
-    )  # fmt: skip
-
-
-def _errors(
-    trace: Trace, parameters: ParameterSet, start: dict, offset: float
-) -> tuple[float, float, np.ndarray]:
-    drive = trace.drive
-    _, reading = core.chain_free_run(
-        parameters.replace(**start), drive.voltage, drive.force, drive.temperature
+        name=trace.name,
+        role=trace.role,
+        e_mr=e_mr,
+        e_rms=e_rms,
+        start=start,
+        offset=offset,
+        lead=trace.lead,
+        lead_in=trace.lead * float(parameters["sampleTime"]),
+        noise=trace.noise,
+        cold_start=_errors(trace, told, offset)[1],
+        inverse=_judge_inverse(trace, begun, offset),
+        explained=explained_by_model(trace.y, y, judged_samples(trace)),
+        voltage_share=explained_by_voltage(trace.drive.voltage, trace.y, judged_samples(trace)),
+        y=y,
+        used=judged_samples(trace),
+        out_of_range=core.chain_out_of_range(
+            begun, trace.drive.voltage, trace.drive.force, trace.drive.temperature
+        ),
     )
-    y, used = reading + offset, trace.judged
+
+
+def _judge_inverse(trace: Trace, parameters: ParameterSet, offset: float) -> InverseJudgement:
+    """Return how the inverse does on the measured displacement, up to the band of the record."""
+    reference, drive = trace.references.band, trace.drive
+    judged = trace.judged & reference.inside
+    asked, saturated = ask_inverse(parameters, drive, reference.displacement - offset)
+    applied = applied_voltage(parameters, drive)
+    noise = noise_of_inverse(parameters, drive, trace.references)
+    (low, high), (lowest, highest) = parameters.voltage_range, parameters.displacement_range
+    e_rms = rms_error(applied[judged], asked[judged])
+    return InverseJudgement(
+        e_rms=e_rms,
+        e_displacement=e_rms * (highest - lowest) / (high - low),
+        noise=float(np.sqrt(np.mean(noise[judged] ** 2))),
+        band=reference.band,
+        delay=float(parameters["delay.time"]),
+        saturated=float(np.mean(saturated[judged])),
+        asked=np.where(judged, asked, np.nan),
+        applied=applied,
+    )
+
+
+def _errors(trace: Trace, parameters: ParameterSet, offset: float) -> tuple[float, float, np.ndarray]:
+    """Return (24), (25) behind the lead-in, and the reading."""
+    drive = trace.drive
+    _, reading = core.chain_free_run(parameters, drive.voltage, drive.force, drive.temperature)
+    y, used = reading + offset, judged_samples(trace)
     if not np.all(np.isfinite(y)):
         return np.inf, np.inf, y
     return max_relative_error(trace.y[used], y[used]), rms_error(trace.y[used], y[used]), y

@@ -9,9 +9,10 @@ import numpy as np
 from it2hys.chain import active_effects
 from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import Model, Trace
-from it2hys.diagnosis.diagnose import judge, start_of
+from it2hys.diagnosis.diagnose import judge
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.records import extent_of, to_trace
+from it2hys.identification.lead_in import Misfit
 from it2hys.identification.prediction import judge_new
 from it2hys.identification.preparation import Prepared, check_sample_times, data_scaling, prepare
 from it2hys.identification.result import Options, RecordResult
@@ -54,7 +55,7 @@ def evaluate(
     if active_effects(parameters):
         return _with_effects(parameters, prepared, offsets)
     scaling = data_scaling(prepared)
-    return [judge_new(p, "test", parameters, scaling, offsets) for p in prepared]
+    return [judge_new(p, "test", parameters, scaling, offsets, Misfit()) for p in prepared]
 
 
 def _with_effects(
@@ -65,14 +66,14 @@ def _with_effects(
     own = {
         name: np.full(len(traces), parameters[name])
         for name in BY_RECORD
-        if known[name].effect in effects
+        if known[name].effect in (None, *effects)
     }
     extent = extent_of([p.record for p in prepared])
     bench = Bench(traces, traces, data_scaling(prepared), extent)
     given = Model(dict(parameters), tuple(effects), np.zeros(len(traces)), own)
     begun = bench.fit_own(given, traces)
     return [
-        _result(p, t, parameters, start_of(begun, t, i), float(begun.offsets[i]))
+        _result(p, t, parameters, begun.start(i), float(begun.offsets[i]))
         for i, (p, t) in enumerate(zip(prepared, traces, strict=True))
     ]
 
@@ -80,7 +81,7 @@ def _with_effects(
 def _result(
     prepared: Prepared, trace: Trace, parameters: ParameterSet, start: dict, offset: float
 ) -> RecordResult:
-    judged = judge(prepared, trace, parameters, start, offset)
+    judged = judge(trace, parameters, start, offset)
     return RecordResult(
         name=judged.name,
         role=judged.role,
@@ -90,7 +91,7 @@ def _result(
         e_rms_one_step=np.nan,
         offset=offset,
         initial_displacement=judged.start["initialDisplacement"],
-        skip=prepared.skip,
+        skip=judged.lead,
         noise_rms=prepared.noise.rms,
         noise_method=prepared.noise.method,
         y_free=judged.y,

@@ -34,6 +34,10 @@ class Verdict:
         Effects in the model from the start.
     inseparable : tuple of str
         Effects that the records cannot show.
+    excluded : tuple of str
+        Effects that the caller kept out.
+    regulated : tuple of str
+        Effects that a controller imitates, where it was on in all records that decide.
     """
 
     search: Search
@@ -42,6 +46,8 @@ class Verdict:
     groups: tuple[tuple[str, ...], ...]
     declared: tuple[str, ...]
     inseparable: tuple[str, ...]
+    excluded: tuple[str, ...] = ()
+    regulated: tuple[str, ...] = ()
 
 
 def indistinguishable(chosen: Node, rivals: Sequence[Node]) -> tuple[tuple[str, ...], ...]:
@@ -97,6 +103,13 @@ def _untried(effect: str, verdict: Verdict, left: Clues) -> str:
         return "declared: in the model from the start"
     if effect in verdict.node.fit.model.effects:
         return "in the starting model"
+    if effect in verdict.excluded:
+        return "not tried: excluded"
+    if effect in verdict.regulated:
+        return (
+            "not tried: the records that decide were taken in closed loop, where a controller's slow "
+            f"correction looks like it; give one taken in open loop, or --declared {effect}"
+        )
     if effect == "load" and left.extent.force is None:
         return "not tried: no record has a force channel"
     if effect in verdict.inseparable:

@@ -8,15 +8,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from it2hys.chain import EFFECTS
+from it2hys.core import Drive
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
-from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
+from it2hys.diagnosis.criterion import (
+    ChainCriterion,
+    ChainFit,
+    Model,
+    Trace,
+    minimise,
+)
+from it2hys.diagnosis.inverse import inverse_error, noise_of_inverse
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.effects import Clue, Clues, Extent
+from it2hys.effects._statistics import StepResponse, readable
 from it2hys.effects.hum import phases
 from it2hys.identification.criteria import Series
 from it2hys.identification.fitting import search_rules
+from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling, moved
+from it2hys.identification.uncertainty import correlation_time
 from it2hys.parameters import RULE_FIELDS
 from it2hys.variables import load_table
 
@@ -27,8 +38,10 @@ _SHORTEST = 1e-3
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
-IMITATED = ("lag", "nonlinearity")
+IMITATED = ("delay", "lag", "nonlinearity")
 _ANEW, _ANEW_STARTS = 6, 1
+#: Delays from new rules are tried up to so many times what steps show, and from that much less on.
+_NEAR_STEPS = 2.0
 #: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
 #: noise is not known better. What looks so has more than this probability to.
 _REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
@@ -37,12 +50,21 @@ _DAMPED = 0.4
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
 _SETTLING_ANEW = 60
+#: Costs of fits that are as good as the best one, as a multiple of its.
+_ALIKE = 1.02
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
 #: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
 _TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
+#: While models are searched for, no range limits an inverse.
+UNLIMITED = {
+    "displacementMin": -np.inf, "displacementMax": np.inf, "voltageMin": -np.inf, "voltageMax": np.inf,
+}  # fmt: skip
 #: Histories from which what belongs to a record is fitted.
 _HISTORIES = 3
+#: By how much, in twice the logarithm of the likelihood, a history with an excursion has to be better
+#: than one without: a probability of 1 % by chance (chi squared, one more parameter).
+_EXCURSION = 6.6
 
 
 def off_values() -> dict[str, float]:
@@ -58,6 +80,7 @@ def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
         options = {"count": int(model.values[counts[effect]["variable"]])} if effect in counts else {}
         starts = EFFECTS[effect].starts(extent, **options)
         result += [Coordinate.of(name, start) for name, start in starts.items()]
+    result.append(Coordinate("initialDisplacement", extent.displacement, logarithmic=False))
     if _shifts(model):
         bounds = (_SHORTEST * extent.sample_time, extent.sample_time)
         result.append(Coordinate("delay.time", bounds, logarithmic=False))
@@ -170,13 +193,34 @@ def with_rules(model: Model, rules: np.ndarray) -> Model:
 def behind_creep(model: Model, traces: Sequence[Trace]) -> Model:
     """Return the model with its core moved so that creep leaves the mean reading where it is.
 
-    Creep is of the whole displacement: records far from zero would be off by far more than they move.
+    Otherwise the readings would be off by creep's share of their mean stroke.
     """
     count = int(model.values["creepCount"])
     total = sum(model.values[f"creep[{i}].gain"] for i in range(1, count + 1))
     readings = [(t.y - o)[t.judged] for t, o in zip(traces, model.offsets, strict=True)]
-    distance = total / (1.0 + total) * float(np.mean(np.concatenate(readings)))
+    distance = (
+        total
+        / (1.0 + total)
+        * (float(np.mean(np.concatenate(readings))) - model.values["displacementZero"])
+    )
     return with_rules(model, moved(model.rules, -distance))
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """Errors of a pair of model and inverse on records, arrays of the judged samples, m.
+
+    Parameters
+    ----------
+    free : list of ndarray
+        Of the free run.
+    band, wide : list of ndarray
+        Of the inverse fed with the measured displacement, by the plant's gain, with either reference.
+    """
+
+    free: list[np.ndarray]
+    band: list[np.ndarray]
+    wide: list[np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,6 +263,16 @@ class Bench:
         """Fit everything jointly from a model; `strength` is that of the penalties for a poor core."""
         return minimise(self.criterion(model).guarded(strength), iterations)
 
+    def finish(self, model: Model, iterations: int) -> ChainFit:
+        """Fit everything jointly to the end, on two ways of which the better one counts.
+
+        The penalties for a poor core bar the way where the core is poor for a while on it: one fit is
+        held by them from the beginning, one only once it has arrived without them.
+        """
+        free = minimise(self.criterion(model), iterations)
+        starts = [model, *([free.model] if np.isfinite(free.minimum.cost) else [])]
+        return min((self.fit(m, iterations) for m in starts), key=lambda fit: fit.minimum.cost)
+
     def add(self, model: Model, effect: str) -> ChainFit | None:
         """Fit a model with one effect more, from the best of the guesses of it.
 
@@ -238,7 +292,23 @@ class Bench:
         fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
         if effect in SAMPLED and _shifts(fit.model):
             fits += [self.fit(_shifted(fit.model, share), _SETTLING) for share in _SHIFTS]
-        return min((f for f in fits if f), key=lambda f: f.minimum.cost)
+        return self.preferred([f for f in fits if f])
+
+    def preferred(self, fits: Sequence[ChainFit]) -> ChainFit:
+        """Return of the fits that are as good as the best one that with the calmest inverse.
+
+        Where the records have little that is fast, a slow core waits as a delay does, and its inverse
+        enlarges whatever is fast in a reference.
+        """
+        least = min(fit.minimum.cost for fit in fits)
+        alike = [fit for fit in fits if fit.minimum.cost <= _ALIKE * least]
+        return min(alike, key=self._unrest) if len(alike) > 1 else alike[0]
+
+    def _unrest(self, fit: ChainFit) -> float:
+        """Return the error of the inverse with the wide reference on the training records, m."""
+        model = fit.model
+        errors = [self._inverse_error(model, t, i, "wide") for i, t in enumerate(self.traces)]
+        return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
     def _without_idleness(self, fit: ChainFit, effect: str) -> list[Model]:
         """Return the model with guesses for what of an effect went to a bound.
@@ -270,9 +340,20 @@ class Bench:
         Where the rules imitate the effect, no descent leads to where the effect does it.
         """
         trials = self._guessed(model, effect)
+        if effect == "delay":
+            trials = self._near_steps(model, trials)
         spread = np.unique(np.linspace(0, len(trials) - 1, _ANEW).round().astype(int))
         fits = [self.reshaped(trials[i], _ANEW_STARTS) for i in spread]
-        return min(fits, key=lambda fit: fit.minimum.cost, default=None)
+        return self.preferred(fits) if fits else None
+
+    def _near_steps(self, model: Model, trials: list[Model]) -> list[Model]:
+        """Return the delays that are near the one that the response to steps shows, if it shows any."""
+        seen = readable(self.clues(model))
+        if seen is None:
+            return trials
+        delay = StepResponse(seen).dynamics("delay").parameter * self.extent.sample_time
+        near = [t for t in trials if 1.0 / _NEAR_STEPS <= t.values["delay.time"] / delay <= _NEAR_STEPS]
+        return near or trials
 
     def _guessed(self, model: Model, effect: str) -> list[Model]:
         guesses = EFFECTS[effect].guesses(self.clues(model))
@@ -287,7 +368,7 @@ class Bench:
         """Return whether hardly more than noise is left over, whatever it looks like, of any record."""
         if self._left_over(fit).size > _NEARLY:
             return False
-        deciding = np.concatenate(self.errors(fit.model))
+        deciding = np.concatenate(self.errors(fit.model).free)
         return bool(np.sqrt(np.mean(deciding**2)) <= _NEARLY * self.floor)
 
     def _left_over(self, fit: ChainFit) -> LeftOver:
@@ -375,51 +456,151 @@ class Bench:
         kept = [_of_record(model, i) for i in range(known)]
         return _joined([*kept, *(self._fit_own_to_one(model, t) for t in traces[known:])])
 
-    def _fit_own_to_one(self, model: Model, trace: Trace) -> Model:
-        """Return the model of one record, from the best of several likely histories before it."""
-        # all that is judged counts, also where a fit of everything gives a record time to fall in
-        trace = replace(trace, weight=trace.importance * trace.judged)
-        start = with_starts(model, [trace])
-        fitted = [c for c in fitted_coordinates(start, self.extent) if c.name in BY_RECORD]
-        if not fitted and not trace.has_offset:
-            return start
-        starts = [start]
-        if "initialExcursion" in model.own:
-            histories = likely_histories(start, trace, 0)[:_HISTORIES]
-            starts = [_with_history(start, history) for history in histories]
-        fits = [
-            minimise(ChainCriterion([trace], s, fitted, self.scaling).holding(["rules"]), 30, 1e-8)
-            for s in starts
-        ]
-        return min(fits, key=lambda fit: fit.minimum.cost).model
+    def with_lead_in(self, model: Model, trace: Trace) -> Trace:
+        """Return a record with a lead-in that is as long as the model's start needs.
 
-    def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> list[np.ndarray]:
-        """Return the errors on the judged samples of records that were not fitted, m.
+        Histories that the lead-in cannot tell apart do not differ by more than the error behind it.
+        """
+        fitted = self._fit_own_to_one(model, trace)
+        used = trace.weight > 0.0
+        criterion = self._of_start(fitted, replace(trace, weight=1.0 * used))
+        linear = criterion.jacobian(criterion.pack(fitted))
+        if linear is None:  # a run on its way to infinity
+            return trace
+        rows = linear[0][:, criterion.start_columns]
+        misfit = self._misfit(model)
+        error = trace.noise**2 + misfit.power
+        lead = lead_in_length(
+            rows * self.scaling.y_unit,
+            used,
+            trace.noise,
+            misfit,
+            lambda lead: self._disagreement(model, replace(trace, lead=lead)) <= error,
+        )
+        used[:lead] = False
+        return replace(trace, lead=lead, judged=used)
+
+    def _disagreement(self, model: Model, trace: Trace) -> float:
+        """Return by how much histories that the lead-in cannot tell apart differ behind it, m^2."""
+        best, *others = self._starts(model, trace, most=len(_TURNS) + 1)
+        behind = trace.weight > 0.0
+        behind[: trace.lead] = False
+        run = best.predict(trace, 0)
+        squares = [np.mean((other.predict(trace, 0) - run)[behind] ** 2) for other in others]
+        return float(max(squares, default=0.0))
+
+    def _misfit(self, model: Model) -> Misfit:
+        """Return what a model misses of the training records."""
+        residuals = [
+            clue.residual - np.mean(clue.residual[clue.used]) for clue in self.clues(model).records
+        ]
+        return Misfit.of(residuals, [t.noise for t in self.traces])
+
+    def _of_start(self, model: Model, trace: Trace) -> ChainCriterion:
+        """Return the criterion of what belongs to one record, all else held."""
+        fitted = [c for c in fitted_coordinates(model, self.extent) if c.name in BY_RECORD]
+        return ChainCriterion([trace], model, fitted, self.scaling).holding(["rules"])
+
+    def _fit_own_to_one(self, model: Model, trace: Trace) -> Model:
+        """Return the model of one record, its start fitted on the lead-in."""
+        return self._starts(model, trace)[0]
+
+    def _starts(self, model: Model, trace: Trace, most: int = _HISTORIES) -> list[Model]:
+        """Return the model of one record with starts fitted on the lead-in from likely histories.
+
+        The likeliest comes first, and with it those that the lead-in cannot tell from it.
+        """
+        whole, trace = trace, lead_in(trace)
+        start = with_starts(model, [trace])
+        starts, excursions = [_as_trained(model, start), start], [False, False]
+        if "initialExcursion" in model.own:
+            histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
+            starts[1:] = [_with_history(start, history) for history in histories]
+            excursions[1:] = [excursion != 0.0 for _, excursion in histories]
+        fits = [minimise(self._of_start(s, trace), 30, 1e-8).model for s in starts]
+        errors = [(fit.predict(trace, 0) - trace.y)[trace.fitted] for fit in fits]
+        unlikely = _unlikeliness(errors, excursions)
+        order = np.argsort(unlikely, kind="stable")
+        return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * _EXCURSION]
+
+    def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> Errors:
+        """Return the errors on the judged samples of records, by default of those that decide.
 
         They are weighted as the records are, with a mean square weight of 1.
         """
-        if traces is None and self.parts:
-            traces, fitted = self.deciding, model
-        else:
-            traces = self.deciding if traces is None else traces
-            fitted = self.fit_own(model, traces)
+        known = self.parts and traces is None
+        traces = self.deciding if traces is None else traces
+        fitted = model if known else self.fit_own(model, traces)
         counts = [np.count_nonzero(t.judged) for t in traces]
         level = np.sqrt(np.average([t.importance**2 for t in traces], weights=counts))
-        return [
-            t.importance / level * self._error(fitted, t, i)[t.judged] for i, t in enumerate(traces)
+        weights = [t.importance / level for t in traces]
+        free = [
+            w * self._error(fitted, t, i)[t.judged]
+            for i, (w, t) in enumerate(zip(weights, traces, strict=True))
         ]
+        band, wide = (
+            [
+                w * self._inverse_error(fitted, t, i, name)
+                for i, (w, t) in enumerate(zip(weights, traces, strict=True))
+            ]
+            for name in ("band", "wide")
+        )
+        return Errors(free, band, wide)
 
     @np.errstate(over="ignore", invalid="ignore")
     def _error(self, model: Model, trace: Trace, index: int) -> np.ndarray:
         """Return model minus measured; ten times the travel where a run is on its way to infinity."""
+        return self._bounded(model.predict(trace, index) - trace.y)
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _inverse_error(self, model: Model, trace: Trace, index: int, name: str) -> np.ndarray:
+        """Return what the inverse asks for beyond the voltage applied, in m by the records' gain."""
+        reference = getattr(trace.references, name)
+        values = {**model.values, **model.start(index), **UNLIMITED}
+        wanted = reference.displacement - model.offsets[index]
+        error = inverse_error(values, trace.drive, wanted)
+        gain = self.extent.displacement_span / self.extent.voltage_span
+        return self._bounded(gain * error)[trace.judged & reference.inside]
+
+    def noise_of_inverse(self, model: Model) -> float:
+        """Return what noise in the references of what decides makes of the inverse, m rms."""
+        fitted = model if self.parts else self.fit_own(model, self.deciding)
+        gain = self.extent.displacement_span / self.extent.voltage_span
+        answers = [
+            noise_of_inverse({**model.values, **fitted.start(i), **UNLIMITED}, t.drive, t.references)[
+                t.judged
+            ]
+            for i, t in enumerate(self.deciding)
+        ]
+        return gain * float(np.sqrt(np.mean(np.concatenate(answers) ** 2)))
+
+    def _bounded(self, error: np.ndarray) -> np.ndarray:
         most = 10.0 * self.extent.displacement_span
-        error = model.predict(trace, index) - trace.y
         return np.clip(np.where(np.isfinite(error), error, most), -most, most)
+
+
+def lead_in(trace: Trace) -> Trace:
+    """Return the lead-in of a record, as a record of its own."""
+    first = slice(0, trace.lead)
+    drive = trace.drive
+    return replace(
+        trace,
+        drive=Drive(drive.voltage[first], drive.force[first], drive.temperature[first]),
+        y=trace.y[first],
+        weight=trace.weight[first],
+        judged=trace.weight[first] > 0.0,
+    )
 
 
 def _of_record(model: Model, index: int) -> Model:
     own = {name: values[index : index + 1] for name, values in model.own.items()}
     return replace(model, offsets=model.offsets[index : index + 1], own=own)
+
+
+def _as_trained(model: Model, start: Model) -> Model:
+    """Return the model of one record, begun as the first training record begins."""
+    own = {n: model.own[n][:1] if n != "hum.phase" else v for n, v in start.own.items()}
+    return replace(start, own=own)
 
 
 def _joined(models: Sequence[Model]) -> Model:
@@ -455,6 +636,8 @@ def with_starts(model: Model, traces: Sequence[Trace]) -> Model:
         offsets=np.full(count, np.mean(model.offsets)),
         own={name: np.zeros(count) for name in model.own},
     )
+    begins = np.array([t.y[0] for t in traces]) - model.offsets
+    model = replace(model, own={**model.own, "initialDisplacement": begins})
     if "initialExcursion" in model.own:
         model = with_histories(model, traces)
     if "hum.phase" in model.own:
@@ -481,21 +664,43 @@ def _with_history(model: Model, history: tuple[float, float]) -> Model:
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def likely_histories(model: Model, trace: Trace, index: int) -> list[tuple[float, float]]:
+def likely_histories(
+    model: Model, trace: Trace, index: int, voltage: np.ndarray | None = None
+) -> list[tuple[float, float]]:
     """Return offset of the rest and excursion before a record, in V, the likeliest first.
 
     The stack was new or demagnetised at 0 V or at the record's first voltage, and may then have been
-    driven somewhere within or a little beyond the record's range.
+    driven somewhere within or a little beyond the record's range, which is that of `voltage`.
     """
-    voltage = trace.drive.voltage
+    voltage = trace.drive.voltage if voltage is None else voltage
     low, high = voltage.min(), voltage.max()
     turns = [low + share * (high - low) for share in _TURNS]
     histories = [
         (rest - voltage[0], turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)
     ]
-    costs = []
-    for history in histories:
-        error = (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
-        cost = np.var(error) if trace.has_offset else np.mean(error**2)
-        costs.append(cost if np.isfinite(cost) else np.inf)
-    return [histories[i] for i in np.argsort(costs)]
+    histories = list(dict.fromkeys(histories))
+    errors = [
+        (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
+        for history in histories
+    ]
+    if trace.has_offset:
+        errors = [error - np.mean(error) for error in errors]
+    unlikely = _unlikeliness(errors, [excursion != 0.0 for _, excursion in histories])
+    return [histories[i] for i in np.argsort(unlikely, kind="stable")]
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _unlikeliness(errors: Sequence[np.ndarray], excursions: Sequence[bool]) -> np.ndarray:
+    """Return of histories how unlikely each is, by the errors on a record that is begun with it.
+
+    It is twice the negative logarithm of the likelihood, of as many samples as are independent. An
+    excursion has to earn its place: where a lead-in does not show it, it would show later.
+    """
+    power = np.array([np.mean(error**2) for error in errors])
+    power[~np.isfinite(power)] = np.inf
+    best = errors[int(np.argmin(power))]
+    if not np.isfinite(power.min()):
+        return power
+    independent = len(best) / correlation_time(best)
+    relative = power / max(power.min(), np.finfo(float).tiny)
+    return independent * np.log(relative) + _EXCURSION * np.array(excursions)

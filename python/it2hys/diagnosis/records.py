@@ -9,15 +9,20 @@ import numpy as np
 
 from it2hys.core import Drive
 from it2hys.diagnosis.criterion import Trace
+from it2hys.diagnosis.inverse import References
 from it2hys.effects import Extent
 from it2hys.errors import InputError
 from it2hys.identification.preparation import Prepared
 from it2hys.identification.weights import repetitions
 from it2hys.records import Record
 
-#: Samples that a record which begins in motion is given, and the first change of the voltage, as a
-#: share of its range, from which on it does.
-_FALLING_IN, _AT_REST = 100, 1e-3
+#: Least and largest share of a record that is its lead-in while models are searched for, and the share
+#: of its voltage's range that it goes through, where that is between them: what was before is then
+#: forgotten, however the stage was driven.
+_LEAD, _LONGEST_LEAD, _SWING = 0.1, 0.4, 0.9
+#: Weight of a training record's samples before that swing, a tenth of it at most: how a stack leaves
+#: the state that it was in before, its first curve above all, is no hysteresis of its loops.
+_VIRGIN = 0.2
 #: Where there are no validation records: parts of every training record, and those that decide.
 _PARTS, _DECIDING = 10, (2, 5, 8)
 #: Share of the range of the voltage by which a sample may be beyond it and decide.
@@ -27,32 +32,43 @@ _FEWEST_DECIDING = 200
 
 
 def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
-    """Return a record as a trace; all its trusted samples are fitted and judged.
+    """Return a record as a trace.
+
+    All trusted samples of a training record are fitted and judged, those before its first swing with a
+    small weight; of another record those behind the lead-in are judged.
 
     A model's own error is the same in each of n equal periods, so that they tell less than n different
     ones: with an error of the noise's size the weight is that of `identification.weights`.
     """
     record, used = prepared.record, prepared.used
     weight = float(1.0 / np.sqrt(1.0 + repetitions(prepared)))
-    fitted = used.copy()
-    if _moves_at_once(record.voltage):
-        # a model begins at rest: where the record may not have, it is given time to fall in
-        fitted[: min(_FALLING_IN, len(record) // 20)] = False
+    begin, swing = int(np.flatnonzero(used)[0]), _swing(record.voltage)
+    lead = begin + int(_LEAD * len(record))
+    judged, weights = used.copy(), weight * used
+    if role == "train":
+        weights[: min(swing, lead)] *= _VIRGIN
+    else:
+        lead = max(lead, min(swing, int(_LONGEST_LEAD * len(record))))
+        judged[:lead] = False
     return Trace(
         record.name,
         role,
         Drive.of(record.voltage, record.force, record.temperature),
         record.displacement,
-        weight * fitted,
-        used,
+        weights,
+        judged,
+        lead,
         prepared.noise.rms,
+        References(record.displacement, ~record.outliers, prepared.noise.rms, record.sample_time),
         has_offset,
         weight,
     )
 
 
-def _moves_at_once(voltage: np.ndarray) -> bool:
-    return abs(voltage[1] - voltage[0]) > _AT_REST * np.ptp(voltage)
+def _swing(voltage: np.ndarray) -> int:
+    """Return the sample up to which the voltage has gone through most of its range."""
+    gone = np.maximum.accumulate(voltage) - np.minimum.accumulate(voltage)
+    return int(np.argmax(gone >= _SWING * gone[-1]))
 
 
 def extent_of(records: Sequence[Record]) -> Extent:

@@ -10,6 +10,38 @@ from it2hys.parameters import ParameterSet
 
 
 @dataclass(frozen=True, eq=False)
+class InverseJudgement:
+    """What voltage the inverse asks for when it is fed with the displacement that was measured.
+
+    Parameters
+    ----------
+    e_rms : float
+        Its difference to the voltage that was applied, behind the lead-in, V rms.
+    e_displacement : float
+        The same by the records' gain, m rms.
+    noise : float
+        What the noise of the reference alone makes of it, V rms.
+    band : float
+        Highest frequency of the reference, Hz.
+    delay : float
+        By which the stage is later than the inverse's voltage, s; compensated.
+    saturated : float
+        Share of the samples at which the inverse could not follow.
+    asked, applied : ndarray, shape (N,)
+        V; the applied voltage later by the delay. NaN in `asked` where nothing is judged.
+    """
+
+    e_rms: float
+    e_displacement: float
+    noise: float
+    band: float
+    delay: float
+    saturated: float
+    asked: np.ndarray = field(repr=False)
+    applied: np.ndarray = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False)
 class Judgement:
     """How a model does on one record, in free run.
 
@@ -23,12 +55,21 @@ class Judgement:
         Parameters with which the plant FMU begins this record, SI units.
     offset : float
         Constant between record and model, fitted and removed, m; 0 where none is allowed.
-    skip : int
-        Leading samples that the errors leave out.
+    lead : int
+        Samples of the lead-in, on which the start is fitted and which the errors leave out.
+    lead_in : float
+        Its duration, s.
     used : ndarray of bool, shape (N,)
         Samples on which the errors are taken.
     noise : float
         Of the record, m rms.
+    cold_start : float
+        (25) in m of the FMU as packaged, told nothing but the first displacement.
+    inverse : InverseJudgement
+        How the inverse does on the measured displacement.
+    explained, voltage_share : float
+        Share of the displacement's variance that the free run explains, and that a generous predictor
+        from the voltage alone does (`diagnosis.explained`).
     y : ndarray, shape (N,)
         The model's reading on all samples, offset included, m.
     out_of_range : ndarray of bool, shape (N,)
@@ -41,9 +82,14 @@ class Judgement:
     e_rms: float
     start: dict[str, float]
     offset: float
-    skip: int
+    lead: int
+    lead_in: float
     used: np.ndarray = field(repr=False)
     noise: float
+    cold_start: float
+    inverse: InverseJudgement
+    explained: float
+    voltage_share: float
     y: np.ndarray = field(repr=False)
     out_of_range: np.ndarray = field(repr=False)
 

@@ -7,13 +7,15 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
+from scipy.stats import chi2
 
 from it2hys.chain import EFFECTS
-from it2hys.diagnosis.comparison import Comparison, compare
+from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.criterion import SOFT, ChainFit, Model
 from it2hys.diagnosis.fitting import (
     IMITATED,
     Bench,
+    Errors,
     is_delay,
     is_sampling,
     with_slower_creep,
@@ -30,6 +32,19 @@ LEAST_GAIN = 0.05
 #: ... which has to be more than this, in the effect's own way, or else more than the other share of
 #: what exceeds the noise.
 CLEAR_GAIN, LEAST_SHARE = 0.1, 0.25
+#: Share by which the inverse's error, in the band of the records, may rise: what raises it more
+#: explains nothing.
+_SPOILS = 0.1
+#: ... unless it is no more than so many times what the noise of the reference makes of it.
+_NOISY = 2.0
+#: Share by which the free run may get worse where the inverse gets better, and by how much that has to:
+#: of a delay and a quick core beside a slow core, which wait alike, one inverse waits and one
+#: differentiates.
+_EQUAL, INVERSE_GAIN = 0.03, 0.25
+#: Least gain on the training records, as a share of that on those that decide.
+_COMMENSURATE = 0.2
+#: The effect that waits as a slow core does.
+WAITING = "delay"
 #: Least gain by which one of two equally simple models is the better one.
 _TELLING = 0.02
 #: Least gain, and largest probability of it by chance, for a variant of a model to be taken.
@@ -54,23 +69,49 @@ class Node:
     added : frozenset of str
         What was added to the first model: effects, and rules as "rule", "rule 2".
     fit : ChainFit
-    errors : list of ndarray
-        On the records that decide, m.
+    errors : Errors
+        On the records that decide.
     """
 
     added: frozenset[str]
     fit: ChainFit
-    errors: list[np.ndarray]
+    errors: Errors
 
     @property
     def rms(self) -> float:
-        """Error on the records that decide, m."""
-        return float(np.sqrt(np.mean(np.concatenate(self.errors) ** 2)))
+        """Free-run error on the records that decide, m."""
+        return _rms(self.errors.free)
 
     @property
     def effects(self) -> frozenset[str]:
         """Effects that were added."""
         return frozenset(a for a in self.added if a in EFFECTS)
+
+
+@dataclass(frozen=True)
+class Gains:
+    """What a pair of model and inverse does better than another, on the records that decide.
+
+    Parameters
+    ----------
+    free : Comparison
+        Of the free run.
+    band, wide : Comparison
+        Of the inverse, with either reference.
+    """
+
+    free: Comparison
+    band: Comparison
+    wide: Comparison
+
+    @classmethod
+    def of(cls, before: Errors, after: Errors) -> Gains:
+        """Compare the errors of two models."""
+        return cls(
+            compare(before.free, after.free),
+            compare(before.band, after.band),
+            compare(before.wide, after.wide),
+        )
 
 
 @dataclass(frozen=True)
@@ -82,8 +123,9 @@ class Trial:
     base : frozenset of str
         What had been added before.
     addition : str
-    comparison : Comparison
-        Of the errors on the records that decide.
+    comparison, band, wide : Comparison
+        Of the errors on the records that decide: of the free run, and of the inverse with either
+        reference.
     accepted : bool
         Whether it is better by more than chance and by enough.
     sampling : bool
@@ -95,6 +137,8 @@ class Trial:
     base: frozenset[str]
     addition: str
     comparison: Comparison
+    band: Comparison
+    wide: Comparison
     accepted: bool
     sampling: bool
     fitted: float
@@ -144,14 +188,24 @@ class Search:
             if self.bench.leaves_noise(grown[0].fit):
                 break
             beam = [n for n in grown[:BEAM] if n.rms <= BEAM_RATIO * grown[0].rms]
+        self._grow_waiting()
         return self.choose()
+
+    def _grow_waiting(self) -> None:
+        """Try a delay beside what was found: the free run may be as good, and the inverse better."""
+        best = min(self.nodes.values(), key=lambda n: n.rms)
+        if self.bench.leaves_noise(best.fit):
+            return
+        for node in self._grow(best, True, (WAITING,)):
+            self._keep(node)
 
     def _keep(self, node: Node) -> None:
         self.nodes[node.added] = node
 
-    def _grow(self, node: Node, thorough: bool) -> list[Node]:
+    def _grow(self, node: Node, thorough: bool, only: tuple[str, ...] = ()) -> list[Node]:
         """Return the models with one addition more that are better than this one."""
         additions = [a for a in self._additions(node) if node.added | {a} not in self.nodes]
+        additions = [a for a in additions if not only or a in only]
         extend = partial(_extended, self.bench, node.fit.model)
         fits = {}
         for addition, fit in zip(additions, self.each(extend, additions), strict=True):
@@ -166,16 +220,21 @@ class Search:
         grown = []
         for addition, child in zip(ranked, finished, strict=True):
             self._report(node, addition)
-            comparison = compare(node.errors, child.errors)
+            gains = Gains.of(node.errors, child.errors)
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
-            accepted = (
-                self.is_better(comparison, len(EFFECTS))
-                and not sampling
-                and self._is_of_its_kind(node, addition, comparison)
-            )
             fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / node.fit.minimum.cost))
-            trial = Trial(node.added, addition, comparison, accepted, sampling, fitted)
+            accepted = not sampling and (
+                self._waits(node, child, gains, len(EFFECTS))
+                or (
+                    self._predicts(child, gains, len(EFFECTS))
+                    and self._fits_better(node, child, fitted, gains.free.gain)
+                    and self._is_of_its_kind(node, addition, gains.free)
+                )
+            )
+            trial = Trial(
+                node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted
+            )
             self.trials.append(trial)
             if accepted:
                 self._keep(child)
@@ -192,13 +251,13 @@ class Search:
         effects = [e for e in IMITATED if e in fits]
         best = min([node.fit, *fits.values()], key=lambda fit: fit.minimum.cost)
         if self.bench.is_near_noise(best):
-            return {}
+            effects = [e for e in effects if {*fits} == {WAITING}]
         better = {}
         found = self.each(partial(self.bench.add_anew, node.fit.model), effects)
         for effect, fit in zip(effects, found, strict=True):
             self._report(node, effect)
-            if fit and fit.minimum.cost < fits[effect].minimum.cost:
-                better[effect] = fit
+            if fit:
+                better[effect] = self.bench.preferred([fits[effect], fit])
         return better
 
     def _additions(self, node: Node) -> list[str]:
@@ -211,12 +270,60 @@ class Search:
     def _is_of_its_kind(self, node: Node, addition: str, comparison: Comparison) -> bool:
         """Return whether an addition explains much, or what it explains is what it alone predicts.
 
-        What a record's own history is fitted to takes a little of whatever is slow.
+        What a record's own history is fitted to takes a little of whatever is slow. Hum has its own
+        phase in every record, so that it takes a part of any error: it needs its line.
         """
-        if addition not in EFFECTS or self._share(comparison) > LEAST_SHARE:
+        explains_much = self._share(comparison) > LEAST_SHARE and addition != "hum"
+        if addition not in EFFECTS or explains_much:
             return True
         signature = EFFECTS[addition].signature(self.bench.clues(node.fit.model))
         return signature is not None and signature.p_value < _LIKELY
+
+    @staticmethod
+    def _fits_better(node: Node, child: Node, fitted: float, gain: float) -> bool:
+        """Return whether an addition lowers the error on the training records, too.
+
+        By more than chance (ratio of likelihoods), and by a part at least of what it does where it was
+        not fitted: otherwise it makes up for how those records begin.
+        """
+        if fitted < _COMMENSURATE * gain:
+            return False
+        ratio = node.fit.minimum.cost / child.fit.minimum.cost
+        added = len(child.fit.minimum.coordinates) - len(node.fit.minimum.coordinates)
+        if ratio <= 1.0:
+            return False
+        statistic = node.fit.criterion.samples * np.log(ratio)
+        return bool(chi2.sf(statistic, max(added, 1)) * len(EFFECTS) < LEVEL)
+
+    def _improves(self, before: Node, after: Node, tried: int) -> bool:
+        """Return whether a pair of model and inverse is better by more than chance.
+
+        The free run gets better and does not spoil the inverse; or, with a delay, the inverse gets
+        better by far and the free run not worse.
+        """
+        gains = Gains.of(before.errors, after.errors)
+        return self._predicts(after, gains, tried) or self._waits(before, after, gains, tried)
+
+    def _predicts(self, after: Node, gains: Gains, tried: int) -> bool:
+        return self.is_better(gains.free, tried) and not self._spoils(after, gains)
+
+    def _spoils(self, after: Node, gains: Gains) -> bool:
+        """Return whether the inverse gets worse by more than its answer to the reference's noise.
+
+        The inverse of what smooths, or rings, enlarges noise; that is no fault of the model.
+        """
+        if not is_worse(gains.band, _SPOILS):
+            return False
+        return gains.band.after > _NOISY * self.bench.noise_of_inverse(after.fit.model)
+
+    @staticmethod
+    def _waits(before: Node, after: Node, gains: Gains, tried: int) -> bool:
+        return (
+            WAITING in after.effects - before.effects
+            and gains.wide.gain > INVERSE_GAIN
+            and gains.wide.p_value * tried <= LEVEL
+            and gains.free.gain > -_EQUAL
+        )
 
     def is_better(self, comparison: Comparison, tried: int) -> bool:
         """Return whether a gain is more than chance, and enough to speak of."""
@@ -262,8 +369,12 @@ class Search:
         return node
 
     def _simplest(self) -> Node:
-        best = min(self.nodes.values(), key=lambda n: n.rms)
-        alike = [n for n in self.nodes.values() if not self._beats(best, n)]
+        nodes = list(self.nodes.values())
+        best = min(nodes, key=lambda n: n.rms)
+        near = [n for n in nodes if n.rms <= (1.0 + _EQUAL) * best.rms]
+        calmest = min(near, key=lambda n: _rms(n.errors.wide))
+        alike = [n for n in nodes if not self._beats(best, n) and not self._beats(calmest, n)]
+        alike = alike or [best]
         fewest = min((len(n.effects), len(n.added)) for n in alike)
         alike = [n for n in alike if (len(n.effects), len(n.added)) == fewest]
         chosen, *others = sorted(alike, key=lambda n: n.rms)
@@ -286,11 +397,17 @@ class Search:
     @staticmethod
     def _predicts_better(one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
-        comparison = compare(other.errors, one.errors)
-        return comparison.gain > _TELLING and comparison.p_value * len(EFFECTS) < LEVEL
+        gains = Gains.of(other.errors, one.errors)
+        return any(
+            g.gain > _TELLING and g.p_value * len(EFFECTS) < LEVEL for g in (gains.free, gains.band)
+        )
 
     def _beats(self, one: Node, other: Node) -> bool:
-        return one is not other and self.is_better(compare(other.errors, one.errors), 1)
+        return one is not other and self._improves(other, one, 1)
+
+
+def _rms(errors: list[np.ndarray]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 
 # --- pieces of work that other processes can do -----------------------------------------------------
@@ -308,7 +425,7 @@ def _extended(bench: Bench, model: Model, addition: str) -> ChainFit | None:
 def _finished(bench: Bench, base: frozenset[str], addition: str, fit: ChainFit, rank: int) -> Node:
     """Return the model with an addition, fitted to the end if it ranks among the best."""
     if rank < FINALISTS:
-        fit = bench.fit(fit.model, FINISHING)
+        fit = bench.finish(fit.model, FINISHING)
     return _node(bench, base | {addition}, fit)
 
 
@@ -316,8 +433,8 @@ def _sharpened(bench: Bench, node: Node) -> Node:
     """Return the model with its rules sought anew unless it is as good as the noise allows."""
     if bench.leaves_noise(node.fit):
         return node
-    fit = bench.reshaped(node.fit.model)
-    if fit.minimum.cost < node.fit.minimum.cost:
+    fit = bench.preferred([node.fit, bench.reshaped(node.fit.model)])
+    if fit is not node.fit:
         node = _node(bench, node.added, fit)
     if "play" in node.effects and node.fit.model.smoothness > SOFT:
         node = _better(bench, node, replace(node.fit.model, smoothness=SOFT))
@@ -327,8 +444,9 @@ def _sharpened(bench: Bench, node: Node) -> Node:
 def _better(bench: Bench, node: Node, variant: Model) -> Node:
     """Return a variant of the model, fitted, if it predicts better; otherwise the model."""
     fitted = _node(bench, node.added, bench.fit(variant, FINISHING))
-    comparison = compare(node.errors, fitted.errors)
-    return node if comparison.gain < _REFINED or comparison.p_value > _LIKELY else fitted
+    gains = Gains.of(node.errors, fitted.errors)
+    better = gains.free.gain >= _REFINED and gains.free.p_value <= _LIKELY
+    return fitted if better and not is_worse(gains.band, _SPOILS) else node
 
 
 def _without(bench: Bench, node: Node, *effects: str) -> Node:

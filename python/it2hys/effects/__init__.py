@@ -57,6 +57,8 @@ class Extent:
         Lowest and highest value.
     force, temperature : tuple of float or None
         Lowest and highest value; None where no record has the channel.
+    zero : float
+        What the sensor reads while the stage rests at zero voltage for long.
     """
 
     sample_time: float
@@ -65,6 +67,7 @@ class Extent:
     displacement: tuple[float, float]
     force: tuple[float, float] | None = None
     temperature: tuple[float, float] | None = None
+    zero: float = 0.0
 
     @property
     def voltage_span(self) -> float:

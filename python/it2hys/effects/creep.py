@@ -13,6 +13,11 @@ from it2hys.effects._statistics import Ground, absorbed, after_steps, lagged, mo
 MAX_COUNT = 16
 #: Terms that a fit begins with.
 COUNT = 3
+#: Samples that a time constant has at least: what is faster is no creep but dynamics.
+FASTEST = 20.0
+#: Largest gain of one term. Stacks creep by 1 to 2 % of a step per decade of time (as their makers
+#: state), up to 5 % without preload; a term of a time constant of its own takes up some two decades.
+LARGEST_GAIN = 0.05
 
 #: What the effect is, in plain words.
 MEANING = "the stage goes on moving when the voltage has stopped"
@@ -56,12 +61,13 @@ def step(
 
 def starts(extent: Extent, count: int = COUNT) -> dict[str, Start]:
     """Start at 2 % per term, time constants spread evenly in their logarithm over the record."""
-    fastest, slowest = 2.0 * extent.sample_time, max(extent.duration, 20.0 * extent.sample_time)
+    fastest = FASTEST * extent.sample_time
+    slowest = max(extent.duration, 10.0 * fastest)
     spread = np.geomspace(fastest, slowest, count + 2)[1:-1]
     result = {}
     for i, time_constant in enumerate(spread, start=1):
-        result[f"creep[{i}].gain"] = Start(0.02, 0.0, 2.0)
-        bounds = (0.5 * fastest, 10.0 * slowest)
+        result[f"creep[{i}].gain"] = Start(0.02, 0.0, LARGEST_GAIN)
+        bounds = (fastest, 10.0 * slowest)
         result[f"creep[{i}].timeConstant"] = Start(float(time_constant), *bounds)
     result["initialCreep"] = Start(0.0, -extent.displacement_span, extent.displacement_span)
     return result

@@ -118,13 +118,13 @@ def guesses(clues: Clues) -> list[dict[str, float]]:
     waves = [(0.02, 0, 0), (0, 0.04, 0), (0, 0, 0.08)]
     heights = (2.0, 1.0, -1.0, -2.0)
     shapes = [(1e-4, 1e-4, 1e-4), *(tuple(h * c for c in wave) for wave in waves for h in heights)]
-    readings = np.concatenate([modelled(c)[c.used] for c in clues.records])
-    if np.ptp(readings) == 0.0:  # of a model that stands still there is no curve
+    strokes = np.concatenate([modelled(c)[c.used] for c in clues.records]) - clues.extent.zero
+    if np.ptp(strokes) == 0.0:  # of a model that stands still there is no curve
         return []
-    margin = _MARGIN * np.ptp(readings)
+    margin = _MARGIN * np.ptp(strokes)
     ends = {
-        "nonlinearity.minimum": float(readings.min() - margin),
-        "nonlinearity.maximum": float(readings.max() + margin),
+        "nonlinearity.minimum": float(strokes.min() - margin),
+        "nonlinearity.maximum": float(strokes.max() + margin),
     }
     return [
         {**{f"nonlinearity.{n}": c * span for n, c in zip(COEFFICIENTS, s, strict=True)}, **ends}

@@ -13,7 +13,9 @@ from it2hys.errors import InputError
 from it2hys.identification import usability
 from it2hys.identification.coverage import coverage_warnings
 from it2hys.identification.criteria import Series
+from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.fitting import Fit, fit_rules, refit, shake
+from it2hys.identification.lead_in import Misfit
 from it2hys.identification.order import choose_rule_count, split
 from it2hys.identification.prediction import explains_lead, judge, judge_new
 from it2hys.identification.preparation import (
@@ -272,7 +274,11 @@ class _Session:
             intervals=uncertainty.intervals,
             condition=uncertainty.condition,
             undetermined=uncertainty.undetermined,
-            warnings=(*self._warnings(fit, usable), *uncertainty.sentences()),
+            warnings=(
+                *self._findings(results),
+                *self._warnings(fit, usable),
+                *uncertainty.sentences(),
+            ),
             converged=fit.minimum.converged,
             message=fit.minimum.message,
             contraction=self._contraction(fit)[0],
@@ -285,6 +291,14 @@ class _Session:
         )
         self._progress(1.0, "done")
         return _with_lack(identification)
+
+    def _findings(self, results: Sequence[RecordResult]) -> list[str]:
+        """Return what there is to say of the records whatever the model."""
+        records = [p.record for p in (*self._train, *(p for _, p in self._others))]
+        return [
+            *record_findings(records),
+            *coarse_readings(records, [r.noise_rms for r in results], results),
+        ]
 
     def _parameters(self, fit: Fit, usable: tuple[float, float]) -> ParameterSet:
         scaling = self._scaling
@@ -310,8 +324,12 @@ class _Session:
             for p, s, o in zip(self._train, states, offsets, strict=True)
         ]
         allowed = self._offsets or bool(self._options.offsets)
+        residuals = [
+            (p.record.displacement - r.y_free)[r.used] for p, r in zip(self._train, fitted, strict=True)
+        ]
+        misfit = Misfit.of(residuals, [r.noise_rms for r in fitted])
         return fitted + [
-            judge_new(self._with_lead(p, fit), role, parameters, scaling, allowed)
+            judge_new(self._with_lead(p, fit), role, parameters, scaling, allowed, misfit)
             for role, p in self._others
         ]
 

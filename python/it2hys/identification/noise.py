@@ -5,12 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import signal
 
 _FEWEST_PERIODS = 3
 _DIFFERENCE_ORDER = 4
 #: Standard deviation of the fourth difference of white noise of unit deviation: sqrt(C(8, 4)).
 _DIFFERENCE_GAIN = np.sqrt(70.0)
 _MAD_TO_DEVIATION = 1.4826
+#: Segment of the spectrum, in samples, and the bands of its upper half.
+_SEGMENT, _BANDS = 1024, 16
+#: Ratio of both estimates above which it is motion that the fourth differences see. For white noise it
+#: is 1; for noise of a pole of 0.6, which falls by 12 dB towards the highest frequencies, 1.3.
+_MOVES = 2.0
 #: Finest resolution of a sensor, as a share of the travel: 23 bits.
 _FINEST = 1e-7
 #: Fewest steps between values that tell how finely the numbers are written.
@@ -27,10 +33,14 @@ class NoiseEstimate:
         Its root mean square, in the unit of the displacement.
     method : str
         How it was estimated, as half a sentence.
+    certain : bool
+        Whether it is known. It is not where the response reaches up to the highest frequencies, so that
+        nothing of the record is noise alone.
     """
 
     rms: float
     method: str
+    certain: bool = True
 
 
 def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None) -> NoiseEstimate:
@@ -46,15 +56,17 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
     Returns
     -------
     NoiseEstimate
-        From the differences of repeated periods where the drive is periodic; otherwise from fourth
-        differences, in which a smooth motion cancels. The second sees only what is fast. Not below
-        what the step of the numbers makes, or a ten-millionth of the travel.
+        From the differences of repeated periods where the drive is periodic. Otherwise the least of two
+        that see only what is fast: from fourth differences, in which a smooth motion cancels, and from
+        the quietest band of the upper half of the spectrum. Where the second is far below the first,
+        the stage moves at those frequencies: the noise is at most that, and not known. Never below what
+        the step of the numbers makes, or a ten-millionth of the travel.
     """
     floor = noise_floor(y if used is None else y[used])
     estimate = _estimate(x, y if used is None else np.where(used, y, np.nan))
     if estimate.rms > floor:
         return estimate
-    return NoiseEstimate(floor, "the resolution of its numbers (no noise shows)")
+    return NoiseEstimate(floor, "the resolution of its numbers (no noise shows)", estimate.certain)
 
 
 def noise_floor(y: np.ndarray) -> float:
@@ -63,10 +75,10 @@ def noise_floor(y: np.ndarray) -> float:
     It is the deviation that the step of its numbers makes, and no less than what the best of sensors
     resolve.
     """
-    return max(_step(y) / np.sqrt(12.0), _FINEST * float(np.ptp(y)), np.finfo(float).tiny)
+    return max(number_step(y) / np.sqrt(12.0), _FINEST * float(np.ptp(y)), np.finfo(float).tiny)
 
 
-def _step(y: np.ndarray) -> float:
+def number_step(y: np.ndarray) -> float:
     """Return the step of which all values are multiples, from the first; 0 where there is none.
 
     By Euclid's algorithm on the distances of neighbouring values. Fewer than ten of them may be far
@@ -97,8 +109,30 @@ def _estimate(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:
             return NoiseEstimate(rms, f"differences of periods of {period} samples")
     difference = np.diff(y, _DIFFERENCE_ORDER)
     deviation = _MAD_TO_DEVIATION * np.nanmedian(np.abs(difference - np.nanmedian(difference)))
-    method = "fourth differences (fast noise only)"
-    return NoiseEstimate(float(deviation / _DIFFERENCE_GAIN), method)
+    fast = float(deviation / _DIFFERENCE_GAIN)
+    quiet = _quietest_band(_straight(y))
+    if fast <= _MOVES * quiet:
+        return NoiseEstimate(fast, "fourth differences (fast noise only)")
+    return NoiseEstimate(
+        quiet,
+        "the quietest band of the spectrum; the stage moves at all others: the noise is not known",
+        certain=False,
+    )
+
+
+def _straight(y: np.ndarray) -> np.ndarray:
+    """Return the series, straight across what is not known."""
+    places = np.flatnonzero(np.isfinite(y))
+    return np.interp(np.arange(len(y)), places, y[places])
+
+
+def _quietest_band(y: np.ndarray) -> float:
+    """Return the noise, were it everywhere as strong as in the quietest band of the upper half."""
+    length = min(_SEGMENT, len(y))
+    _, density = signal.welch(y, nperseg=length)
+    upper = density[len(density) // 2 : -1]
+    bands = np.array_split(upper, min(_BANDS, len(upper)))
+    return float(np.sqrt(0.5 * min(np.mean(band) for band in bands)))
 
 
 def find_period(x: np.ndarray) -> int | None:
@@ -129,9 +163,12 @@ def find_period(x: np.ndarray) -> int | None:
 def _between_periods(y: np.ndarray, period: int) -> float:
     """Return the noise from successive periods; a shift between them (drift) is not noise.
 
+    The first of them is left out: in it, a stage that begins at rest comes into its loop.
+
     NaN where no two of them have enough samples in common.
     """
     periods = y[: len(y) // period * period].reshape(-1, period)
+    periods = periods[1:] if len(periods) >= _FEWEST_PERIODS else periods
     difference = np.diff(periods, axis=0)
     known = np.isfinite(difference)
     # pairs of periods that have less than half of their samples in common say little

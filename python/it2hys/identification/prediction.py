@@ -8,6 +8,7 @@ import numpy as np
 
 from it2hys import core
 from it2hys.identification.criteria import FreeRun, Series
+from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.levenberg_marquardt import levenberg_marquardt
 from it2hys.identification.preparation import Prepared, to_series
 from it2hys.identification.result import RecordResult
@@ -142,10 +143,26 @@ def judge_new(
     parameters: ParameterSet,
     scaling: Scaling,
     has_offset: bool,
+    misfit: Misfit,
 ) -> RecordResult:
-    """Return how the paper's model does on a record not fitted; only its initial state is estimated."""
+    """Return how the paper's model does on a record not fitted, behind its lead-in.
+
+    Only the initial state, and an offset where allowed, are fitted, on the lead-in alone.
+    """
     low, high = parameters.displacement_range
     limits = (scaling.y(low), scaling.y(high))
-    series = to_series(prepared, scaling)
-    state, offset, _ = fit_state(series, scaling.rules(parameters.rules), has_offset, limits)
-    return judge(prepared, role, parameters, scaling, state, offset)
+    rules = scaling.rules(parameters.rules)
+    series = replace(to_series(prepared, scaling), has_offset=has_offset)
+    scaled = Misfit(misfit.power / scaling.y_unit**2, misfit.correlated)
+    noise = prepared.noise.rms / scaling.y_unit
+    lead = lead_in_length(_by_start(series, rules, limits), prepared.used, noise, scaled)
+    first = replace(series, weight=np.where(np.arange(len(series.x)) < lead, series.weight, 0.0))
+    state, offset, _ = fit_state(first, rules, has_offset, limits)
+    return judge(replace(prepared, skip=lead), role, parameters, scaling, state, offset)
+
+
+def _by_start(series: Series, rules: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
+    """Return the sensitivity of the displacement by initial state and offset, (M, 1 or 2)."""
+    criterion = FreeRun([series], len(rules), limits)
+    jacobian, _ = criterion.jacobian(criterion.pack(rules))
+    return jacobian[: np.count_nonzero(series.weight), criterion.rule_size :]

@@ -13,12 +13,14 @@ from it2hys.identification.criteria import Series
 from it2hys.identification.noise import NoiseEstimate, estimate_noise
 from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling
-from it2hys.identification.transient import transient_length
 from it2hys.records import Record
 from it2hys.variables import load_table
 
 #: Least share of a record's samples that can be trusted.
 _TRUSTED = 0.5
+#: Samples that a record which begins in motion is given to fall in, at most and as a share of it; and
+#: the first change of the voltage, as a share of its range, from which on it does.
+_FALLING_IN, _FALLING_IN_SHARE, _AT_REST = 100, 0.05, 1e-3
 #: Fewest samples for every parameter of the model.
 SAMPLES_PER_PARAMETER = 5
 
@@ -49,7 +51,7 @@ class Prepared:
 
 
 def prepare(record: Record, options: Options) -> Prepared:
-    """Find the leading transient and the noise of a record.
+    """Find what of a record's begin is left out, and its noise.
 
     Raises
     ------
@@ -63,12 +65,18 @@ def prepare(record: Record, options: Options) -> Prepared:
             "are clipped, stuck, spikes or filled in; a record needs at least half of its "
             "displacements measured"
         )
-    skip = transient_length(x, y, trusted) if options.skip is None else options.skip
+    skip = _falling_in(x) if options.skip is None else options.skip
     if skip >= len(record) - 10:
         raise InputError(
             f"record '{record.name}': {skip} leading samples are to be skipped of {len(record)}"
         )
     return Prepared(record, skip, estimate_noise(x[skip:], y[skip:], trusted[skip:]))
+
+
+def _falling_in(voltage: np.ndarray) -> int:
+    """Return how many samples are left out at first: a model begins at rest, a record need not."""
+    in_motion = abs(voltage[1] - voltage[0]) > _AT_REST * np.ptp(voltage)
+    return min(_FALLING_IN, int(_FALLING_IN_SHARE * len(voltage))) if in_motion else 0
 
 
 def check_rule_count(rule_count: int | None) -> None:

@@ -63,15 +63,15 @@ def choose_columns(
     """Return the column of each of the quantities that the file has."""
     for quantity in choices:
         _check_quantity(quantity, quantities)
-    chosen = {}
+    chosen = {q: _mapped_column(source, q, choices[q]) for q in quantities if q in choices}
+    # a damper's 'force_kN' that is to be the displacement is no load beside it
+    taken = {column.name for column in chosen.values()}
     for quantity in quantities:
-        if quantity in choices:
-            chosen[quantity] = _mapped_column(source, quantity, choices[quantity])
-        else:
-            column = _named_column(source, quantity)
+        if quantity not in choices:
+            column = _named_column(source, quantity, taken)
             if column is not None:
                 chosen[quantity] = column
-    return chosen
+    return {q: chosen[q] for q in quantities if q in chosen}
 
 
 def listed(names: Collection[str]) -> str:
@@ -96,12 +96,12 @@ def _mapped_column(source: Source, quantity: str, choice: ColumnChoice) -> Colum
     return _column(source, quantity, name, suffix if suffix in UNITS[quantity] else "")
 
 
-def _named_column(source: Source, quantity: str) -> Column | None:
-    """Find the quantity in the header, with or without a unit."""
+def _named_column(source: Source, quantity: str, taken: Collection[str]) -> Column | None:
+    """Find the quantity in the header, with or without a unit, in a column that is not taken."""
     units = {}
     for name in source.names:
         head, unit = split_name(name)
-        if head.lower() == quantity:
+        if head.lower() == quantity and name not in taken:
             units[name] = unit
     usable = [name for name, unit in units.items() if unit in UNITS[quantity] or not unit]
     if len(usable) > 1:

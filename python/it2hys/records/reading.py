@@ -40,7 +40,7 @@ def read_record(
     path : str or pathlib.Path
         The file: a header such as ``time_s,voltage_V,displacement_um`` (or ``voltage [V]``), then
         numbers separated by comma, semicolon or tab. Optional columns are ``force_N``,
-        ``temperature_degC`` and ``reference_um``; others are ignored.
+        ``temperature_degC`` and ``reference_um``; the names of others are kept in `unused`.
     columns : mapping of str to str or (str, str or None), optional
         Column by quantity where the header uses other names: ``{"voltage": "Vin"}``,
         ``{"voltage": "Vin:mV"}`` or ``{"voltage": ("Vin", "mV")}``.
@@ -98,6 +98,7 @@ def read_record(
         notes=tuple(notes),
         outliers=outliers,
         inverted=invert_displacement,
+        unused=table.unused,
         **signals,
     )
     check_response(record)

@@ -45,6 +45,8 @@ class Record:
         sample filled in by resampling. A fit gives these samples the weight zero.
     inverted : bool
         Whether the sign of `displacement` and `reference` is not the one that was measured.
+    unused : tuple of str
+        Columns of the file that hold none of the signals.
 
     Raises
     ------
@@ -65,6 +67,7 @@ class Record:
     notes: tuple[str, ...] = ()
     outliers: np.ndarray = None  # stands for no outlier; always an array once constructed
     inverted: bool = False
+    unused: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Turn the signals into arrays of float and check that they belong together."""

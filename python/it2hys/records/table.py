@@ -40,6 +40,12 @@ class Table:
         return self._source.names
 
     @property
+    def unused(self) -> tuple[str, ...]:
+        """The names of the columns that were not asked for; a nameless one is none."""
+        used = {column.name for column in self.columns.values()}
+        return tuple(name for name in self.header if name and name not in used)
+
+    @property
     def notes(self) -> list[str]:
         """What was assumed in reading, as sentences."""
         return [column.note for column in self.columns.values() if column.note]

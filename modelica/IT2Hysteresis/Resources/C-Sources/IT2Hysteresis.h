@@ -1,9 +1,8 @@
-/* What the external functions of the Modelica library call: both FMUs in one translation unit.
+/* What the external functions of the Modelica library call: plant and inverse in one translation unit.
  *
- * The other files of this folder are copies of fmu_src, made by `python -m it2hys.modelica`. A tool
- * compiles them through this header alone, which every external function includes. The FMUs' functions
- * carry the prefixes IT2Plant_ and IT2Inverse_, so that both live in one program; an external object
- * holds one instance. fmu_parameters.c is not here: parameters come from a Modelica record. */
+ * it2hys.c and it2hys.h are generated from fmu_src by `python -m it2hys.modelica`. A tool compiles them
+ * through this header alone, which every external function includes. An external object holds one instance
+ * of the FMUs' layer; FMI itself has no part in it. */
 #ifndef IT2HYSTERESIS_H
 #define IT2HYSTERESIS_H
 
@@ -15,95 +14,12 @@
 
 #include "ModelicaUtilities.h"
 
-/* --- the FMUs ---------------------------------------------------------------------------------- */
-
-#include "it2_check.c"
-#include "it2_gradient.c"
-#include "it2_inverse.c"
-#include "it2_model.c"
-#include "it2_range.c"
-
-#include "creep.c"
-#include "delay.c"
-#include "drift.c"
-#include "hum.c"
-#include "lag.c"
-#include "load.c"
-#include "nonlinearity.c"
-#include "play.c"
-#include "resonance.c"
-#include "saturation.c"
-#include "slew.c"
-
-#include "chain.c"
-#include "chain_check.c"
-#include "chain_tangent.c"
-
-#include "fmu_lifecycle.c"
-#include "fmu_log.c"
-#include "fmu_state.c"
-#include "fmu_step.c"
-#include "fmu_variables.c"
-
-/* The constructor sets every parameter: there is no set to load, but room for as much as there can be. */
-bool fmu_load_parameters(const struct fmu_model *model, const char *guid, const char *resources,
-                         struct chain_parameters *parameters, char *message, size_t size)
-{
-    (void)model, (void)guid, (void)resources, (void)message, (void)size;
-    memset(parameters, 0, sizeof *parameters);
-    parameters->ruleCount = IT2_MAX_RULES;
-    parameters->playCount = PLAY_MAX;
-    parameters->creepCount = CREEP_MAX;
-    return true;
-}
-
-#define FMI2_FUNCTION_PREFIX IT2Plant_
-#include "IT2Plant.c"
-#undef FMI2_FUNCTION_PREFIX
-
-#define FMI2_FUNCTION_PREFIX IT2Inverse_
-#include "IT2Inverse.c"
-#undef FMI2_FUNCTION_PREFIX
+#define IT2HYS_NO_RESOURCES /* parameters come from a Modelica record */
+#include "it2hys.c"
 
 /* --- objects ----------------------------------------------------------------------------------- */
 
-enum {
-    IT2M_INPUTS = 3,
-    IT2M_GROUPS = 3 /* rules, play operators, creep terms */
-};
-
-/* The functions of one FMU that are called here, and its variables by name. */
-struct it2m_fmu {
-    const char *name;
-    fmi2InstantiateTYPE *instantiate;
-    fmi2FreeInstanceTYPE *free_instance;
-    fmi2SetupExperimentTYPE *setup;
-    fmi2EnterInitializationModeTYPE *enter_initialization;
-    fmi2ExitInitializationModeTYPE *exit_initialization;
-    fmi2TerminateTYPE *terminate;
-    fmi2ResetTYPE *reset;
-    fmi2SetRealTYPE *set_real;
-    fmi2SetIntegerTYPE *set_integer;
-    fmi2GetRealTYPE *get_real;
-    fmi2GetBooleanTYPE *get_boolean;
-    fmi2GetFMUstateTYPE *get_state;
-    fmi2SetFMUstateTYPE *set_state;
-    fmi2FreeFMUstateTYPE *free_state;
-    fmi2DoStepTYPE *do_step;
-    const char *input[IT2M_INPUTS];
-};
-
-/* clang-format off */
-#define IT2M_FMU(prefix, first_input) { #prefix, prefix##_fmi2Instantiate, prefix##_fmi2FreeInstance, \
-    prefix##_fmi2SetupExperiment, prefix##_fmi2EnterInitializationMode, \
-    prefix##_fmi2ExitInitializationMode, prefix##_fmi2Terminate, prefix##_fmi2Reset, \
-    prefix##_fmi2SetReal, prefix##_fmi2SetInteger, prefix##_fmi2GetReal, prefix##_fmi2GetBoolean, \
-    prefix##_fmi2GetFMUstate, prefix##_fmi2SetFMUstate, prefix##_fmi2FreeFMUstate, \
-    prefix##_fmi2DoStep, { first_input, "force", "temperature" } }
-/* clang-format on */
-
-static const struct it2m_fmu IT2M_PLANT = IT2M_FMU(IT2Plant, "voltage");
-static const struct it2m_fmu IT2M_INVERSE = IT2M_FMU(IT2Inverse, "reference");
+enum { IT2M_INPUTS = 3 };
 
 /* A parameter record as the constructors get it: scalars in the order of the variable table. */
 struct it2m_parameters {
@@ -117,24 +33,15 @@ struct it2m_parameters {
     size_t creep_count;
 };
 
-struct it2m_values {
-    fmi2ValueReference reference[VARIABLE_COUNT];
-    double value[VARIABLE_COUNT];
-    size_t count;
-};
-
 struct it2m_object {
-    const struct it2m_fmu *fmu;
-    fmi2CallbackFunctions callbacks;
-    fmi2Component component;
-    struct it2m_values parameters; /* the Real ones */
-    size_t element_count[IT2M_GROUPS];
-    double sample_time;
+    const struct fmu_model *model;
+    struct fmu *fmu;
+    struct chain_parameters parameters;
     bool ticked;
     int64_t tick;            /* the last one */
-    fmi2FMUstate before;     /* the state before it */
+    void *before;            /* the state before it */
     char warnings[2048];     /* said at it */
-    char error[1024];        /* the FMU's last message that is no warning */
+    char error[1024];        /* the last message that is no warning */
 };
 
 /* A warning goes to the tool's log; a tick that is evaluated once more does not say it once more. */
@@ -145,57 +52,35 @@ static void it2m_warn(struct it2m_object *object, const char *message)
     if (strstr(object->warnings, message))
         return;
     snprintf(object->warnings + used, sizeof object->warnings - used, "%s\n", message);
-    ModelicaFormatWarning("%s: %s\n", object->fmu->name, message);
+    ModelicaFormatWarning("%s: %s\n", object->model->identifier, message);
 }
 
-/* The FMU's logger. Errors are kept: ModelicaFormatError does not return, and the FMU has to. */
-static void it2m_log(fmi2ComponentEnvironment environment, fmi2String instance, fmi2Status status,
-                     fmi2String category, fmi2String format, ...)
+/* The instance's log. Errors are kept: ModelicaFormatError does not return, and the layer has to. */
+static void it2m_log(const struct fmu_host *host, const char *instance, enum fmu_status status,
+                     const char *category, const char *text)
 {
-    struct it2m_object *object = environment;
-    char message[1024];
-    va_list arguments;
+    struct it2m_object *object = host->environment;
 
     (void)instance, (void)category;
-    va_start(arguments, format);
-    vsnprintf(message, sizeof message, format, arguments);
-    va_end(arguments);
-    if (status == fmi2Warning)
-        it2m_warn(object, message);
-    else if (status != fmi2OK)
-        memcpy(object->error, message, sizeof message);
+    if (status == FMU_WARNING)
+        it2m_warn(object, text);
+    else if (status != FMU_OK)
+        snprintf(object->error, sizeof object->error, "%s", text);
 }
 
-static fmi2ValueReference it2m_reference(const struct fmu_variable *variable)
+static void it2m_set(struct it2m_object *object, const struct fmu_variable *variable, double value)
 {
-    return (fmi2ValueReference)(variable - FMU_TABLE);
+    *(double *)((char *)&object->parameters + variable->offset) = value;
 }
 
-/* Of a variable that the FMU has; plant and inverse have different ones of the name voltage. */
-static fmi2ValueReference it2m_find(const struct it2m_fmu *fmu, const char *name)
-{
-    const unsigned kind = fmu == &IT2M_PLANT ? FMU_PLANT : FMU_INVERSE;
-    int i = 0;
-
-    while (strcmp(FMU_TABLE[i].name, name) != 0 || !(FMU_TABLE[i].models & kind))
-        i++;
-    return it2m_reference(&FMU_TABLE[i]);
-}
-
-static void it2m_add(struct it2m_values *values, const struct fmu_variable *variable, double value)
-{
-    values->reference[values->count] = it2m_reference(variable);
-    values->value[values->count++] = value;
-}
-
-static bool it2m_add_scalars(struct it2m_object *object, const double *scalars, size_t count)
+static bool it2m_set_scalars(struct it2m_object *object, const double *scalars, size_t count)
 {
     size_t n = 0;
 
-    for (int i = 0; i < VARIABLE_COUNT; i++) {
-        const struct fmu_variable *v = &FMU_TABLE[i];
+    for (unsigned i = 0; i < FMU_TABLE_ROWS; i++) {
+        const struct fmu_variable *v = &actuator_table[i];
         if (v->causality == FMU_PARAMETER && v->base == FMU_REAL && v->index == 0 && n++ < count)
-            it2m_add(&object->parameters, v, scalars[n - 1]);
+            it2m_set(object, v, scalars[n - 1]);
     }
     if (n != count)
         snprintf(object->error, sizeof object->error,
@@ -204,8 +89,8 @@ static bool it2m_add_scalars(struct it2m_object *object, const double *scalars, 
     return n == count;
 }
 
-/* Elements beyond those that the table has are left out: the FMU refuses their number. */
-static void it2m_add_columns(struct it2m_object *object, const char *group, const char *const *fields,
+/* Elements beyond those that the table has are left out: their number is refused. */
+static void it2m_set_columns(struct it2m_object *object, const char *group, const char *const *fields,
                              int field_count, const double *const *columns, size_t count)
 {
     char name[64];
@@ -213,36 +98,18 @@ static void it2m_add_columns(struct it2m_object *object, const char *group, cons
     for (size_t i = 0; i < count; i++)
         for (int k = 0; k < field_count; k++) {
             const int length = snprintf(name, sizeof name, "%s[%d].%s", group, (int)i + 1, fields[k]);
-            const struct fmu_variable *v = fmu_find_parameter(name, (size_t)length);
+            const struct fmu_variable *v = fmu_find_parameter(object->model, name, (size_t)length);
             if (v)
-                it2m_add(&object->parameters, v, columns[k][i]);
+                it2m_set(object, v, columns[k][i]);
         }
-}
-
-static bool it2m_set_counts(struct it2m_object *object)
-{
-    static const char *const COUNT[IT2M_GROUPS] = { "ruleCount", "playCount", "creepCount" };
-    fmi2ValueReference reference[IT2M_GROUPS];
-    fmi2Integer value[IT2M_GROUPS];
-
-    for (int i = 0; i < IT2M_GROUPS; i++) {
-        reference[i] = it2m_find(object->fmu, COUNT[i]);
-        value[i] = (fmi2Integer)object->element_count[i];
-    }
-    return object->fmu->set_integer(object->component, reference, IT2M_GROUPS, value) == fmi2OK;
 }
 
 /* From instantiated to before the first tick. */
 static bool it2m_start(struct it2m_object *object, double time)
 {
-    const struct it2m_fmu *fmu = object->fmu;
-    const struct it2m_values *p = &object->parameters;
-
-    return it2m_set_counts(object) &&
-           fmu->set_real(object->component, p->reference, p->count, p->value) == fmi2OK &&
-           fmu->setup(object->component, fmi2False, 0.0, time, fmi2False, 0.0) == fmi2OK &&
-           fmu->enter_initialization(object->component) == fmi2OK &&
-           fmu->exit_initialization(object->component) == fmi2OK;
+    return fmu_setup(object->fmu, "start", false, 0.0, time, false, 0.0) == FMU_OK &&
+           fmu_enter_initialization(object->fmu, "start") == FMU_OK &&
+           fmu_exit_initialization(object->fmu, "start") == FMU_OK;
 }
 
 static bool it2m_instantiate(struct it2m_object *object, const struct it2m_parameters *p)
@@ -250,110 +117,81 @@ static bool it2m_instantiate(struct it2m_object *object, const struct it2m_param
     static const char *const RULE[] = { "sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3" };
     static const char *const PLAY[] = { "threshold", "weight" };
     static const char *const CREEP[] = { "gain", "timeConstant" };
-    const struct it2m_fmu *fmu = object->fmu;
+    const struct fmu_host host = { .log = it2m_log, .environment = object };
 
-    if (!it2m_add_scalars(object, p->scalars, p->scalar_count))
+    if (!it2m_set_scalars(object, p->scalars, p->scalar_count))
         return false;
-    it2m_add_columns(object, "rule", RULE, 6, p->rule, p->rule_count);
-    it2m_add_columns(object, "play", PLAY, 2, p->play, p->play_count);
-    it2m_add_columns(object, "creep", CREEP, 2, p->creep, p->creep_count);
-    object->element_count[0] = p->rule_count;
-    object->element_count[1] = p->play_count;
-    object->element_count[2] = p->creep_count;
-    object->sample_time = p->scalars[0]; /* the table's first parameter */
-    object->callbacks.logger = it2m_log;
-    object->callbacks.componentEnvironment = object;
-    object->component = fmu->instantiate(fmu->name, fmi2CoSimulation, "", NULL, &object->callbacks,
-                                         fmi2False, fmi2True);
-    return object->component && it2m_start(object, 0.0);
-}
-
-static void it2m_free(struct it2m_object *object)
-{
-    const struct it2m_fmu *fmu = object->fmu;
-
-    if (object->component && object->before)
-        fmu->free_state(object->component, &object->before);
-    if (object->component)
-        fmu->free_instance(object->component);
-    free(object);
-}
-
-static void *it2m_construct(const struct it2m_fmu *fmu, const struct it2m_parameters *parameters)
-{
-    struct it2m_object *object = calloc(1, sizeof *object);
-    char message[1024] = "out of memory";
-
-    if (!object)
-        ModelicaFormatError("%s: %s\n", fmu->name, message);
-    object->fmu = fmu;
-    if (it2m_instantiate(object, parameters))
-        return object;
-    if (object->error[0])
-        memcpy(message, object->error, sizeof message);
-    it2m_free(object);
-    ModelicaFormatError("%s: %s\n", fmu->name, message);
-    return NULL; /* not reached */
+    it2m_set_columns(object, "rule", RULE, 6, p->rule, p->rule_count);
+    it2m_set_columns(object, "play", PLAY, 2, p->play, p->play_count);
+    it2m_set_columns(object, "creep", CREEP, 2, p->creep, p->creep_count);
+    object->parameters.ruleCount = (int)p->rule_count;
+    object->parameters.playCount = (int)p->play_count;
+    object->parameters.creepCount = (int)p->creep_count;
+    object->fmu = fmu_create(object->model, object->model->identifier, &object->parameters, &host, true);
+    return object->fmu && it2m_start(object, 0.0);
 }
 
 static void it2m_destruct(struct it2m_object *object)
 {
     if (!object)
         return;
-    object->fmu->terminate(object->component);
-    it2m_free(object);
+    free(object->before);
+    fmu_free(object->fmu);
+    free(object);
+}
+
+static void *it2m_construct(const struct fmu_model *model, const struct it2m_parameters *parameters)
+{
+    struct it2m_object *object = calloc(1, sizeof *object);
+    char message[1024] = "out of memory";
+
+    if (!object)
+        ModelicaFormatError("%s: %s\n", model->identifier, message);
+    object->model = model;
+    if (it2m_instantiate(object, parameters))
+        return object;
+    if (object->error[0])
+        memcpy(message, object->error, sizeof message);
+    it2m_destruct(object);
+    ModelicaFormatError("%s: %s\n", model->identifier, message);
+    return NULL; /* not reached */
 }
 
 /* Begins at another tick than 0: the start time is not known to the constructor. */
 static bool it2m_begin_at(struct it2m_object *object, int64_t tick)
 {
-    return object->fmu->reset(object->component) == fmi2OK &&
-           it2m_start(object, (double)tick * object->sample_time);
+    return fmu_reset(object->fmu, "start") == FMU_OK &&
+           it2m_start(object, (double)tick * object->parameters.sampleTime);
 }
 
 /* A tool may evaluate one event more than once, and with other inputs: what counts is the last time. So
  * the tick starts again from the state before it. */
 static bool it2m_go_to(struct it2m_object *object, int64_t tick)
 {
-    const struct it2m_fmu *fmu = object->fmu;
-
     if (object->ticked && tick == object->tick)
-        return fmu->set_state(object->component, object->before) == fmi2OK;
+        return fmu_set_state(object->fmu, "tick", object->before) == FMU_OK;
     if (!object->ticked && tick != 0 && !it2m_begin_at(object, tick))
         return false;
     object->ticked = true;
     object->tick = tick;
     object->warnings[0] = '\0';
-    return fmu->get_state(object->component, &object->before) == fmi2OK;
+    return fmu_get_state(object->fmu, "tick", &object->before) == FMU_OK;
 }
 
-static bool it2m_step(struct it2m_object *object, double time, const double inputs[])
+/* The first input is the voltage or the reference, the others are force and temperature. */
+static void it2m_tick(struct it2m_object *object, double time, const double inputs[IT2M_INPUTS])
 {
-    const struct it2m_fmu *fmu = object->fmu;
-    const int64_t tick = (int64_t)floor(time / object->sample_time + 0.5);
-    fmi2ValueReference reference[IT2M_INPUTS];
+    const double sample_time = object->parameters.sampleTime;
+    const int64_t tick = (int64_t)floor(time / sample_time + 0.5);
+    bool ok = it2m_go_to(object, tick);
 
-    for (int i = 0; i < IT2M_INPUTS; i++)
-        reference[i] = it2m_find(fmu, fmu->input[i]);
-    return it2m_go_to(object, tick) &&
-           fmu->set_real(object->component, reference, IT2M_INPUTS, inputs) == fmi2OK &&
-           fmu->do_step(object->component, (double)tick * object->sample_time, object->sample_time,
-                         fmi2True) <= fmi2Warning;
-}
-
-static void it2m_tick(struct it2m_object *object, double time, const double inputs[])
-{
-    if (!it2m_step(object, time, inputs))
-        ModelicaFormatError("%s: %s\n", object->fmu->name, object->error);
-}
-
-static double it2m_real(const struct it2m_object *object, const char *name)
-{
-    const fmi2ValueReference reference = it2m_find(object->fmu, name);
-    double value = 0.0;
-
-    object->fmu->get_real(object->component, &reference, 1, &value);
-    return value;
+    for (unsigned i = 0; ok && i < FMU_TABLE_ROWS; i++) {
+        const struct fmu_variable *v = fmu_find(object->model, i);
+        if (v && v->causality == FMU_INPUT)
+            ok = fmu_set_real(object->fmu, "tick", &i, 1, &inputs[v->offset / sizeof *inputs]) == FMU_OK;
+    }
+    if (!ok || fmu_do_step(object->fmu, "tick", (double)tick * sample_time, sample_time) > FMU_WARNING)
+        ModelicaFormatError("%s: %s\n", object->model->identifier, object->error);
 }
 
 /* --- what the external clauses call ------------------------------------------------------------- */
@@ -372,8 +210,8 @@ static double it2m_real(const struct it2m_object *object, const char *name)
         return it2m_construct(&fmu, &parameters); \
     }
 
-IT2M_CONSTRUCTOR(IT2Plant_construct, IT2M_PLANT)
-IT2M_CONSTRUCTOR(IT2Inverse_construct, IT2M_INVERSE)
+IT2M_CONSTRUCTOR(IT2Plant_construct, plant_model)
+IT2M_CONSTRUCTOR(IT2Inverse_construct, inverse_model)
 
 static void IT2Plant_destruct(void *object)
 {
@@ -388,24 +226,24 @@ static void IT2Inverse_destruct(void *object)
 static void IT2Plant_tick(void *object, double time, double voltage, double force, double temperature,
                           double *displacement, double *measured, int *out_of_range)
 {
-    const double inputs[] = { voltage, force, temperature };
-    const fmi2ValueReference flag = it2m_find(&IT2M_PLANT, "outOfRange");
+    const double inputs[IT2M_INPUTS] = { voltage, force, temperature };
+    const struct fmu_outputs *output = &((struct it2m_object *)object)->fmu->now->output;
 
     it2m_tick(object, time, inputs);
-    *displacement = it2m_real(object, "displacement");
-    *measured = it2m_real(object, "measured");
-    IT2Plant_fmi2GetBoolean(((struct it2m_object *)object)->component, &flag, 1, out_of_range);
+    *displacement = output->real[OUT_DISPLACEMENT];
+    *measured = output->real[OUT_MEASURED];
+    *out_of_range = output->flag[OUT_OUT_OF_RANGE];
 }
 
 static void IT2Inverse_tick(void *object, double time, double reference, double force,
                             double temperature, double *voltage, int *saturated)
 {
-    const double inputs[] = { reference, force, temperature };
-    const fmi2ValueReference flag = it2m_find(&IT2M_INVERSE, "saturated");
+    const double inputs[IT2M_INPUTS] = { reference, force, temperature };
+    const struct fmu_outputs *output = &((struct it2m_object *)object)->fmu->now->output;
 
     it2m_tick(object, time, inputs);
-    *voltage = it2m_real(object, "voltage");
-    IT2Inverse_fmi2GetBoolean(((struct it2m_object *)object)->component, &flag, 1, saturated);
+    *voltage = output->real[OUT_VOLTAGE];
+    *saturated = output->flag[OUT_SATURATED];
 }
 
 #endif

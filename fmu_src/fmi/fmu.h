@@ -1,0 +1,306 @@
+/* The co-simulation layer, written once for all models and for all versions of FMI; it holds no physics.
+ *
+ *   fmu_lifecycle.c    instantiate, initialisation, reset, terminate, free
+ *   fmu_variables.c    get and set by value reference, input derivatives
+ *   fmu_clock.h        time in integer ticks
+ *   fmu_step.c         doStep
+ *   fmu_derivative.c   directional derivatives
+ *   fmu_state.c        get, set, serialize and deserialize the FMU state
+ *   fmu_log.c          log categories and messages
+ *   fmu_parameters.c   the parameter set of a packaged FMU
+ *   fmu_location.c     where the FMU's resources are
+ *   fmi2_functions.h   the functions of FMI 2.0: they translate, and do nothing else
+ *
+ * A model is a struct fmu_model: its table of variables, and what it does at its start and at a tick. The
+ * functions of a version of FMI hand over their own name, which messages begin with. A call that is refused
+ * changes nothing: the instance keeps its last good state. */
+#ifndef IT2HYS_FMU_H
+#define IT2HYS_FMU_H
+
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "fmu_clock.h"
+#include "hidden.h"
+
+/* The numbers are those of FMI. */
+enum fmu_status { FMU_OK, FMU_WARNING, FMU_DISCARD, FMU_ERROR };
+
+/* --- variables --------------------------------------------------------------------------------- */
+
+enum fmu_base { FMU_REAL, FMU_INTEGER, FMU_BOOLEAN, FMU_STRING };
+enum fmu_causality { FMU_PARAMETER, FMU_INPUT, FMU_OUTPUT };
+
+/* Room for the inputs, which are Real, and for the outputs of any model here: what a step copies has a size
+ * that the compiler knows. */
+enum { FMU_INPUTS = 4, FMU_REAL_OUTPUTS = 2, FMU_FLAGS = 2 };
+
+struct fmu_outputs {
+    double real[FMU_REAL_OUTPUTS];
+    int flag[FMU_FLAGS]; /* Boolean */
+};
+
+/* A row of a variable table; its place in it is the value reference. */
+struct fmu_variable {
+    const char *name;
+    enum fmu_base base;
+    enum fmu_causality causality;
+    unsigned kinds; /* of models that have it, or-ed */
+    size_t offset;  /* in the parameters, the inputs or struct fmu_outputs */
+    double minimum;
+    double maximum;
+    size_t count; /* of an element's group: offset of the parameter that says how many are in use */
+    int index;    /* of an element in its group, from 1; 0 outside any group */
+};
+
+/* --- models ------------------------------------------------------------------------------------ */
+
+/* Among the findings of a tick: its outputs or its state are no finite numbers. */
+#define FMU_NOT_FINITE 0x80000000u
+
+/* Parameters are a struct that begins with the sample time, a double, and has zeros in its padding; states
+ * consist of doubles; constants follow from the parameters. The layer knows no more of them than their size.
+ * In directional derivatives, d_ is the derivative of what has the name without it. */
+struct fmu_model {
+    const char *identifier;
+    const struct fmu_variable *table;
+    unsigned rows;       /* of the table */
+    unsigned kind;       /* the rows with this bit are this model's */
+    uint64_t table_hash; /* of these, with which the GUID begins */
+    double input_start[FMU_INPUTS];
+    size_t parameters_size;
+    size_t constants_size;
+    size_t state_size;
+    const char *diverging; /* what the message says of FMU_NOT_FINITE */
+    bool interpolates;     /* takes input derivatives */
+
+    /* Are the parameters usable? If not, the message names the first that is not. */
+    bool (*check)(const struct fmu_model *, const void *parameters, char *message, size_t size);
+
+    /* Returns how many bytes of the state are in use, from its beginning. */
+    size_t (*prepare)(void *constants, const void *parameters);
+
+    /* State and outputs before the first tick; false, and why, where they are not finite. */
+    bool (*start)(const void *constants, void *state, const void *parameters, struct fmu_outputs *,
+                  char *message, size_t size);
+
+    /* Returns findings, bits of the model's own or FMU_NOT_FINITE, each of which is logged once. */
+    unsigned (*tick)(const void *constants, void *state, const void *parameters, const double input[FMU_INPUTS],
+                     double time, struct fmu_outputs *);
+
+    /* Writes what a finding means; NULL where there are none. */
+    void (*explain)(unsigned finding, const void *state, const void *parameters, const double input[FMU_INPUTS],
+                    double time, const struct fmu_outputs *, char *text, size_t size);
+
+    /* NULL where the model has none. tick_tangent leaves `state` as it is. */
+    void (*start_tangent)(const void *constants, const void *state, const void *parameters,
+                          const void *d_parameters, struct fmu_outputs *d_output);
+    void (*tick_tangent)(const void *constants, const void *state, const double input[FMU_INPUTS], double time,
+                         void *d_state, const double d_input[FMU_INPUTS], struct fmu_outputs *d_output);
+};
+
+/* The parameter set compiled in, and the hash with which its GUID ends. */
+struct fmu_set {
+    uint64_t hash;
+    const void *parameters;
+
+    /* Finds the set of another hash in the resources; NULL where there are no others. */
+    bool (*find)(const struct fmu_model *, uint64_t hash, const char *resources, void *parameters,
+                 char *message, size_t size);
+};
+
+/* --- instances --------------------------------------------------------------------------------- */
+
+/* Bits, so that a function can name all phases in which it may be called. */
+enum fmu_phase {
+    FMU_INSTANTIATED = 1,
+    FMU_INITIALIZATION = 2,
+    FMU_STEP_COMPLETE = 4,
+    FMU_TERMINATED = 8,
+    FMU_ANY_PHASE = 15
+};
+
+/* The ticks of a doStep and their inputs. */
+struct fmu_span {
+    int64_t tick; /* the step began at this one, */
+    double rest;  /* and so many sample times */
+    int64_t first_tick;
+    int64_t end_tick;
+    double input[FMU_INPUTS];
+    double slope[FMU_INPUTS];
+};
+
+/* All that an FMU state holds is this, and behind it the parameters, the state, and the state that the last
+ * step began with: a plain value without pointers or padding. */
+struct fmu_snapshot {
+    int phase;
+    int last_status; /* of doStep */
+    uint64_t warned; /* findings already logged */
+    struct fmu_clock clock;
+    double input[FMU_INPUTS];
+    double slope[FMU_INPUTS]; /* du/dt */
+    struct fmu_outputs output;
+    struct fmu_span last_step; /* directional derivatives repeat it */
+};
+
+/* The host that an instance talks to. */
+struct fmu_host {
+    void (*log)(const struct fmu_host *, const char *instance, enum fmu_status, const char *category,
+                const char *text);
+    void (*logger)(void); /* the host's own function; its type is known to `log` */
+    void *environment;
+};
+
+struct fmu {
+    const struct fmu_model *model;
+    struct fmu_snapshot *now;
+    void *parameters; /* these three are behind *now, in one block with it */
+    void *state;
+    void *last_state;
+    void *constants;
+    void *before;  /* room for a state */
+    void *d_state; /* room for derivatives */
+    void *d_parameters;
+    void *start;        /* the parameters that reset returns to */
+    size_t used;        /* bytes of the state */
+    bool outputs_stale; /* in initialization: a value was set since the outputs were computed */
+    unsigned categories;
+    struct fmu_host host;
+    const char *name;
+};
+
+HIDDEN_BEGIN
+
+static inline double fmu_sample_time(const struct fmu *fmu)
+{
+    return *(const double *)fmu->parameters;
+}
+
+/* Of the snapshot with what is behind it. */
+static inline size_t fmu_snapshot_size(const struct fmu_model *model)
+{
+    return sizeof(struct fmu_snapshot) + model->parameters_size + 2 * model->state_size;
+}
+
+static inline const struct fmu_variable *fmu_find(const struct fmu_model *model, unsigned reference)
+{
+    const struct fmu_variable *row = model->table + reference;
+
+    return reference < model->rows && row->kinds & model->kind ? row : NULL;
+}
+
+const struct fmu_variable *fmu_find_parameter(const struct fmu_model *model, const char *name, size_t length);
+
+/* Are all parameters in use within the table's bounds? If not, the message names the first that is not. */
+bool fmu_within_bounds(const struct fmu_model *model, const void *parameters, char *message, size_t size);
+
+/* Can these be values of this FMU's variables, parameters being unchecked yet? If not, the message says why. */
+bool fmu_values_possible(const struct fmu *fmu, const struct fmu_snapshot *snapshot, const void *parameters,
+                         char *message, size_t size);
+
+/* --- logging ----------------------------------------------------------------------------------- */
+
+enum fmu_category {
+    FMU_LOG_EVENTS = 1,
+    FMU_LOG_WARNING = 2,
+    FMU_LOG_DISCARD = 4,
+    FMU_LOG_ERROR = 8,
+    FMU_LOG_ALL = 15
+};
+
+/* Logs a message in the category that belongs to `status` and returns `status`. */
+enum fmu_status fmu_say(const struct fmu *fmu, enum fmu_status status, const char *format, ...);
+
+/* The same before there is an instance. */
+enum fmu_status fmu_say_early(const struct fmu_host *host, const char *name, const char *text);
+
+/* Is the instance there and in one of `phases`? If not, says so and returns false. */
+bool fmu_refuse(const struct fmu *fmu, const char *function);
+static inline bool fmu_may(const struct fmu *fmu, const char *function, unsigned phases)
+{
+    return (fmu && (unsigned)fmu->now->phase & phases) || fmu_refuse(fmu, function);
+}
+
+/* An optional function that this model has not. */
+enum fmu_status fmu_lacks(const struct fmu *fmu, const char *function);
+
+enum fmu_status fmu_set_debug_logging(struct fmu *fmu, const char *function, bool on, size_t count,
+                                      const char *const categories[]);
+
+/* --- parameter set ----------------------------------------------------------------------------- */
+
+/* `find` of struct fmu_set, from resources/parameters.ssv. */
+bool fmu_load_parameters(const struct fmu_model *model, uint64_t hash, const char *resources, void *parameters,
+                         char *message, size_t size);
+
+/* Opens FILE in the resources at a URI; where the URI is missing, beside this binary. */
+void *fmu_open_resource(const char *uri, const char *file, char *path, size_t size);
+
+/* --- life -------------------------------------------------------------------------------------- */
+
+/* An instance that begins with these parameters; NULL where there is no memory for it. */
+struct fmu *fmu_create(const struct fmu_model *model, const char *name, const void *parameters,
+                       const struct fmu_host *host, bool logging);
+
+/* The same with the set that the token {table hash, parameter hash} means: the one compiled in, or another
+ * one that is found. Where it cannot be, NULL, and the host's log says why. */
+struct fmu *fmu_instantiate(const struct fmu_model *model, const struct fmu_set *compiled_in,
+                            const char *function, const char *name, const char *token, const char *resources,
+                            const struct fmu_host *host, bool logging);
+void fmu_free(struct fmu *fmu);
+enum fmu_status fmu_setup(struct fmu *fmu, const char *function, bool tolerance_defined, double tolerance,
+                          double start_time, bool stop_time_defined, double stop_time);
+enum fmu_status fmu_enter_initialization(struct fmu *fmu, const char *function);
+enum fmu_status fmu_exit_initialization(struct fmu *fmu, const char *function);
+enum fmu_status fmu_terminate(struct fmu *fmu, const char *function);
+enum fmu_status fmu_reset(struct fmu *fmu, const char *function);
+
+/* Computes the outputs before the first tick where they are stale, if the parameters make a usable
+ * model. */
+enum fmu_status fmu_compute_start_outputs(struct fmu *fmu, const char *function);
+static inline enum fmu_status fmu_start_outputs(struct fmu *fmu, const char *function)
+{
+    return fmu->outputs_stale ? fmu_compute_start_outputs(fmu, function) : FMU_OK;
+}
+
+/* --- values and steps -------------------------------------------------------------------------- */
+
+/* Of one base type. fmu_get_real and fmu_set_real are the same for Reals, quickly for a single one. */
+enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
+                        size_t count, void *values);
+enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
+                        size_t count, const void *values);
+enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
+                             double values[]);
+enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
+                             const double values[]);
+enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function, const unsigned references[],
+                                          size_t count, const int order[], const double values[]);
+
+enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step);
+enum fmu_status fmu_directional_derivative(struct fmu *fmu, const char *function, const unsigned unknowns[],
+                                           size_t unknown_count, const unsigned knowns[], size_t known_count,
+                                           const double seeds[], double values[]);
+
+/* The inputs of a tick within a step. */
+void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS]);
+
+/* --- FMU states -------------------------------------------------------------------------------- */
+
+enum fmu_status fmu_get_state(struct fmu *fmu, const char *function, void **state);
+enum fmu_status fmu_set_state(struct fmu *fmu, const char *function, const void *state);
+enum fmu_status fmu_free_state(struct fmu *fmu, const char *function, void **state);
+enum fmu_status fmu_state_size(struct fmu *fmu, const char *function, const void *state, size_t *size);
+enum fmu_status fmu_serialize(struct fmu *fmu, const char *function, const void *state, char bytes[],
+                              size_t size);
+enum fmu_status fmu_deserialize(struct fmu *fmu, const char *function, const char bytes[], size_t size,
+                                void **state);
+
+/* FNV-1a, 64 bit. */
+uint64_t fmu_hash(const void *bytes, size_t size);
+
+HIDDEN_END
+
+#endif

@@ -1,0 +1,128 @@
+/* doStep. Which ticks a step has is the clock's (fmu_clock.h); each runs with the input at its own time, and
+ * outputs hold their value from tick to tick. */
+#include <math.h>
+#include <string.h>
+
+#include "fmu.h"
+
+void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS])
+{
+    const double elapsed = ((double)(tick - span->tick) - span->rest) * sample_time;
+
+    for (int i = 0; i < FMU_INPUTS; i++)
+        input[i] = span->input[i] + span->slope[i] * elapsed;
+}
+
+/* No bit but the signs': one comparison instead of four, at every step. */
+static bool is_zero(const double slope[FMU_INPUTS])
+{
+    uint64_t bits[FMU_INPUTS];
+
+    memcpy(bits, slope, sizeof bits);
+    return (bits[0] | bits[1] | bits[2] | bits[3]) << 1 == 0;
+}
+
+/* Copies what is in use of a state; most often a single number. */
+static inline void copy_state(void *to, const void *from, size_t used)
+{
+    if (used == sizeof(double))
+        memcpy(to, from, sizeof(double));
+    else
+        memcpy(to, from, used);
+}
+
+/* Logs what a tick is the first to find: each finding once in an instance's life, so that a log is not
+ * flooded. */
+static enum fmu_status warn(struct fmu *fmu, const char *function, unsigned findings, const double input[],
+                            double time)
+{
+    char text[512];
+
+    for (unsigned finding = 1; finding && finding <= findings; finding <<= 1) {
+        if (!(findings & finding))
+            continue;
+        fmu->model->explain(finding, fmu->state, fmu->parameters, input, time, &fmu->now->output, text,
+                            sizeof text);
+        fmu_say(fmu, FMU_WARNING, "%s: %s This is logged once.", function, text);
+    }
+    fmu->now->warned |= findings;
+    return FMU_WARNING;
+}
+
+static inline void run_tick(struct fmu *fmu, const char *function, const double input[], double time,
+                            enum fmu_status *status)
+{
+    struct fmu_snapshot *now = fmu->now;
+    const unsigned findings =
+        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, input, time, &now->output);
+
+    if (!(findings & ~now->warned))
+        return;
+    if (findings & FMU_NOT_FINITE)
+        *status = FMU_DISCARD;
+    else if (*status != FMU_DISCARD)
+        *status = warn(fmu, function, findings & ~(unsigned)now->warned, input, time);
+}
+
+/* Runs the ticks up to `end_tick` in place. What a step of one tick costs is the way from the state of the
+ * last tick to the next, and each copy between would lengthen it. */
+static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_tick)
+{
+    struct fmu_snapshot *now = fmu->now;
+    const int64_t first_tick = now->clock.next_tick;
+    const double sample_time = fmu_sample_time(fmu);
+    enum fmu_status status = FMU_OK;
+    double input[FMU_INPUTS];
+
+    if (is_zero(now->slope)) {
+        for (int64_t tick = first_tick; tick < end_tick && status != FMU_DISCARD; tick++)
+            run_tick(fmu, function, now->input, (double)tick * sample_time, &status);
+        return status;
+    }
+    struct fmu_span span = { .tick = now->clock.tick, .rest = now->clock.rest };
+    memcpy(span.input, now->input, sizeof span.input);
+    memcpy(span.slope, now->slope, sizeof span.slope);
+    for (int64_t tick = first_tick; tick < end_tick && status != FMU_DISCARD; tick++) {
+        fmu_inputs_at(&span, tick, sample_time, input);
+        run_tick(fmu, function, input, (double)tick * sample_time, &status);
+    }
+    return status;
+}
+
+enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+{
+    struct fmu_clock end;
+    char message[256];
+
+    if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
+        return FMU_ERROR;
+    struct fmu_snapshot *now = fmu->now;
+    const double sample_time = fmu_sample_time(fmu);
+    if (!fmu_clock_step(&now->clock, sample_time, time, step, &end))
+        return fmu_say(fmu, FMU_ERROR, "%s: %s.", function,
+                       fmu_clock_refusal(&now->clock, sample_time, time, step, message, sizeof message));
+    const struct fmu_outputs held = now->output;
+    const uint64_t warned = now->warned;
+
+    copy_state(fmu->before, fmu->state, fmu->used);
+    const enum fmu_status status = run(fmu, function, end.next_tick);
+    now->last_status = (int)status;
+    if (status == FMU_DISCARD) {
+        copy_state(fmu->state, fmu->before, fmu->used);
+        now->output = held;
+        now->warned = warned;
+        return fmu_say(fmu, FMU_DISCARD,
+                       "%s: the %s is no longer finite between %g s and %g s; the step is "
+                       "not made and the state is that of %g s.",
+                       function, fmu->model->diverging, time, end.time, time);
+    }
+    copy_state(fmu->last_state, fmu->before, fmu->used);
+    now->last_step.tick = now->clock.tick;
+    now->last_step.rest = now->clock.rest;
+    now->last_step.first_tick = now->clock.next_tick;
+    now->last_step.end_tick = end.next_tick;
+    memcpy(now->last_step.input, now->input, sizeof now->input);
+    memcpy(now->last_step.slope, now->slope, sizeof now->slope);
+    now->clock = end;
+    return status;
+}

@@ -1,0 +1,83 @@
+#include "chain.h"
+static bool is_on(const struct chain_parameters *p)
+{
+    return p->tilt.gain != 0.0;
+}
+static void prepare(void *constants, const struct chain_parameters *p)
+{
+    ((struct tilt *)constants)->gain = p->tilt.gain;
+}
+
+static double rest(const void *constants, void *state, double y, const struct chain_parameters *p)
+{
+    (void)constants, (void)p;
+    return ((struct tilt_state *)state)->x = y;
+}
+
+static double step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+{
+    struct tilt_state *s = state;
+    const double y = x + ((const struct tilt *)constants)->gain * (x - s->x);
+    (void)around;
+    s->x = x;
+    return y;
+}
+
+static double inverse(const void *constants, void *state, double y, const struct chain_surroundings *around)
+{
+    const double gain = ((const struct tilt *)constants)->gain;
+    struct tilt_state *s = state;
+    (void)around;
+    return s->x = (y + gain * s->x) / (1.0 + gain);
+}
+
+static bool check(const struct chain_parameters *p, char *message, size_t size)
+{
+    return p->tilt.gain > -1.0 || refuse(message, size, "tilt.gain is %g", p->tilt.gain);
+}
+
+static void prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
+                            const struct chain_parameters *d)
+{
+    (void)constants, (void)p;
+    prepare(d_constants, d);
+}
+
+static double rest_tangent(const void *constants, const void *d_constants, void *d_state, double x, double d_y,
+                           const struct chain_parameters *p, const struct chain_parameters *d)
+{
+    (void)d_constants, (void)x, (void)d;
+    return rest(constants, d_state, d_y, p);
+}
+
+static void tangent(const void *constants, const void *state, double x,
+                    const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                    double *restrict row)
+{
+    (void)state, (void)x, (void)d_around;
+    for (int c = 0; c < count; c++) {
+        const double d_x = row[c];
+        row[c] += ((const struct tilt *)constants)->gain * (d_x - d_state[c]);
+        d_state[c] = d_x;
+    }
+}
+
+static double by_parameters(const void *constants, const void *d_constants, const void *state, double x,
+                            const struct chain_surroundings *around, double *d_state, int stride)
+{
+    (void)constants, (void)around, (void)d_state, (void)stride;
+    return ((const struct tilt *)d_constants)->gain * (x - ((const struct tilt_state *)state)->x);
+}
+
+static double inverse_tangent(const void *constants, const void *state, double x, void *d_state, double d_y,
+                              const struct chain_surroundings *d_around)
+{
+    (void)state, (void)x;
+    return inverse(constants, d_state, d_y, d_around);
+}
+
+const struct stage tilt_stage = {
+    .is_on = is_on, .prepare = prepare, .rest = rest, .step = step, .inverse = inverse
+};
+const struct stage_analysis tilt_analysis = { check,   prepare_tangent, rest_tangent,
+                                              tangent, by_parameters,   inverse_tangent };

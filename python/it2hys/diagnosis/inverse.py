@@ -1,0 +1,173 @@
+"""The inverse on measured data: which voltage it asks for when fed with the measured displacement.
+
+The voltage that was applied is the answer. Without the rig, their difference says how well feedforward
+will track. Two references are made of a record: its *band*, up to the highest frequency at which the
+displacement stands out of the noise, which is what a user's reference may contain; and a *wide* one,
+which holds more noise and tells inverses that differentiate from those that only wait.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import ndimage, signal
+
+from it2hys import core
+from it2hys.core import Drive
+
+#: The displacement stands out of the noise where its power density is so many times the noise's.
+_STANDS_OUT = 10.0
+#: Segments that the power density is averaged over, at least.
+_SEGMENTS = 8
+#: Widest band of a reference, as a share of the sampling frequency.
+_WIDEST = 0.2
+#: Order of the filter, which is run both ways, so that it has no phase.
+_ORDER = 4
+#: Periods of the band's end that a filter needs to settle at either end of a record.
+_SETTLING = 2.0
+#: Where the filter takes so many times the noise away, it takes motion away: the displacement is left
+#: as it is there, and for a period of the band's end beside.
+_LEAVES = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A measured displacement as an inverse is fed with it.
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (N,)
+        In m, the record's constant included.
+    band : float
+        Its highest frequency, Hz.
+    inside : ndarray of bool, shape (N,)
+        Samples at which the filter has settled.
+    whole : ndarray of bool, shape (N,)
+        Samples at which the displacement is as measured, its noise included.
+    """
+
+    displacement: np.ndarray
+    band: float
+    inside: np.ndarray
+    whole: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class References:
+    """Both references of a record.
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (N,)
+        As measured, m.
+    trusted : ndarray of bool, shape (N,)
+    noise : float
+        m rms.
+    sample_time : float
+        s.
+    """
+
+    displacement: np.ndarray
+    trusted: np.ndarray
+    noise: float
+    sample_time: float
+
+    @cached_property
+    def wide(self) -> Reference:
+        """Up to a fifth of the sampling frequency."""
+        return self._up_to(_WIDEST / self.sample_time)
+
+    @cached_property
+    def band(self) -> Reference:
+        """Up to the highest frequency at which the displacement stands out of the noise."""
+        return self._up_to(self._highest())
+
+    @cached_property
+    def _whole(self) -> np.ndarray:
+        """The displacement, straight across samples that are not to be trusted."""
+        places = np.flatnonzero(self.trusted)
+        return np.interp(np.arange(len(self.displacement)), places, self.displacement[places])
+
+    def _highest(self) -> float:
+        rate = 1.0 / self.sample_time
+        length = max(16, len(self._whole) // _SEGMENTS)
+        frequency, density = signal.welch(self._whole, rate, nperseg=length)
+        floor = max(2.0 * self.noise**2 / rate, np.finfo(float).tiny)
+        above = frequency[density > _STANDS_OUT * floor]
+        return float(np.clip(np.max(above, initial=0.0), 4.0 * rate / length, _WIDEST * rate))
+
+    def filtered(self, band: float) -> np.ndarray:
+        """Return the displacement up to a frequency in Hz, without a phase."""
+        low_pass = signal.butter(_ORDER, band, fs=1.0 / self.sample_time, output="sos")
+        return signal.sosfiltfilt(low_pass, self._whole)
+
+    def _up_to(self, band: float) -> Reference:
+        filtered = self.filtered(band)
+        # a filter rings before and after a step: play would take that for turning points
+        period = int(np.ceil(1.0 / (band * self.sample_time)))
+        leaves = np.abs(filtered - self._whole) > _LEAVES * self.noise
+        leaves = ndimage.binary_dilation(leaves, iterations=period)
+        edge = int(_SETTLING * period)
+        inside = np.ones(len(filtered), dtype=bool)
+        inside[:edge] = inside[max(0, len(filtered) - edge) :] = False
+        return Reference(np.where(leaves, self._whole, filtered), band, inside, leaves)
+
+
+def applied_voltage(values: Mapping, drive: Drive) -> np.ndarray:
+    """Return the applied voltage as far as an inverse can know it, V, shape (N,).
+
+    Delay, slew limit and saturation lose what they cut off: the voltage behind them is the one that an
+    inverse can ask for, later by the delay.
+    """
+    plain = {**values, "lag.timeConstant": 0.0, "playCount": 0}
+    return core.chain_predict(core.pack_chain(plain), drive)[1]
+
+
+def ask_inverse(
+    values: Mapping, drive: Drive, displacement: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the voltage that the inverse asks for, V, and where it cannot follow, both of shape (N,).
+
+    Parameters
+    ----------
+    values : Mapping
+        Parameters of the chain, the start of the record among them.
+    drive : Drive
+        Of the record.
+    displacement : ndarray, shape (N,)
+        As measured, without the record's constant, m. What the model says is picked up (`hum`) is
+        taken off.
+    """
+    free, measured = core.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
+    return core.chain_inverse_run(
+        values, displacement - (measured - free), drive.force, drive.temperature
+    )
+
+
+def inverse_error(values: Mapping, drive: Drive, displacement: np.ndarray) -> np.ndarray:
+    """Return what the inverse asks for, less the voltage that was applied, V, shape (N,).
+
+    Parameters are those of `ask_inverse`.
+    """
+    return ask_inverse(values, drive, displacement)[0] - applied_voltage(values, drive)
+
+
+def noise_of_inverse(values: Mapping, drive: Drive, references: References) -> np.ndarray:
+    """Return what noise in a reference makes of the inverse's voltage, V, shape (N,).
+
+    The inverse is fed with the model's own run, and with that and white noise of the record's size, in
+    the band of its reference.
+    """
+    free, _ = core.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
+    noise = references.noise * np.random.default_rng(0).standard_normal(len(free))
+    band = references.band
+    in_band = replace(references, displacement=noise).filtered(band.band)
+    noise = np.where(band.whole, noise, in_band)
+    with_noise, without = (
+        core.chain_inverse_run(values, free + added, drive.force, drive.temperature)[0]
+        for added in (noise, 0.0)
+    )
+    return with_noise - without

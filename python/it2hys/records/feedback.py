@@ -1,0 +1,178 @@
+"""Whether a record was taken in closed loop: whether its voltage answers the displacement.
+
+Under a controller the sensor's noise, and whatever disturbs the stage, enters the voltage. In open loop
+it does not: nothing in the displacement helps to predict a voltage that was chosen beforehand. So the
+voltage is predicted from its own past, and what that leaves, its surprise, from the surprises of the
+displacement (what neither its past nor the voltage's tells). That is Granger's test, with three things
+added:
+
+- a controller answers a displacement that is too large with less voltage, so that the first of the
+  answers has to be negative. A displacement that tells of a badly measured voltage what its noise
+  hides, or that was read after the voltage of the same sample had acted, has the other sign;
+- the share of the surprise that is explained has to be large: with enough samples any imperfection of a
+  linear prediction is significant;
+- samples at which either signal jumps do not count: a step or a corner of the drive is no answer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from it2hys.records.record import Record
+
+#: Past samples of the voltage, and of the displacement, that the next voltage is predicted from.
+_PAST, _ANSWERS = 32, 10
+#: Samples that are looked at, and the fewest that say anything.
+_MOST, _FEWEST = 20_000, 300
+#: A surprise larger than so many times its deviation (from the median) is a step or a corner.
+_JUMP = 6.0
+#: A voltage that its own past tells to this share of its deviation is known beforehand: what is left is
+#: the rounding of the numbers in a file.
+_ROUNDING = 1e-6
+#: A displacement that its own past and the voltage tell to this share of its deviation shows no noise
+#: that a controller could answer; what it knows better than a badly measured voltage would count then.
+_NO_SURPRISE = 1e-5
+#: Standard errors beyond which an answer is no chance: p below 1e-8, for each of ten answers.
+_SURE = 6.0
+#: Least share of the voltage's surprise that the first answer explains.
+_LEAST_SHARE = 0.05
+#: Share of a power that is rounding, and rounds of leaving out steps and corners.
+_NOTHING_LEFT, _ROUNDS = 1e-12, 2
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """How the voltage answers the displacement.
+
+    Parameters
+    ----------
+    share : float
+        Of the voltage's surprise, the share that the displacement's earlier surprises explain.
+    samples : int
+        How many samples later the first answer comes.
+    errors : float
+        By how many standard errors it is below zero.
+    """
+
+    share: float
+    samples: int
+    errors: float
+
+
+def find_feedback(record: Record) -> Feedback | None:
+    """Return how the voltage of a record answers its displacement; None where it does not.
+
+    Parameters
+    ----------
+    record : Record
+
+    Returns
+    -------
+    Feedback or None
+        None also where the voltage, its jumps apart, follows from its own past, or the record is too
+        short to tell.
+    """
+    count = min(len(record), _MOST)
+    if count < _FEWEST + _PAST or np.ptp(record.voltage[:count]) == 0.0:
+        return None
+    trusted = ~record.outliers[:count]
+    if np.ptp(record.displacement[:count][trusted]) == 0.0:
+        return None
+    voltage, displacement = (
+        (x - x.mean()) / x.std() for x in (record.voltage[:count], record.displacement[:count])
+    )
+    # a sensor may be read before the voltage of the same sample is set, or after it has acted
+    found = [_first_answer(voltage, displacement, trusted, first) for first in (1, 0)]
+    return next((answer for answer in found if answer is not None), None)
+
+
+def _first_answer(
+    voltage: np.ndarray, displacement: np.ndarray, trusted: np.ndarray, first: int
+) -> Feedback | None:
+    """Return the first answer to surprises of `first` samples ago or more, if it is a controller's."""
+    lags = range(_ANSWERS, first - 1, -1)  # the latest comes last
+    rows = np.flatnonzero(_past(trusted, lags).all(axis=1))
+    own, past = _past(voltage, range(1, _PAST + 1)), _past(displacement, lags)
+    columns = np.hstack([np.ones((len(own), 1)), own, past])
+    seen = _Seen.of(voltage[_PAST:], columns, rows)
+    for _ in range(_ROUNDS):
+        if seen.scale <= _ROUNDING or seen.latest_scale <= _NO_SURPRISE:
+            return None
+        rows = rows[seen.quiet]
+        if len(rows) < _FEWEST:
+            return None
+        seen = _Seen.of(voltage[_PAST:], columns, rows)
+    return _judged(seen, first)
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """The surprises of both signals on some rows.
+
+    Parameters
+    ----------
+    surprise : ndarray, shape (n,)
+        What the voltage's own past does not tell of it.
+    latest : ndarray, shape (n,)
+        What neither its own past nor the voltage's tells of the latest displacement.
+    answers : ndarray, shape (K,)
+        What the voltage's surprise has of the displacement's, each of size 1, the oldest first.
+    """
+
+    surprise: np.ndarray
+    latest: np.ndarray
+    answers: np.ndarray
+
+    @classmethod
+    def of(cls, now: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> _Seen:
+        # columns of which the earlier ones tell all add a direction of rounding: it does no harm
+        basis, triangle = np.linalg.qr(columns[rows])
+        size, parts = np.diag(triangle), basis.T @ now[rows]
+        own = 1 + _PAST
+        return cls(
+            now[rows] - basis[:, :own] @ parts[:own],
+            size[-1] * basis[:, -1],
+            np.sign(size[own:]) * parts[own:],
+        )
+
+    @property
+    def scale(self) -> float:
+        """Deviation of the voltage's surprise, its jumps apart."""
+        return _scale(self.surprise)
+
+    @property
+    def latest_scale(self) -> float:
+        """Deviation of the displacement's surprise, its jumps apart."""
+        return _scale(self.latest)
+
+    @property
+    def quiet(self) -> np.ndarray:
+        """Mask of the rows at which neither jumps, shape (n,)."""
+        quiet = np.abs(self.surprise) <= _JUMP * self.scale
+        return quiet & (np.abs(self.latest) <= _JUMP * self.latest_scale)
+
+
+def _judged(seen: _Seen, first: int) -> Feedback | None:
+    """Return the first sure answer if it is negative and large."""
+    power = float(seen.surprise @ seen.surprise)
+    left = max(power - float(seen.answers @ seen.answers), _NOTHING_LEFT * power)
+    error = np.sqrt(left / (len(seen.surprise) - 1 - _PAST - len(seen.answers)))
+    for samples, answer in enumerate(seen.answers[::-1], start=first):
+        if abs(answer) > _SURE * error:
+            large = answer < 0.0 and answer**2 > _LEAST_SHARE * power
+            return Feedback(1.0 - left / power, samples, float(-answer / error)) if large else None
+        if samples == 0:
+            return None  # what comes later is asked for without this sample's
+    return None
+
+
+def _past(values: np.ndarray, lags: range) -> np.ndarray:
+    """Return earlier values, a column for each lag, from the first sample on that has them all."""
+    return np.column_stack([values[_PAST - lag : len(values) - lag] for lag in lags])
+
+
+def _scale(values: np.ndarray) -> float:
+    """Return the deviation of values from the median of their sizes: few large ones do not count."""
+    return 1.4826 * float(np.median(np.abs(values)))
