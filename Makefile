@@ -20,8 +20,8 @@ CBUILD := build/c
 # what is compiled or copied on installation; the Python files are used where they are
 COMPILED := $(shell find fmu_src scenarios -type f -not -path 'fmu_src/tests/*' -not -path 'fmu_src/fuzz/*' \
         -not -path 'fmu_src/bench/*' -not -path '*/__pycache__/*') \
-        $(addprefix python/it2hys/,variables.toml controller.toml variables.py ssv.py codegen.py amalgamation.py \
-        single_precision.py)
+        $(addprefix python/it2hys/,$(addprefix model/,variables.toml controller.toml variables.py ssv.py) \
+        $(addprefix fmu/,codegen.py amalgamation.py single_precision.py))
 
 .DEFAULT_GOAL := help
 

@@ -41,10 +41,10 @@ from diagnosis.cases import CHOSEN_ON, RANGE, Case, suite
 from diagnosis.outcomes import Outcome, run_case
 from tqdm import tqdm
 
-from it2hys.chain import EFFECTS
 from it2hys.diagnosis import diagnose
-from it2hys.processes import make_pool
+from it2hys.model.chain import EFFECTS
 from it2hys.records import Record
+from it2hys.support.processes import make_pool
 
 PROCESSES = 2
 ROOT = Path(__file__).resolve().parents[1]

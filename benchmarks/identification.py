@@ -20,16 +20,16 @@ from itertools import islice
 import numpy as np
 from scipy import optimize
 
-from it2hys import core, excitations
 from it2hys.identification import identify
 from it2hys.identification.criteria import FreeRun, Series
 from it2hys.identification.estimators import cost, gradient, minimise
 from it2hys.identification.levenberg_marquardt import levenberg_marquardt
 from it2hys.identification.scaling import Scaling
-from it2hys.metrics import max_relative_error, rms_error
-from it2hys.parameters import table_1
+from it2hys.model import compiled
+from it2hys.model.parameters import table_1
 from it2hys.records import Record
-from it2hys.rig import Stand
+from it2hys.records.figures_of_merit import max_relative_error, rms_error
+from it2hys.stand import Stand, excitations
 
 SAMPLE_TIME = 1e-4
 NOISE = 6e-9
@@ -112,7 +112,7 @@ def paper_problem() -> tuple[FreeRun, list[np.ndarray]]:
     ticks = np.arange(PAPER_SAMPLES) * SAMPLE_TIME
     voltage = excitations.identification(ticks)
     noise = NOISE * np.random.default_rng(0).standard_normal(PAPER_SAMPLES)
-    measured = core.free_run(table_1().rules, voltage, 0.0) + noise
+    measured = compiled.free_run(table_1().rules, voltage, 0.0) + noise
     scaling = Scaling.of_data(measured, voltage)
     y = scaling.y(measured)
     series = Series(scaling.x(voltage), y, np.ones(PAPER_SAMPLES), float(y[0]))
@@ -252,7 +252,7 @@ def model_record(samples: int, seed: int = 0) -> Record:
     ticks = np.arange(samples) * SAMPLE_TIME
     voltage = excitations.multisine(ticks, [7.0, 19.0, 43.0, 88.0], seed=3)
     noise = NOISE * np.random.default_rng(seed).standard_normal(samples)
-    measured = core.free_run(table_1().rules, voltage, 0.0) + noise
+    measured = compiled.free_run(table_1().rules, voltage, 0.0) + noise
     return Record("model", ticks, voltage, measured, SAMPLE_TIME)
 
 
@@ -329,7 +329,7 @@ def fit_it2(train: Record) -> Callable[[Record], np.ndarray]:
     """Fit the IT2 model."""
     parameters = identify([train], rules=3).parameters
     initial = parameters["initialDisplacement"]
-    return lambda record: core.free_run(parameters.rules, record.voltage, initial)
+    return lambda record: compiled.free_run(parameters.rules, record.voltage, initial)
 
 
 def fit_narx(train: Record) -> Callable[[Record], np.ndarray] | None:

@@ -27,11 +27,11 @@ import polars as pl
 from fmpy import fmi2
 from polars.testing import assert_frame_equal
 
-from it2hys import excitations
-from it2hys.packaging import package
-from it2hys.parameters import table_1
+from it2hys.fmu.packaging import package
+from it2hys.model.parameters import table_1
+from it2hys.stand import excitations
 from it2hys.sweeps import parse_sweep, read_sweep, run_sweep
-from it2hys.sweeps.planning import make_plan
+from it2hys.sweeps.cases import make_plan
 from it2hys.sweeps.worker import install, run_cases
 
 TICKS, SAMPLE_TIME = 10_000, 1e-4

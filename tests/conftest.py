@@ -20,12 +20,12 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from lxml import etree
 
-from it2hys import core
-from it2hys.controller import controller_fmu
-from it2hys.model_description import IDENTIFIERS
-from it2hys.packaging import package
-from it2hys.parameters import ParameterSet, table_1
-from it2hys.variables import load_table
+from it2hys.fmu.controller import controller_fmu
+from it2hys.fmu.model_description import IDENTIFIERS
+from it2hys.fmu.packaging import package
+from it2hys.model import compiled
+from it2hys.model.parameters import ParameterSet, table_1
+from it2hys.model.variables import load_table
 
 # examples that call into binaries vary in time with the machine's load
 settings.register_profile("it2hys", deadline=None)
@@ -317,8 +317,8 @@ def tick_values(model: str, signal, count: int) -> np.ndarray:
     """Return what the C core makes of a signal at every tick."""
     inputs = np.array([signal(k * TS) for k in range(count)])
     if model == "plant":
-        return core.free_run(table_1().rules, inputs, 0.0, table_1().displacement_range)
-    return core.chain_inverse_run(table_1(), inputs)[0]
+        return compiled.free_run(table_1().rules, inputs, 0.0, table_1().displacement_range)
+    return compiled.chain_inverse_run(table_1(), inputs)[0]
 
 
 def trajectory(unpacked: Unpacked, library: Path | None = None) -> bytes:

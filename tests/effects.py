@@ -4,8 +4,8 @@ import numpy as np
 from conftest import TS, UM
 from hypothesis import strategies as st
 
-from it2hys.chain import EFFECTS
-from it2hys.parameters import ParameterSet, table_1
+from it2hys.model.chain import EFFECTS
+from it2hys.model.parameters import ParameterSet, table_1
 
 #: Effects that lose nothing: the inverse undoes them. Hum leaves the displacement as it is.
 INVERTIBLE = ("lag", "play", "load", "creep", "resonance", "drift", "nonlinearity", "hum")

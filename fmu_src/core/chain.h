@@ -27,7 +27,7 @@
 #include "it2.h"
 #include "stages.h"
 
-/* Names are those of the variable table (python/it2hys/variables.toml). */
+/* Names are those of the variable table (python/it2hys/model/variables.toml). */
 struct chain_parameters {
     double sampleTime;
     double initialDisplacement;

@@ -3,7 +3,7 @@
 
 #include "fmu.h"
 
-/* Names are those of python/it2hys/controller.toml. */
+/* Names are those of python/it2hys/model/controller.toml. */
 struct pi_parameters {
     double sampleTime;
     double proportionalGain;

@@ -1,4 +1,4 @@
-/* The core as a shared library for Python (python/it2hys/core.py): plain arrays in and out.
+/* The core as a shared library for Python (python/it2hys/model/compiled.py): plain arrays in and out.
  * `rules` is an array of 6 numbers per rule, in the order of struct it2_rule; `range` is two, infinite for (10)
  * everywhere. `parameters` is a struct
  * chain_parameters that Python fills by the places that it2core_chain_parameter names. */

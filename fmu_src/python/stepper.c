@@ -1,5 +1,5 @@
 /* Steps connected FMUs over arrays: the loop of a master, without an interpreter in it. The FMUs are
- * anyone's FMI 2.0 slaves, instantiated and initialised by the caller (python/it2hys/stepping.py), and
+ * anyone's FMI 2.0 slaves, instantiated and initialised by the caller (python/it2hys/cosimulation/stepping.py), and
  * known here by their instances and the addresses of their functions.
  *
  * Values live in slots: first the signals, one slot each, then the outputs of the slaves in their order.

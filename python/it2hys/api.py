@@ -15,12 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from it2hys import diagnosis, identification, packaging, simulation
+from it2hys import diagnosis, identification
+from it2hys.cosimulation import simulation
+from it2hys.cosimulation.slave import Slave
 from it2hys.errors import InputError
-from it2hys.parameters import ParameterSet, read_ssv
-from it2hys.progress import progress_bar
+from it2hys.fmu import packaging
+from it2hys.model.parameters import ParameterSet, read_ssv
 from it2hys.records import Record, check_response, check_roles, read_record
-from it2hys.slave import Slave
+from it2hys.support.progress import progress_bar
 
 __all__ = ["diagnose", "identify", "package", "simulate", "sweep", "track"]
 
@@ -69,11 +71,12 @@ def identify(
     A record of a model with one rule, and the model back:
 
     >>> import numpy as np
-    >>> from it2hys import core, identify
+    >>> from it2hys.model import compiled
+    >>> from it2hys import identify
     >>> time = np.arange(600) * 1e-4
     >>> voltage = 50 - 50 * np.cos(2 * np.pi * 50 * time)
     >>> rules = np.array([[5e-6, 15e-6, 8e-6, 0.9, 1.5e-8, 1e-7]])
-    >>> displacement = core.free_run(rules, voltage, 1e-6)
+    >>> displacement = compiled.free_run(rules, voltage, 1e-6)
     >>> noise = 1e-9 * np.random.default_rng(0).standard_normal(len(time))
     >>> record = {"time_s": time, "voltage_V": voltage, "displacement_m": displacement + noise}
     >>> found = identify(record, rules=1)
@@ -138,12 +141,13 @@ def diagnose(
     A stage with one rule, loaded by a force that its model knows nothing of:
 
     >>> import numpy as np
-    >>> from it2hys import core, diagnose
+    >>> from it2hys.model import compiled
+    >>> from it2hys import diagnose
     >>> time = np.arange(800) * 1e-4
     >>> voltage = 50 - 50 * np.cos(2 * np.pi * 50 * time)
     >>> force = 10 - 10 * np.cos(2 * np.pi * 17 * time)
     >>> rules = np.array([[5e-6, 15e-6, 8e-6, 0.9, 1.5e-8, 1e-7]])
-    >>> displacement = core.free_run(rules, voltage, 1e-6) - 2e-8 * force
+    >>> displacement = compiled.free_run(rules, voltage, 1e-6) - 2e-8 * force
     >>> noise = 5e-9 * np.random.default_rng(0).standard_normal(len(time))
     >>> record = {
     ...     "time_s": time,
@@ -203,7 +207,7 @@ def package(
     --------
     >>> import tempfile
     >>> from it2hys import package
-    >>> from it2hys.parameters import table_1
+    >>> from it2hys.model.parameters import table_1
     >>> folder = tempfile.TemporaryDirectory()
     >>> [path.name for path in package(table_1(), folder.name)]
     ['IT2Plant.fmu', 'IT2Inverse.fmu', 'parameters.ssv']
@@ -215,7 +219,7 @@ def package(
         parameters = read_ssv(parameters)
     written = packaging.package(parameters, directory)
     if ssp:
-        from it2hys.ssp import write_ssp
+        from it2hys.fmu.ssp import write_ssp
 
         written += write_ssp(parameters, directory)
     return written
@@ -248,7 +252,7 @@ def simulate(fmu: Model, inputs: Frame, start_values: Mapping | None = None) -> 
     >>> import numpy as np
     >>> import polars as pl
     >>> from it2hys import simulate
-    >>> from it2hys.parameters import table_1
+    >>> from it2hys.model.parameters import table_1
     >>> voltage = 52.5 - 52.5 * np.cos(2 * np.pi * 20 * np.arange(500) * 1e-4)
     >>> result = simulate(table_1(), pl.DataFrame({"voltage": voltage}))
     >>> result.columns
@@ -293,7 +297,7 @@ def track(
     --------
     >>> import numpy as np
     >>> from it2hys import track
-    >>> from it2hys.parameters import table_1
+    >>> from it2hys.model.parameters import table_1
     >>> reference = 7.7e-6 - 7e-6 * np.cos(2 * np.pi * 20 * np.arange(1000) * 1e-4)
     >>> result = track(table_1(), table_1(), reference)
     >>> bool(np.abs(result["displacement"] - reference).max() < 1e-15)
@@ -360,7 +364,7 @@ def sweep(
     """
     import polars as pl
 
-    from it2hys.scenario_files import find_scenario
+    from it2hys.experiments.scenario_files import find_scenario
     from it2hys.sweeps import parse_sweep, read_sweep, run_sweep
 
     if isinstance(scenario, Mapping):

@@ -10,8 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from it2hys.errors import InputError
-from it2hys.numerals import parse_number
-from it2hys.processes import without_threads
+from it2hys.records.numerals import parse_number
+from it2hys.support.processes import without_threads
 
 # modules that take long to import are imported by the commands that need them
 
@@ -213,8 +213,8 @@ def _say(options: argparse.Namespace, *texts: object) -> None:
 
 
 def _build(options: argparse.Namespace) -> int:
-    from it2hys.packaging import package
-    from it2hys.parameters import table_1
+    from it2hys.fmu.packaging import package
+    from it2hys.model.parameters import table_1
 
     for path in package(table_1(), options.output):
         _say(options, path)
@@ -222,9 +222,9 @@ def _build(options: argparse.Namespace) -> int:
 
 
 def _package(options: argparse.Namespace) -> int:
-    from it2hys.embedded import HEADER, write_embedded
-    from it2hys.packaging import make_directory, native_directory, package
-    from it2hys.parameters import read_ssv
+    from it2hys.export.embedded import HEADER, write_embedded
+    from it2hys.fmu.packaging import make_directory, native_directory, package
+    from it2hys.model.parameters import read_ssv
 
     parameters = read_ssv(options.parameters)
     for path in package(parameters, options.output):
@@ -234,11 +234,11 @@ def _package(options: argparse.Namespace) -> int:
         write_embedded(parameters, directory, native_directory())
         _say(options, directory / HEADER)
     if options.modelica:
-        from it2hys.modelica import write_record
+        from it2hys.export.modelica import write_record
 
         _say(options, write_record(parameters, options.output))
     if options.ssp:
-        from it2hys.ssp import write_ssp
+        from it2hys.fmu.ssp import write_ssp
 
         for path in write_ssp(parameters, options.output):
             _say(options, path)
@@ -247,14 +247,14 @@ def _package(options: argparse.Namespace) -> int:
 
 def _identify(options: argparse.Namespace) -> int:
     from it2hys.identification import Options, check_rule_count, identify
-    from it2hys.identification_report import (
+    from it2hys.reports.identification_report import (
         error_table,
         inversion,
         summary,
         write_identification,
     )
-    from it2hys.progress import progress_bar
-    from it2hys.verdict import straight_line_errors
+    from it2hys.reports.verdict import straight_line_errors
+    from it2hys.support.progress import progress_bar
 
     check_rule_count(options.rules)
     settings = Options(seed=options.seed)
@@ -281,18 +281,18 @@ def _effects(text: str) -> list[str]:
 
 def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.diagnosis import RULES, diagnose
-    from it2hys.diagnosis_report import (
+    from it2hys.identification import Options, check_rule_count
+    from it2hys.model.parameters import read_ssv
+    from it2hys.reports.diagnosis_report import (
         conclusion,
         details,
         error_table,
         evidence_overview,
         write_diagnosis,
     )
-    from it2hys.identification import Options, check_rule_count
-    from it2hys.identification_report import inversion
-    from it2hys.parameters import read_ssv
-    from it2hys.progress import progress_bar
-    from it2hys.verdict import straight_line_errors
+    from it2hys.reports.identification_report import inversion
+    from it2hys.reports.verdict import straight_line_errors
+    from it2hys.support.progress import progress_bar
 
     check_rule_count(options.rules)
     settings = Options(seed=options.seed)
@@ -328,9 +328,9 @@ def _diagnose(options: argparse.Namespace) -> int:
 def _simulate(options: argparse.Namespace) -> int:
     from tqdm import tqdm
 
-    from it2hys import simulation
-    from it2hys.signals import read_signals, write_signals
-    from it2hys.slave import Slave
+    from it2hys.cosimulation import simulation
+    from it2hys.cosimulation.slave import Slave
+    from it2hys.records.signals import read_signals, write_signals
 
     start = dict(_assignment(text) for text in options.set)
     with Slave(options.fmu, start) as slave:
@@ -366,7 +366,7 @@ def _simulate(options: argparse.Namespace) -> int:
 
 def _beyond(ends: dict, inputs: dict, outputs: dict) -> tuple[dict[str, int], list[str]]:
     """Return how many samples were out of range or out of reach, and sentences where any were."""
-    from it2hys.validity import out_of_range_sentence
+    from it2hys.reports.validity import out_of_range_sentence
 
     counts, sentences = {}, []
     if len(ends) == len(ENDS) and {"outOfRange", "displacement"} <= outputs.keys():
@@ -391,7 +391,7 @@ def _assignment(text: str) -> tuple[str, float]:
 
 
 def _sweep(options: argparse.Namespace) -> int:
-    from it2hys.scenario_files import find_scenario
+    from it2hys.experiments.scenario_files import find_scenario
     from it2hys.sweeps import read_sweep, run_sweep
 
     if options.scenario.endswith(".parquet"):
@@ -423,7 +423,7 @@ def _sweep(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from it2hys.experiment import run_scenario
+    from it2hys.experiments.running import run_scenario
 
     outcome = run_scenario(options.name, options.output, options.quiet, options.workers)
     for table in outcome.tables:

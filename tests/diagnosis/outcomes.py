@@ -10,10 +10,10 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from diagnosis.cases import Case
 
-from it2hys import core
-from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis import Diagnosis, diagnose
-from it2hys.diagnosis_report import at_rest, scaled_reference
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS, active_effects
+from it2hys.reports.diagnosis_report import at_rest, scaled_reference
 
 
 @dataclass(frozen=True)
@@ -176,4 +176,4 @@ def _held_back(case: Case, found: Diagnosis) -> float:
         return np.nan
     reference = scaled_reference(case.train)
     start = found.parameters.replace(**at_rest(reference[0]))
-    return float(np.mean(core.chain_inverse_run(start, reference)[1]))
+    return float(np.mean(compiled.chain_inverse_run(start, reference)[1]))

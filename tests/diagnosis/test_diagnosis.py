@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from diagnosis.cases import Case, short, suite
 
-from it2hys import core
-from it2hys.chain import EFFECTS
 from it2hys.diagnosis import Diagnosis, diagnose
 from it2hys.diagnosis.residuals import left_over
 from it2hys.diagnosis.result import Judgement
 from it2hys.diagnosis.selection import LEAST_GAIN, LEVEL
 from it2hys.effects import Clue, Clues, Extent
 from it2hys.errors import InputError
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS
 from it2hys.records import Record
 
 TRAINING = 4
@@ -106,7 +106,7 @@ def assert_cold_starts_are_the_packaged_set(diagnosis: Diagnosis, test: Sequence
     for judgement, record in zip(judged, test, strict=True):
         first = record.displacement[0] - judgement.offset
         told = diagnosis.parameters.replace(initialDisplacement=float(first))
-        reading = core.chain_free_run(told, record.voltage, record.force, record.temperature)[1]
+        reading = compiled.chain_free_run(told, record.voltage, record.force, record.temperature)[1]
         error = (record.displacement - judgement.offset - reading)[judgement.used]
         assert judgement.cold_start == pytest.approx(np.sqrt(np.mean(error**2)))
 

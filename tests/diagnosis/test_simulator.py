@@ -22,8 +22,8 @@ from diagnosis.cases import (
     suite,
 )
 
-from it2hys import core
-from it2hys.parameters import table_1
+from it2hys.model import compiled
+from it2hys.model.parameters import table_1
 
 TS = 1e-4
 HELD, STRAIGHT = sim.Grid(TS), sim.Grid(TS, 20, straight=True)
@@ -70,7 +70,7 @@ def test_base_is_the_model_that_the_product_has_too():
     voltage = swing(37.0, 1000)
     y = sim.run_base(sim.TABLE_1, voltage)[0]
     rest = 1e-6 * float(sim.equilibrium(sim.TABLE_1, voltage[:, 0])[0])
-    product = core.free_run(table_1().rules, voltage[0], rest)
+    product = compiled.free_run(table_1().rules, voltage[0], rest)
     np.testing.assert_allclose(1e6 * np.ravel(product), y, atol=1e-9)
 
 

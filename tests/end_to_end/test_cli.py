@@ -9,12 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from it2hys import excitations
 from it2hys.cli import main
-from it2hys.parameters import format_ssv, read_ssv, table_1
+from it2hys.cosimulation.simulation import simulate
+from it2hys.model.parameters import format_ssv, read_ssv, table_1
 from it2hys.records import read_record, write_record
-from it2hys.rig import Stand
-from it2hys.simulation import simulate
+from it2hys.stand import Stand, excitations
 
 UM = 1e-6
 MEASURED = Path(__file__).parents[3] / "shared" / "data" / "yan9a"

@@ -14,13 +14,13 @@ from effects import gentle_reference
 from fmpy import read_model_description, simulate_fmu
 from test_cli import FILES, MEASURED, Page, assert_refused, run
 
-from it2hys import core
-from it2hys.chain import EFFECTS, Chain
-from it2hys.diagnosis_report import at_rest, scaled_reference
-from it2hys.packaging import package
-from it2hys.parameters import RULE_FIELDS, ParameterSet, read_ssv, table_1, write_ssv
+from it2hys.cosimulation.simulation import simulate
+from it2hys.fmu.packaging import package
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS, Chain
+from it2hys.model.parameters import RULE_FIELDS, ParameterSet, read_ssv, table_1, write_ssv
 from it2hys.records import Record, read_record, write_record
-from it2hys.simulation import simulate
+from it2hys.reports.diagnosis_report import at_rest, scaled_reference
 
 SAMPLES, NOISE = 800, 0.006 * UM
 COMPLIANCE = 2e-8
@@ -47,7 +47,7 @@ def measure(stage: ParameterSet, name: str, seed: int, has_force: bool = True) -
     voltage = 50.0 - 50.0 * wave
     force = 10.0 * (1.0 - np.cos(2 * np.pi * rng.uniform(5.0, 15.0) * time)) if has_force else None
     acting = 0.0 if force is None else force
-    measured = core.chain_free_run(stage.replace(initialDisplacement=UM), voltage, acting)[1]
+    measured = compiled.chain_free_run(stage.replace(initialDisplacement=UM), voltage, acting)[1]
     noise = NOISE * rng.standard_normal(SAMPLES)
     return Record(name, time, voltage, measured + noise, TS, force=force)
 
@@ -236,8 +236,8 @@ def test_c_casadi_and_fmu_agree_on_the_diagnosed_set(case, request):
     parameters = read_ssv(folder / "out" / "parameters.ssv")
     record = read_record(folder / "t.csv")
     force = np.zeros(SAMPLES) if record.force is None else record.force
-    temperature = np.full(SAMPLES, core.REST_TEMPERATURE)
-    in_c = core.chain_free_run(parameters, record.voltage, force, temperature)
+    temperature = np.full(SAMPLES, compiled.REST_TEMPERATURE)
+    in_c = compiled.chain_free_run(parameters, record.voltage, force, temperature)
     in_casadi = Chain(parameters).free_run(record.voltage, force, temperature)
     channels = {"voltage": record.voltage}
     if "load" in report_of(folder / "out")["effects"]:
@@ -356,7 +356,7 @@ def test_what_one_tone_cannot_tell_apart_is_said_with_the_experiment_that_would(
     voltage = 50.0 - 50.0 * np.cos(2 * np.pi * 50.0 * np.arange(SAMPLES) * TS)
     rng = np.random.default_rng(0)
     for name in ROLES:
-        displacement = core.chain_free_run(stage.replace(initialDisplacement=UM), voltage)[1]
+        displacement = compiled.chain_free_run(stage.replace(initialDisplacement=UM), voltage)[1]
         noisy = displacement + NOISE * rng.standard_normal(SAMPLES)
         write_record(
             tmp_path / f"{name}.csv", Record(name, np.arange(SAMPLES) * TS, voltage, noisy, TS)
@@ -375,8 +375,8 @@ def stairs(stage: ParameterSet, name: str, rng: np.random.Generator) -> Record:
     """Return a record of the stage, from rest, of steps to random levels, with noise."""
     levels = rng.uniform(5.0, 95.0, 40)
     voltage = levels[np.arange(SAMPLES) * len(levels) // SAMPLES]
-    held = core.chain_free_run(stage, np.full(SAMPLES, voltage[0]))[0]
-    displacement = core.chain_free_run(stage.replace(initialDisplacement=held[-1]), voltage)[1]
+    held = compiled.chain_free_run(stage, np.full(SAMPLES, voltage[0]))[0]
+    displacement = compiled.chain_free_run(stage.replace(initialDisplacement=held[-1]), voltage)[1]
     noisy = displacement + NOISE * rng.standard_normal(SAMPLES)
     return Record(name, np.arange(SAMPLES) * TS, voltage, noisy, TS)
 

@@ -9,10 +9,12 @@ import pytest
 from compilers import compiler
 from conftest import make_set
 
-from it2hys import core, excitations, simulate, track
+from it2hys import simulate, track
 from it2hys.cli import main
-from it2hys.parameters import ParameterSet, table_1, write_ssv
-from it2hys.single_precision import single_precision
+from it2hys.fmu.single_precision import single_precision
+from it2hys.model import compiled
+from it2hys.model.parameters import ParameterSet, table_1, write_ssv
+from it2hys.stand import excitations
 
 SOURCES = Path(__file__).parents[2] / "fmu_src"
 SETS = {"table_1": table_1(), "one_rule": make_set(1, 1), "sixteen_rules": make_set(16, 16, "*/ 16")}
@@ -226,7 +228,7 @@ def test_runs_as_the_core(name, tmp_path):
     voltage = excitations.identification(excitations.time_grid(0.2, 1e-4))
     y, x, y_single, x_single = run(compile_strictly(embedded(parameters, tmp_path)), voltage)
     start, limits = parameters["initialDisplacement"], parameters.displacement_range
-    expected = core.free_run(parameters.rules, voltage, start, limits)
+    expected = compiled.free_run(parameters.rules, voltage, start, limits)
     np.testing.assert_array_equal(y, expected)
     reached = (y >= parameters["displacementMin"]) & (y <= parameters["displacementMax"])
     assert reached.all() or name != "table_1"
@@ -246,7 +248,7 @@ def test_runs_as_the_core_beyond_the_range(name, tmp_path):
     limits = low, high = parameters.displacement_range
     voltage = 300.0 * np.sin(np.linspace(0.0, 30.0, 3000))
     y, _, y_single, x_single = run(compile_strictly(embedded(parameters, tmp_path)), voltage)
-    expected = core.free_run(parameters.rules, voltage, parameters["initialDisplacement"], limits)
+    expected = compiled.free_run(parameters.rules, voltage, parameters["initialDisplacement"], limits)
     np.testing.assert_array_equal(y, expected)
     assert y.min() < low - 0.1 * (high - low)
     assert y.max() > high + 0.1 * (high - low)
@@ -344,7 +346,7 @@ def test_the_chain_in_single_precision_stays_with_double(effects, core_objects, 
 
 
 def test_nothing_is_left_in_double():
-    text = (core.native_directory() / "single_chain.h").read_text()
+    text = (compiled.native_directory() / "single_chain.h").read_text()
     assert text == single_precision(SOURCES / "core")
     assert not re.search(r"\bdouble\b|\b(exp|expm1|sin|cos|sqrt|fabs|fmin|fmax|floor)\(", text)
     assert not re.search(r"\d\.\d*(e-?\d+)?(?![\d.ef])", text)

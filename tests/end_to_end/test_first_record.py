@@ -8,12 +8,12 @@ import pytest
 from diagnosis import simulator as sim
 from test_cli import TIME, UM, assert_refused, run
 
-from it2hys import core
+from it2hys.cosimulation.simulation import simulate
 from it2hys.diagnosis import windows
 from it2hys.identification import excerpts
-from it2hys.parameters import table_1
+from it2hys.model import compiled
+from it2hys.model.parameters import table_1
 from it2hys.records import read_record
-from it2hys.simulation import simulate
 
 TS, TOP = 1e-4, 105.0
 
@@ -74,7 +74,7 @@ def simple_displacement_of(voltage):
     """Return what a stage without any effect reads, um: of one rule, which is quickly fitted."""
     rules = np.array([[5e-6, 15e-6, 8e-6, 0.9, 1.5e-8, 1e-7]])
     noise = np.random.default_rng(0).standard_normal(len(voltage))
-    return core.free_run(rules, voltage, 1e-6) / UM + 0.006 * noise
+    return compiled.free_run(rules, voltage, 1e-6) / UM + 0.006 * noise
 
 
 def write(path, voltage, displacement, pattern="{:.5f},{:.5f},{:.5f}\n"):
@@ -159,7 +159,7 @@ def ellipse():
 
 def own_simulation():
     voltage = wave(50.0)(1000)
-    return voltage, core.chain_free_run(table_1(), voltage)[0] / UM, "{!r},{!r},{!r}\n"
+    return voltage, compiled.chain_free_run(table_1(), voltage)[0] / UM, "{!r},{!r},{!r}\n"
 
 
 @pytest.mark.parametrize(

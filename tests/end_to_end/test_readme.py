@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from it2hys import excitations
 from it2hys.records import read_record, write_record
-from it2hys.rig import Stand
+from it2hys.stand import Stand, excitations
 
 README = Path(__file__).parents[2] / "README.md"
 MEASURED = next(

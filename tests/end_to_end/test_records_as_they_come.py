@@ -10,7 +10,7 @@ from diagnosis import voltages
 from test_cli import run
 from test_diagnose import measure, report_of, stage_with, write_all
 
-from it2hys import core
+from it2hys.model import compiled
 from it2hys.records import Record, write_record
 
 SAMPLES = 800
@@ -128,7 +128,7 @@ def test_a_quantised_reading_is_said_beside_noise_and_error(command, tmp_path, c
 def test_a_record_without_noise_works(command, tmp_path, capsys):
     for seed, name in enumerate("ab"):
         exact = measure(stage_with(), name, seed, has_force=False)
-        clean = core.chain_free_run(stage_with().replace(initialDisplacement=UM), exact.voltage)[1]
+        clean = compiled.chain_free_run(stage_with().replace(initialDisplacement=UM), exact.voltage)[1]
         write_record(tmp_path / f"{name}.csv", replace(exact, displacement=clean))
     assert command([tmp_path / "a.csv", tmp_path / "b.csv"], tmp_path / "out") == 0
     report = report_of(tmp_path / "out")
@@ -151,7 +151,7 @@ def test_a_ring_after_steps_of_the_training_records_alone_is_named(tmp_path):
         rng = np.random.default_rng(seed)
         voltage = draw(rng, time, 105.0)
         start = stage.replace(initialDisplacement=UM + 0.15 * UM * voltage[0])
-        reading = core.chain_free_run(start, voltage)[1] + 0.006 * UM * rng.standard_normal(1200)
+        reading = compiled.chain_free_run(start, voltage)[1] + 0.006 * UM * rng.standard_normal(1200)
         write_record(tmp_path / f"{name}.csv", Record(name, time, voltage, reading, TS))
     train = [tmp_path / "steps.csv", tmp_path / "slow.csv"]
     held_out = ("--validate", tmp_path / "check.csv")

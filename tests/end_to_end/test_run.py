@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 from test_cli import FILES, Page, run
 
-from it2hys import excitations
+from it2hys.cosimulation.simulation import track
 from it2hys.records import read_record, write_record
-from it2hys.rig import Stand
-from it2hys.simulation import track
+from it2hys.stand import Stand, excitations
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 UM = 1e-6

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from it2hys import archive, slave
 from it2hys.cli import main
+from it2hys.cosimulation import archive, slave
 from it2hys.errors import InputError
 
 SIGNAL = "time_s,voltage_V\n0.0000,0\n0.0001,1\n0.0002,2\n"

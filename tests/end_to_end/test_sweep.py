@@ -25,7 +25,7 @@ import it2hys
 from it2hys.cli import main
 from it2hys.errors import InputError
 from it2hys.sweeps import parse_sweep, read_sweep, run_sweep, running, store, worker
-from it2hys.sweeps.planning import make_plan
+from it2hys.sweeps.cases import make_plan
 
 SCENARIO = """
 title = "Sweeps under test"

@@ -157,14 +157,14 @@ def test_developers_build_with_the_tools_of_an_isolated_build():
 
 def test_the_generator_of_the_c_tables_needs_the_standard_library_alone(tmp_path):
     """As CMake runs it in an isolated build; -S leaves out all that is installed."""
-    command = [sys.executable, "-E", "-S", "-m", "it2hys.codegen", str(tmp_path)]
+    command = [sys.executable, "-E", "-S", "-m", "it2hys.fmu.codegen", str(tmp_path)]
     subprocess.run(command, cwd=ROOT / "python", check=True)
     assert {p.name for p in tmp_path.iterdir()} == {
         "fmu_table.h", "fmu_places.h", "fmu_table_hash.h", "chain_table.h", "fmu_start.h",
         "controller_table.h", "controller_start.h",
     }  # fmt: skip
     cmake = (ROOT / "fmu_src" / "CMakeLists.txt").read_text(encoding="utf-8")
-    assert "${Python_EXECUTABLE} -E -m it2hys.codegen" in cmake
+    assert "${Python_EXECUTABLE} -E -m it2hys.fmu.codegen" in cmake
     assert "PYTHONPATH" not in cmake
 
 
@@ -172,9 +172,9 @@ def test_the_c_sources_are_joined_with_the_standard_library_alone(tmp_path):
     """As CMake does it, and to the same bytes as Modelica's."""
     run = [sys.executable, "-E", "-S", "-m"]
     for module, *arguments in (
-        ("it2hys.codegen", tmp_path),
-        ("it2hys.amalgamation", ROOT / "fmu_src", tmp_path),
-        ("it2hys.single_precision", ROOT / "fmu_src/core", tmp_path / "single_chain.h"),
+        ("it2hys.fmu.codegen", tmp_path),
+        ("it2hys.fmu.amalgamation", ROOT / "fmu_src", tmp_path),
+        ("it2hys.fmu.single_precision", ROOT / "fmu_src/core", tmp_path / "single_chain.h"),
     ):
         subprocess.run([*run, module, *map(str, arguments)], cwd=ROOT / "python", check=True)
     library = ROOT / "modelica/IT2Hysteresis/Resources/C-Sources"

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import pytest
 
-from it2hys.packaging import package
-from it2hys.parameters import table_1
+from it2hys.fmu.packaging import package
+from it2hys.model.parameters import table_1
 
 ROOT = Path(__file__).parents[2]
 NOT_TRACKED = (".git", ".venv", "build", "dist", "out", "__pycache__", ".*_cache", ".hypothesis")

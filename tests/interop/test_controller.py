@@ -12,10 +12,10 @@ from fmpy import fmi2
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from it2hys.codegen import fnv1a
-from it2hys.controller import load_controller
+from it2hys.cosimulation.slave import Slave
 from it2hys.errors import InputError
-from it2hys.slave import Slave
+from it2hys.fmu.codegen import fnv1a
+from it2hys.fmu.controller import load_controller
 
 OK, DISCARD, ERROR = fmi2.fmi2OK, fmi2.fmi2Discard, fmi2.fmi2Error
 GAINS = {"proportionalGain": 1e6, "integralGain": 3e9, "initialVoltage": 20.0}

@@ -8,9 +8,9 @@ from conftest import TS, UM, Instance, Unpacked, package_models
 from effects import INVERTIBLE, gentle_reference, signals, surroundings, with_effects
 from fmpy import fmi2
 
-from it2hys import core
-from it2hys.chain import EFFECTS
-from it2hys.parameters import ParameterSet
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS
+from it2hys.model.parameters import ParameterSet
 
 SAMPLES = 300
 DYNAMIC = ("delay", "slew", "saturation", "lag", "play", "load", "creep", "resonance", "drift")
@@ -48,14 +48,14 @@ def test_both_fmus_are_the_c_chain_to_the_last_bit(case):
         plant = run(
             models["plant"], ("displacement", "measured"), {"voltage": voltage, **around}, first
         )
-        displacement, measured = core.chain_free_run(parameters, voltage, force, temperature, first)
+        displacement, measured = compiled.chain_free_run(parameters, voltage, force, temperature, first)
         assert plant["displacement"].tobytes() == displacement.tobytes()
         assert plant["measured"].tobytes() == measured.tobytes()
         reference = gentle_reference(SAMPLES)
         inverse = run(
             models["inverse"], ("voltage", "saturated"), {"reference": reference, **around}, first
         )
-        expected = core.chain_inverse_run(parameters, reference, force, temperature, first)
+        expected = compiled.chain_inverse_run(parameters, reference, force, temperature, first)
         assert inverse["voltage"].tobytes() == expected[0].tobytes()
         assert np.array_equal(inverse["saturated"], expected[1])
 

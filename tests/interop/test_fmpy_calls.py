@@ -19,7 +19,7 @@ from conftest import (
 from fmpy import fmi2
 from lxml import etree
 
-from it2hys.excitations import tracking_reference
+from it2hys.stand.excitations import tracking_reference
 
 OK, WARNING, DISCARD, ERROR = fmi2.fmi2OK, fmi2.fmi2Warning, fmi2.fmi2Discard, fmi2.fmi2Error
 

@@ -18,8 +18,8 @@ from conftest import (
 )
 from fmpy import fmi2
 
-from it2hys import core
-from it2hys.parameters import table_1
+from it2hys.model import compiled
+from it2hys.model.parameters import table_1
 
 WARNING, ERROR = fmi2.fmi2Warning, fmi2.fmi2Error
 
@@ -34,7 +34,7 @@ def test_many_instances_share_nothing(models):
     finally:
         for master in masters:
             master.instance.close()
-    expected = [core.free_run(rules, np.full(20, v), v * 1e-8)[-1] for v in levels]
+    expected = [compiled.free_run(rules, np.full(20, v), v * 1e-8)[-1] for v in levels]
     np.testing.assert_allclose(read, expected, rtol=1e-12)
 
 

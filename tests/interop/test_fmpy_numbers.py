@@ -13,9 +13,9 @@ from fmpy import fmi2
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from it2hys import core
-from it2hys.excitations import identification, tracking_reference
-from it2hys.parameters import table_1
+from it2hys.model import compiled
+from it2hys.model.parameters import table_1
+from it2hys.stand.excitations import identification, tracking_reference
 
 WARNING = fmi2.fmi2Warning
 
@@ -32,7 +32,7 @@ def relative(values: np.ndarray, expected: np.ndarray) -> float:
 def under_22() -> tuple[np.ndarray, np.ndarray]:
     """x_k of (22) for k = 1..3999 and the C core's y_k from y_0 = 0."""
     x = identification(ticks(4000))[1:]
-    return x, core.free_run(table_1().rules, x, 0.0)
+    return x, compiled.free_run(table_1().rules, x, 0.0)
 
 
 def test_the_c_core_under_22_gives_the_published_numbers(under_22):
@@ -51,7 +51,7 @@ def test_the_fmu_under_22_is_the_c_core_at_every_tick(models, under_22):
 
 
 def test_casadi_under_22_is_the_c_core_at_every_tick(under_22):
-    it2 = pytest.importorskip("it2hys.it2", reason="the CasADi model is not there yet")
+    it2 = pytest.importorskip("it2hys.model.it2", reason="the CasADi model is not there yet")
     x, y = under_22
     rules = table_1().rules
     step = it2.step_function(len(rules))
@@ -69,7 +69,7 @@ def test_a_packaged_set_runs_as_the_c_core(tmp_path_factory, parameters):
     with Master(plant) as master:
         y = master.run(x)
     start, limits = parameters["initialDisplacement"], parameters.displacement_range
-    expected = core.free_run(parameters.rules, x, start, limits)
+    expected = compiled.free_run(parameters.rules, x, start, limits)
     np.testing.assert_allclose(y, expected, rtol=1e-12, atol=1e-12 * np.ptp(expected))
 
 

@@ -23,8 +23,8 @@ from fmpy import fmi2
 from fmpy.fmi1 import printLogMessage
 from fmpy.logging import addLoggerProxy
 
-from it2hys.excitations import identification, tracking_reference
-from it2hys.parameters import ParameterSet, table_1
+from it2hys.model.parameters import ParameterSet, table_1
+from it2hys.stand.excitations import identification, tracking_reference
 
 OK, WARNING, DISCARD, ERROR = fmi2.fmi2OK, fmi2.fmi2Warning, fmi2.fmi2Discard, fmi2.fmi2Error
 DEFAULT_LOGGER = fmi2.fmi2CallbackLoggerTYPE(printLogMessage)

@@ -16,8 +16,8 @@ from fmpy import fmi2
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from it2hys import core
-from it2hys.parameters import table_1
+from it2hys.model import compiled
+from it2hys.model.parameters import table_1
 
 OK = fmi2.fmi2OK
 
@@ -90,7 +90,7 @@ def test_ticks_do_not_depend_on_how_time_is_cut(models, cuts, which):
 def test_what_is_read_is_the_value_of_the_last_tick_before_the_communication_point(plant):
     plant.initialize()
     rules = table_1().rules
-    y = core.free_run(rules, np.full(3, 50.0), 0.0)
+    y = compiled.free_run(rules, np.full(3, 50.0), 0.0)
     plant.assign({"voltage": 50.0})
     assert plant.get("displacement") == 0.0  # an input does not reach the output before a tick
     read = []
@@ -113,7 +113,7 @@ def test_a_start_time_between_ticks_waits_for_the_next_tick(plant):
 def test_ticks_are_counted_far_from_zero_too(models, start):
     """A hundred steps of a third of Ts, wherever: 34 ticks, because ticks are counted."""
     rules = table_1().rules
-    y = core.free_run(rules, np.full(40, 50.0), 0.0)
+    y = compiled.free_run(rules, np.full(40, 50.0), 0.0)
     with Instance(models["plant"]) as instance:
         instance.initialize(start_time=start)
         instance.assign({"voltage": 50.0})
@@ -136,8 +136,8 @@ def test_an_hour_of_accumulated_steps_keeps_the_ticks_in_place(plant):
         plant.step(time, 0.1)
         time += 0.1
         read.append(plant.get("displacement"))
-    rest = core.free_run(table_1().rules, np.full(5000, 50.0), 0.0)[-1]
-    y = core.free_run(table_1().rules, np.full(200, 51.0), rest)
+    rest = compiled.free_run(table_1().rules, np.full(5000, 50.0), 0.0)[-1]
+    y = compiled.free_run(table_1().rules, np.full(200, 51.0), rest)
     np.testing.assert_allclose(read, y[9::10], rtol=1e-9)
 
 
@@ -226,5 +226,5 @@ def test_a_derivative_acts_from_the_communication_point_on_and_stays(plant):
     plant.step(0.0, 3 * TS)
     plant.step(3 * TS, 2 * TS)  # starts again from 20 V
     x = [20.0, 30.0, 40.0, 20.0, 30.0]
-    expected = core.free_run(table_1().rules, np.array(x), 0.0)[-1]
+    expected = compiled.free_run(table_1().rules, np.array(x), 0.0)[-1]
     assert plant.get("displacement") == pytest.approx(expected, rel=1e-12)

@@ -29,10 +29,10 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 from it2hys.errors import InputError
-from it2hys.model_description import IDENTIFIERS
-from it2hys.packaging import package
-from it2hys.parameters import ParameterSet, format_ssv, read_ssv, table_1
-from it2hys.variables import load_table
+from it2hys.fmu.model_description import IDENTIFIERS
+from it2hys.fmu.packaging import package
+from it2hys.model.parameters import ParameterSet, format_ssv, read_ssv, table_1
+from it2hys.model.variables import load_table
 
 SETS = ("table_1", "one_rule", "five_rules", "sixteen_rules")
 ERROR = 3

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from conftest import TS, UM, Master, Unpacked, make_set, run_python
 
-from it2hys import core
-from it2hys.excitations import tracking_reference
-from it2hys.parameters import SSV_NAMESPACE, write_ssv
+from it2hys.model import compiled
+from it2hys.model.parameters import SSV_NAMESPACE, write_ssv
+from it2hys.stand.excitations import tracking_reference
 
 # Each program reads a job and prints the voltage and the displacement of each pair after each step.
 LIBCOSIM = """
@@ -149,8 +149,8 @@ def test_a_jacobi_master_runs_inverse_and_plant_as_fmpy_does(packaged, run_maste
     np.testing.assert_allclose(reached, expected[1], rtol=1e-12)
     # the C core, with the set's own rules and the voltage one tick late
     rules = parameters.rules
-    late = np.concatenate([core.solve(rules, reference[:1], reference[:1]), voltage[:-1]])
-    np.testing.assert_allclose(reached, core.free_run(rules, late, reference[0]), rtol=1e-12)
+    late = np.concatenate([compiled.solve(rules, reference[:1], reference[:1]), voltage[:-1]])
+    np.testing.assert_allclose(reached, compiled.free_run(rules, late, reference[0]), rtol=1e-12)
     # so the plant follows the reference, one step late
     np.testing.assert_allclose(reached[1:], reference[:-1], rtol=1e-9)
 
@@ -186,7 +186,7 @@ def test_the_parameters_of_another_set_make_another_voltage(packaged, run_master
         for name in ("table_1", "five_rules")
     ]
     expected = [
-        core.solve(packaged[name][0].rules, reference[:1], reference[:1])[0]
+        compiled.solve(packaged[name][0].rules, reference[:1], reference[:1])[0]
         for name in ("table_1", "five_rules")
     ]
     np.testing.assert_allclose(voltage, expected, rtol=1e-12)
@@ -250,6 +250,6 @@ def test_a_parameter_file_in_an_ssp_reaches_the_fmus(tmp_path, models, run_maste
             "reference": reference.tolist(),
         }
     )
-    expected = core.solve(parameters.rules, np.concatenate([[5 * UM], reference[:-1]]), reference)
+    expected = compiled.solve(parameters.rules, np.concatenate([[5 * UM], reference[:-1]]), reference)
     np.testing.assert_allclose(voltage, expected, rtol=1e-12)
     np.testing.assert_allclose(reached[1:], reference[:-1], rtol=1e-9)

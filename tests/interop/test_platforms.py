@@ -16,7 +16,7 @@ import pytest
 from compilers import HEADERS, declared_functions
 from conftest import TS, Master, Unpacked
 
-from it2hys.excitations import identification
+from it2hys.stand.excitations import identification
 
 lief = pytest.importorskip("lief", reason="lief is missing")
 

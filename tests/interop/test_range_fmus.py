@@ -6,8 +6,8 @@ from conftest import UM
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from it2hys.cosimulation.simulation import simulate, track
 from it2hys.errors import InputError
-from it2hys.simulation import simulate, track
 
 #: Ten seconds.
 TICKS = 100_000

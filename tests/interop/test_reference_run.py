@@ -13,9 +13,9 @@ from fmpy.ssp.ssd import read_ssv
 from fmpy.util import read_csv
 from lxml import etree
 
-from it2hys import core
-from it2hys.chain import EFFECTS
-from it2hys.reference_run import FOLDER, NAMESPACE, STANDARD, format_manifest
+from it2hys.fmu.reference_run import FOLDER, NAMESPACE, STANDARD, format_manifest
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
 # What fmi-ls-ref wants of its manifest, as 1.0.0-alpha.1 and 1.0.0-beta.1 have it: both still say
@@ -97,10 +97,10 @@ def test_the_reference_run_has_the_effects_of_its_set(effects, tmp_path):
     parameters = with_effects(effects, 3)
     alone, models = with_effects((), 3), package_models(parameters, tmp_path)
     given, run = replay(models["plant"], parameters)
-    _, measured = core.chain_free_run(alone, given["voltage"])
+    _, measured = compiled.chain_free_run(alone, given["voltage"])
     assert np.abs(run["measured"][1:] - measured[:-1]).max() > 1e-9
     given, run = replay(models["inverse"], parameters)
-    voltage, _ = core.chain_inverse_run(alone, given["reference"])
+    voltage, _ = compiled.chain_inverse_run(alone, given["reference"])
     if not {"delay", "hum"}.issuperset(effects):  # which the inverse does not see
         assert np.abs(run["voltage"][1:] - voltage[:-1]).max() > 1e-3
 

@@ -22,13 +22,13 @@ from fmpy.ssp.ssd import get_connections, read_ssd
 from fmpy.ssp.ssd import read_ssv as fmpy_read_ssv
 from lxml import etree
 
-from it2hys import core
 from it2hys.cli import main
-from it2hys.controller import controller_fmu, suitable_gains
-from it2hys.packaging import package_bytes
-from it2hys.parameters import format_ssv, table_1, write_ssv
-from it2hys.slave import Slave
-from it2hys.ssp import COMPONENTS_ALONE, SYSTEMS, format_controller_ssv, format_ssp
+from it2hys.cosimulation.slave import Slave
+from it2hys.fmu.controller import controller_fmu, suitable_gains
+from it2hys.fmu.packaging import package_bytes
+from it2hys.fmu.ssp import COMPONENTS_ALONE, SYSTEMS, format_controller_ssv, format_ssp
+from it2hys.model import compiled
+from it2hys.model.parameters import format_ssv, table_1, write_ssv
 
 # Each program reads a job, steps the package as it is and prints the outputs after each step.
 LIBCOSIM = """
@@ -176,9 +176,9 @@ def test_a_package_runs_as_over_fmpy_with_its_parameters(name, run_master, tmp_p
     expected = jacobi(name, path, values, REFERENCE, tmp_path / "again")
     np.testing.assert_allclose(read, expected, rtol=1e-9)
     # the voltage that this set's rules need, which Table 1 does not
-    needed = core.solve(parameters.rules, np.concatenate([[START], REFERENCE[:-1]]), REFERENCE)
+    needed = compiled.solve(parameters.rules, np.concatenate([[START], REFERENCE[:-1]]), REFERENCE)
     np.testing.assert_allclose(read[:, 0], needed, rtol=1e-9)
-    defaults = core.solve(table_1().rules, np.concatenate([[START], REFERENCE[:-1]]), REFERENCE)
+    defaults = compiled.solve(table_1().rules, np.concatenate([[START], REFERENCE[:-1]]), REFERENCE)
     assert np.abs(read[:, 0] - defaults).max() > 1
 
 

@@ -13,8 +13,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from test_simulation import PREAMBLE, compile_model
 
-from it2hys.figures import MEASURED, MODEL, STYLE, UM, png
-from it2hys.files import write_atomically
+from it2hys.reports.figures import MEASURED, MODEL, STYLE, UM, png
+from it2hys.support.files import write_atomically
 
 TIME, MICROMETRES, VOLTS = "time in s", "displacement in µm", "voltage in V"
 EXAMPLES = "IT2Hysteresis.Examples"

@@ -8,9 +8,9 @@ from effects import with_effects
 from library import CLASSES, LIBRARY
 from test_simulation import PREAMBLE, compile_model, model, relative, rumoca, run
 
-from it2hys import core
 from it2hys.cli import main
-from it2hys.parameters import read_ssv, table_1, write_ssv
+from it2hys.model import compiled
+from it2hys.model.parameters import read_ssv, table_1, write_ssv
 
 COMPONENTS = "IT2Hysteresis.Components"
 EXAMPLES = "IT2Hysteresis.Examples"
@@ -51,7 +51,7 @@ def test_the_blocked_actuator_pushes_with_its_stiffness_times_the_free_stroke():
     at = run(
         circuit("40 - 40*cos(300*time)", HELD, more=BLOCKED + "Real most = actuator.blockedForce;"), 150
     )
-    free, _ = core.chain_free_run(table_1(), at("actuator.v"))
+    free, _ = compiled.chain_free_run(table_1(), at("actuator.v"))
     assert relative(at("actuator.f"), 2e7 * free) < 1e-9
     assert at("actuator.s_rel") == pytest.approx(0.0, abs=1e-18)
     assert relative(at("tip.flange.f"), at("actuator.f")) < 1e-9
@@ -61,7 +61,7 @@ def test_the_blocked_actuator_pushes_with_its_stiffness_times_the_free_stroke():
 
 def test_the_free_actuator_settles_at_its_free_stroke_and_has_drawn_its_charge():
     at = run(circuit("min(60, 6e3*time)", FREE, AT_REST), 800)
-    free, _ = core.chain_free_run(table_1(), at("actuator.v"))
+    free, _ = compiled.chain_free_run(table_1(), at("actuator.v"))
     assert at("actuator.s_rel")[-1] == pytest.approx(free[-1], rel=1e-4)
     alpha = 2e7 * 16e-6 / 110.0
     charge = 1.5e-6 * at("actuator.v") + alpha * at("actuator.s_rel")
@@ -209,7 +209,7 @@ def test_an_exported_set_runs_in_an_example(tmp_path, capsys):
     )
     at = run(source, 500)
     read = read_ssv(ssv)
-    voltage, _ = core.chain_inverse_run(read, at("inverse.reference"))
-    displacement, _ = core.chain_free_run(read, at("inverse.voltage"))
+    voltage, _ = compiled.chain_inverse_run(read, at("inverse.reference"))
+    displacement, _ = compiled.chain_free_run(read, at("inverse.voltage"))
     assert relative(at("inverse.voltage"), voltage) < 1e-10
     assert relative(at("plant.displacement"), displacement) < 1e-10

@@ -17,12 +17,12 @@ from conftest import TS, package_models
 from effects import surroundings, with_effects
 from library import CLASSES, LIBRARY
 
-from it2hys import core
-from it2hys.chain import EFFECTS
-from it2hys.modelica import C_SOURCES, field
-from it2hys.parameters import ParameterSet, table_1
-from it2hys.simulation import simulate
-from it2hys.variables import load_table
+from it2hys.cosimulation.simulation import simulate
+from it2hys.export.modelica import C_SOURCES, field
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS
+from it2hys.model.parameters import ParameterSet, table_1
+from it2hys.model.variables import load_table
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 HOST = Path(__file__).parent / "glue"
@@ -181,10 +181,10 @@ def test_the_plant_is_the_c_core_bit_for_bit(host, effects):
     force, temperature = surroundings(n)
     ticks = [tick(0, k, voltage[k], force[k], temperature[k]) for k in range(n)]
     answers = talk(host, new(0, "plant", parameters), *ticks, "free 0")
-    expected = core.chain_free_run(parameters, voltage, force, temperature)
+    expected = compiled.chain_free_run(parameters, voltage, force, temperature)
     got = outputs([a for a in answers if not a.startswith("warning")])
     assert got[:, :2] == pytest.approx(np.column_stack(expected), rel=1e-12, abs=1e-18)
-    outside = core.chain_out_of_range(parameters, voltage, force, temperature)
+    outside = compiled.chain_out_of_range(parameters, voltage, force, temperature)
     assert np.array_equal(got[:, 2] != 0.0, outside)
 
 
@@ -196,8 +196,8 @@ def test_beyond_its_range_the_plant_is_the_c_core_and_says_so(host):
     answers = talk(host, new(0, "plant", table_1(), initialDisplacement=-20e-6), *ticks, "free 0")
     got = outputs([a for a in answers if not a.startswith("warning")])
     begun = table_1().replace(initialDisplacement=-20e-6)
-    assert got[:, 0] == pytest.approx(core.chain_free_run(begun, voltage)[0], rel=1e-12)
-    outside = core.chain_out_of_range(begun, voltage)
+    assert got[:, 0] == pytest.approx(compiled.chain_free_run(begun, voltage)[0], rel=1e-12)
+    outside = compiled.chain_out_of_range(begun, voltage)
     assert np.array_equal(got[:, 2] != 0.0, outside)
     assert outside.any() and not outside.all()
 
@@ -209,7 +209,7 @@ def test_the_inverse_is_the_c_core(host, effects):
     reference = 5e-6 + 2e-6 * np.sin(250.0 * TS * np.arange(n))
     ticks = [tick(1, k, reference[k]) for k in range(n)]
     answers = talk(host, new(1, "inverse", parameters), *ticks, "free 1")
-    voltage, saturated = core.chain_inverse_run(parameters, reference)
+    voltage, saturated = compiled.chain_inverse_run(parameters, reference)
     got = outputs([a for a in answers if not a.startswith("warning")])
     assert got[:, 0] == pytest.approx(voltage, rel=1e-12)
     assert np.array_equal(got[:, 2] != 0.0, saturated)
@@ -244,9 +244,11 @@ def test_instances_live_beside_each_other(host):
         lines += [tick(0, k, v), tick(2, k, 1e-7 * v), tick(1, k, v)]
     answers = talk(host, *lines, "free 1", "free 0", "free 2")
     got = outputs(answers).reshape(len(voltage), 3, 3)
-    assert got[:, 0, 0] == pytest.approx(core.chain_free_run(stage, voltage)[0], rel=1e-12)
-    assert got[:, 2, 0] == pytest.approx(core.chain_free_run(other, voltage)[0], rel=1e-12)
-    assert got[:, 1, 0] == pytest.approx(core.chain_inverse_run(other, 1e-7 * voltage)[0], rel=1e-12)
+    assert got[:, 0, 0] == pytest.approx(compiled.chain_free_run(stage, voltage)[0], rel=1e-12)
+    assert got[:, 2, 0] == pytest.approx(compiled.chain_free_run(other, voltage)[0], rel=1e-12)
+    assert got[:, 1, 0] == pytest.approx(
+        compiled.chain_inverse_run(other, 1e-7 * voltage)[0], rel=1e-12
+    )
 
 
 def test_a_tick_that_is_evaluated_again_counts_once_and_last(host):
@@ -258,7 +260,7 @@ def test_a_tick_that_is_evaluated_again_counts_once_and_last(host):
     got = outputs([a for a in talk(host, *lines, "free 0") if not a.startswith("warning")])
     got = got.reshape(len(voltage), 3, 3)
     assert np.array_equal(got[:, 1], got[:, 2])
-    expected = np.column_stack(core.chain_free_run(parameters, voltage))
+    expected = np.column_stack(compiled.chain_free_run(parameters, voltage))
     assert got[:, 2, :2] == pytest.approx(expected, rel=1e-12, abs=1e-18)
 
 
@@ -270,7 +272,7 @@ def test_a_simulation_may_start_at_any_time(host, first):
     got = outputs(
         [a for a in talk(host, new(0, "plant", parameters), *ticks, "free 0") if "w" not in a]
     )
-    expected = np.column_stack(core.chain_free_run(parameters, voltage, first_tick=first))
+    expected = np.column_stack(compiled.chain_free_run(parameters, voltage, first_tick=first))
     assert got[:, :2] == pytest.approx(expected, rel=1e-12, abs=1e-18)
 
 
@@ -323,7 +325,7 @@ def test_a_step_that_fails_stops_with_the_message_and_leaves_the_state(host):
     assert len(errors) == 2
     assert errors[0].startswith("error: IT2Plant: tick: the displacement is no longer finite")
     assert "voltage must be a finite number" in errors[1]
-    expected = core.chain_free_run(parameters, np.array([50.0, 60.0]))[0]
+    expected = compiled.chain_free_run(parameters, np.array([50.0, 60.0]))[0]
     assert outputs([first, last])[:, 0] == pytest.approx(expected, rel=1e-12)
 
 

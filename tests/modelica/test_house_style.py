@@ -8,7 +8,7 @@ import pytest
 from library import CLASSES, FILES, HEADER, LIBRARY, html, kind
 from lxml import etree
 
-from it2hys.modelica import LIBRARY_VERSION
+from it2hys.export.modelica import LIBRARY_VERSION
 
 EXAMPLES = [n for n in CLASSES if n.startswith("IT2Hysteresis.Examples.")]
 

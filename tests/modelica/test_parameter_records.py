@@ -7,9 +7,8 @@ from conftest import make_set
 from effects import with_effects
 from library import LIBRARY
 
-from it2hys.chain import EFFECTS
 from it2hys.errors import InputError
-from it2hys.modelica import (
+from it2hys.export.modelica import (
     C_SOURCES,
     LIBRARY_VERSION,
     class_name,
@@ -19,8 +18,9 @@ from it2hys.modelica import (
     generated_files,
     write_library,
 )
-from it2hys.parameters import table_1
-from it2hys.variables import load_table
+from it2hys.model.chain import EFFECTS
+from it2hys.model.parameters import table_1
+from it2hys.model.variables import load_table
 
 
 def test_the_committed_files_are_the_generated_ones():
@@ -29,7 +29,7 @@ def test_the_committed_files_are_the_generated_ones():
         for place, content in generated_files().items()
         if not (LIBRARY / place).is_file() or (LIBRARY / place).read_bytes() != content
     ]
-    assert not stale, "run `python -m it2hys.modelica modelica/IT2Hysteresis`"
+    assert not stale, "run `python -m it2hys.export.modelica modelica/IT2Hysteresis`"
 
 
 def test_the_c_sources_are_the_generated_ones_and_the_glue():

@@ -21,12 +21,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from library import CLASSES, LIBRARY, kind
 
-from it2hys import core
-from it2hys.chain import EFFECTS, Chain
-from it2hys.excitations import identification, time_grid, tracking_reference
-from it2hys.modelica import format_record
-from it2hys.parameters import ParameterSet, table_1
-from it2hys.variables import load_table
+from it2hys.export.modelica import format_record
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS, Chain
+from it2hys.model.parameters import ParameterSet, table_1
+from it2hys.model.variables import load_table
+from it2hys.stand.excitations import identification, time_grid, tracking_reference
 
 rumoca = pytest.importorskip("rumoca", reason="rumoca, the Modelica compiler, is not installed")
 
@@ -200,7 +200,7 @@ def test_inputs_that_are_off_have_the_start_values_of_the_table():
 
 def test_hysteresis_loop_is_the_free_run_under_22():
     at = run(model("extends IT2Hysteresis.Examples.HysteresisLoop;"), 1200)
-    expected = core.free_run(table_1().rules, at("plant.voltage"), 0.0)
+    expected = compiled.free_run(table_1().rules, at("plant.voltage"), 0.0)
     assert relative(at("plant.displacement"), expected) < RTOL
     assert np.array_equal(at("plant.measured"), at("plant.displacement"))
     assert relative(at("plant.voltage"), identification(time_grid(0.12, 1e-4))) < RTOL
@@ -211,7 +211,7 @@ def test_feedforward_cancels_the_plant():
     reference = at("inverse.reference")
     previous = np.concatenate([[0.7e-6], reference[:-1]])
     assert relative(at("plant.displacement"), reference) < RTOL
-    assert relative(at("inverse.voltage"), core.solve(table_1().rules, previous, reference)) < RTOL
+    assert relative(at("inverse.voltage"), compiled.solve(table_1().rules, previous, reference)) < RTOL
     assert relative(reference, tracking_reference(time_grid(0.1, 1e-4))) < RTOL
     assert not at("inverse.saturated").any()
 
@@ -227,7 +227,7 @@ def test_an_exported_record_runs(count):
     )
     at = run(source, 200, sample_time=2e-4)
     reference = at("inverse.reference")
-    voltage = core.solve(parameters.rules, np.r_[1e-6, reference[:-1]], reference)
+    voltage = compiled.solve(parameters.rules, np.r_[1e-6, reference[:-1]], reference)
     assert relative(at("inverse.voltage"), voltage) < RTOL
     assert relative(at("plant.displacement"), reference) < RTOL
 
@@ -240,7 +240,7 @@ def test_beyond_reach_the_inverse_aims_at_the_nearest_displacement():
     at = run(source, 500)
     reference = at("inverse.reference")
     aim = np.clip(reference, 0.0, 16e-6)
-    expected = core.solve(table_1().rules, np.r_[0.0, aim[:-1]], aim)
+    expected = compiled.solve(table_1().rules, np.r_[0.0, aim[:-1]], aim)
     assert relative(at("inverse.voltage"), expected) < RTOL
     assert np.array_equal(at("inverse.saturated").astype(bool), aim != reference)
     assert set(np.sign(reference - aim)) == {-1.0, 0.0, 1.0}
@@ -257,7 +257,7 @@ def test_the_inverse_of_the_fuzzy_system_alone_keeps_to_its_voltages_and_goes_on
     )
     at = run(source, 300)
     reference, saturated = at("inverse.reference"), at("inverse.saturated").astype(bool)
-    voltage, expected = core.chain_inverse_run(parameters, reference)
+    voltage, expected = compiled.chain_inverse_run(parameters, reference)
     assert relative(at("inverse.voltage"), voltage) < RTOL
     assert np.array_equal(saturated, expected)
     assert saturated[:100].any() and not saturated[130:150].any() and not saturated[-50:].any()
@@ -269,7 +269,7 @@ def test_before_the_first_tick_the_inverse_holds_the_plant():
         f"{INVERSE} inverse(parameters={TABLE_1}(initialDisplacement=3e-6)); Real v;",
         "inverse.reference = 3e-6; v = inverse.voltage;",
     )
-    expected = core.solve(table_1().rules, 3e-6, 3e-6)
+    expected = compiled.solve(table_1().rules, 3e-6, 3e-6)
     assert run(source, 3)("v") == pytest.approx(float(expected), rel=RTOL)
     beyond = run(source.replace("=3e-6)", "=3e-6, voltageMax=10)"), 3)("v")
     assert np.array_equal(beyond, [10.0, 10.0, 10.0])
@@ -291,8 +291,8 @@ def test_functions_near_and_far_from_all_centres(parameters):
     y = np.array([at(f"y[{i}]")[0] for i in range(1, n + 1)])
     x = np.array([at(f"x[{i}]")[0] for i in range(1, n + 1)])
     assert np.isfinite(y).all() and np.isfinite(x).all()
-    assert y == pytest.approx(core.one_step(parameters.rules, previous, 50.0), rel=RTOL)
-    assert x == pytest.approx(core.solve(parameters.rules, previous, 5e-6), rel=RTOL)
+    assert y == pytest.approx(compiled.one_step(parameters.rules, previous, 50.0), rel=RTOL)
+    assert x == pytest.approx(compiled.solve(parameters.rules, previous, 5e-6), rel=RTOL)
 
 
 END = "Functions.linearisation"
@@ -320,12 +320,12 @@ def test_functions_beyond_both_ends_of_the_range(parameters):
     at = run(source, 2)
     got = {name: np.array([at(f"{name}[{i}]")[0] for i in range(1, n + 1)]) for name in calls}
     for k, x in enumerate(reach):
-        expected = core.one_step(parameters.rules, previous, x, limits)
+        expected = compiled.one_step(parameters.rules, previous, x, limits)
         assert got[f"y{k}"] == pytest.approx(expected, rel=RTOL, abs=1e-17)
-    assert got["x"] == pytest.approx(core.solve(parameters.rules, previous, 5e-6, limits), rel=RTOL)
+    assert got["x"] == pytest.approx(compiled.solve(parameters.rules, previous, 5e-6, limits), rel=RTOL)
     for first, end, beyond in ((1, low, low - 1e-6), (5, high, high + 1e-6)):
-        rest = float(core.solve(parameters.rules, end, end))
-        _, _, (by_x, by_y, _) = core.gradient(parameters.rules, beyond, 50.0, limits)
+        rest = float(compiled.solve(parameters.rules, end, end))
+        _, _, (by_x, by_y, _) = compiled.gradient(parameters.rules, beyond, 50.0, limits)
         found = [at(f"ends[{first + i}]")[0] for i in range(4)]
         assert found == pytest.approx([end, rest, by_x, by_y], rel=RTOL)
 
@@ -344,10 +344,10 @@ def test_no_voltage_makes_the_plant_run_away(start, voltage, frequency):
         f"plant.voltage = {voltage!r}*cos({frequency!r}*time);",
     )
     at = run(source, 1500)
-    expected, _ = core.chain_free_run(parameters, at("plant.voltage"))
+    expected, _ = compiled.chain_free_run(parameters, at("plant.voltage"))
     assert relative(at("plant.displacement"), expected) < RTOL
     assert np.abs(at("plant.displacement")).max() < 26 * 16e-6
-    outside = core.chain_out_of_range(parameters, at("plant.voltage"))
+    outside = compiled.chain_out_of_range(parameters, at("plant.voltage"))
     assert np.array_equal(at("plant.outOfRange").astype(bool), outside)
 
 
@@ -374,10 +374,10 @@ def run_block(block: str, parameters: ParameterSet, signal: str, ticks: int = 40
 def test_the_plant_with_effects_is_the_c_core(effects):
     parameters = with_effects(effects, seed=11)
     at, around = run_block(PLANT, parameters, "52.5 + 42*sin(250*time) + 10*sin(1700*time)")
-    displacement, measured = core.chain_free_run(parameters, at("voltage"), *around)
+    displacement, measured = compiled.chain_free_run(parameters, at("voltage"), *around)
     assert relative(at("displacement"), displacement) < RTOL
     assert relative(at("measured"), measured) < RTOL
-    outside = core.chain_out_of_range(parameters, at("voltage"), *around)
+    outside = compiled.chain_out_of_range(parameters, at("voltage"), *around)
     assert np.array_equal(at("outOfRange").astype(bool), outside)
 
 
@@ -386,7 +386,7 @@ def test_the_inverse_with_effects_is_the_c_core(effects):
     parameters = with_effects(effects, seed=11)
     signal = "5e-6 + (1 - exp(-1e6*time^2))*(2e-6*sin(250*time) + 0.5e-6*sin(1700*time))"
     at, around = run_block(INVERSE, parameters, signal)
-    voltage, saturated = core.chain_inverse_run(parameters, at("reference"), *around)
+    voltage, saturated = compiled.chain_inverse_run(parameters, at("reference"), *around)
     assert relative(at("voltage"), voltage) < RTOL
     assert np.array_equal(at("saturated").astype(bool), saturated)
 
@@ -397,7 +397,7 @@ def test_the_inverse_beyond_its_limits_and_back_is_the_c_core(effects):
     parameters = with_effects(effects, seed=3, **calm)
     signal = "7e-6 + (if time < 0.02 then 13e-6*sin(600*time) else 0.5e-6*sin(5*time))"
     at, around = run_block(INVERSE, parameters, signal, ticks=800)
-    voltage, saturated = core.chain_inverse_run(parameters, at("reference"), *around)
+    voltage, saturated = compiled.chain_inverse_run(parameters, at("reference"), *around)
     assert saturated[:200].any() and not saturated[-20:].any()
     assert relative(at("voltage"), voltage) < RTOL
     # where the plant is back may be a tick of rounding apart
@@ -409,7 +409,7 @@ def test_the_inverse_beyond_its_limits_and_back_is_the_c_core(effects):
 def test_delays_of_whole_and_broken_ticks(ticks):
     parameters = table_1().replace(**{"delay.time": ticks * 1e-4})
     at, _ = run_block(PLANT, parameters, "52.5 + 42*sin(250*time)", ticks=150)
-    expected, _ = core.chain_free_run(parameters, at("voltage"))
+    expected, _ = compiled.chain_free_run(parameters, at("voltage"))
     assert relative(at("displacement"), expected) < RTOL
 
 

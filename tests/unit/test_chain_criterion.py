@@ -9,16 +9,16 @@ from effects import signals, surroundings, with_effects
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from it2hys import core
-from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import ChainCriterion, Model, Trace, minimise
 from it2hys.diagnosis.fitting import fitted_coordinates, off_values, with_effect, without_effect
 from it2hys.diagnosis.inverse import References
 from it2hys.effects import Extent, nonlinearity
 from it2hys.identification.scaling import Scaling
-from it2hys.parameters import table_1
-from it2hys.variables import load_table
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS, active_effects
+from it2hys.model.parameters import table_1
+from it2hys.model.variables import load_table
 
 SAMPLES = 400
 NOISE = 0.006 * UM
@@ -64,7 +64,7 @@ def traces_of(count: int, seed: int = 0) -> list[Trace]:
         y = 0.15 * UM * voltage + NOISE * rng.standard_normal(samples)
         weight = np.full(samples, 1.0 / (i + 1))
         weight[: 20 * i] = 0.0
-        drive = core.Drive.of(voltage, *surroundings(samples))
+        drive = compiled.Drive.of(voltage, *surroundings(samples))
         references = References(y, weight > 0, NOISE, TS)
         traces.append(
             Trace(f"record {i}", "train", drive, y, weight, weight > 0, 40, NOISE, references, i > 0)
@@ -149,10 +149,10 @@ def test_a_curve_that_falls_costs_by_how_much_it_does():
 def test_a_fit_to_a_curve_that_falls_ends_at_one_that_rises():
     traces = traces_of(2)
     model = falling_model(traces)
-    assert "falls" in core.chain_check(model.values)
+    assert "falls" in compiled.chain_check(model.values)
     bent = [replace(t, y=model.predict(t, i)) for i, t in enumerate(traces)]
     fitted = minimise(criterion_of(model, bent), 40).model
-    assert core.chain_check(fitted.values) is None
+    assert compiled.chain_check(fitted.values) is None
 
 
 # --- coordinates ---------------------------------------------------------------------------------

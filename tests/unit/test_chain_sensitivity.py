@@ -9,9 +9,9 @@ import pytest
 from conftest import TS
 from effects import surroundings, with_effects
 
-from it2hys import core
-from it2hys.chain import EFFECTS, Chain
-from it2hys.parameters import ParameterSet
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS, Chain
+from it2hys.model.parameters import ParameterSet
 
 TICKS = 120
 #: A delay of a whole number of ticks has a corner there; limits are such that the voltage meets them.
@@ -23,15 +23,15 @@ CHANGES = {
 FIXED = {"sampleTime", "voltageMin", "voltageMax", "displacementMin", "displacementMax"}
 
 
-def drive(parameters: ParameterSet) -> core.Drive:
+def drive(parameters: ParameterSet) -> compiled.Drive:
     """Return a voltage with steps and noise about rest, within the core's range."""
     rng = np.random.default_rng(1)
-    rest = core.chain_equilibrium(parameters)
+    rest = compiled.chain_equilibrium(parameters)
     steps = np.repeat(rng.uniform(-6.0, 12.0, TICKS // 20), 20)
-    return core.Drive(rest + steps + rng.uniform(-1.0, 1.0, TICKS), *surroundings(TICKS))
+    return compiled.Drive(rest + steps + rng.uniform(-1.0, 1.0, TICKS), *surroundings(TICKS))
 
 
-def by_casadi(chain: Chain, signals: core.Drive) -> tuple[np.ndarray, np.ndarray]:
+def by_casadi(chain: Chain, signals: compiled.Drive) -> tuple[np.ndarray, np.ndarray]:
     """Return readings and their derivatives by all Real parameters, carried on tick by tick."""
     p, state = ca.SX.sym("p", len(chain.names)), ca.SX.sym("state", chain.state_size)
     inputs = [ca.SX.sym(f"u{i}") for i in range(4)]
@@ -64,8 +64,8 @@ def test_every_derivative_is_casadis(effects):
     read, expected = by_casadi(chain, signals)
     rules = [name for name in chain.names if name.startswith("rule[")]
     fitted = [n for n in chain.names if n not in rules and n not in FIXED]
-    knobs = [core.Knob(name, False, 0.0) for name in fitted]
-    measured, by = core.chain_sensitivity(core.pack_chain(parameters), signals, knobs)
+    knobs = [compiled.Knob(name, False, 0.0) for name in fitted]
+    measured, by = compiled.chain_sensitivity(compiled.pack_chain(parameters), signals, knobs)
     np.testing.assert_allclose(measured, read, rtol=0, atol=1e-12 * np.abs(read).max())
     for name, column in zip([*rules, *fitted], by.T, strict=True):
         exact = expected[:, chain.names.index(name)]

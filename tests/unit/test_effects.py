@@ -16,12 +16,12 @@ from effects import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from it2hys import core
-from it2hys.chain import EFFECTS, Chain, active_effects
 from it2hys.effects import Extent, play
 from it2hys.errors import InputError
-from it2hys.parameters import ParameterSet, format_ssv, read_ssv, table_1, write_ssv
-from it2hys.variables import load_table
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS, Chain, active_effects
+from it2hys.model.parameters import ParameterSet, format_ssv, read_ssv, table_1, write_ssv
+from it2hys.model.variables import load_table
 
 SAMPLES = 300
 EXTENT = Extent(TS, 0.5, (0.0, 120.0), (0.0, 15 * UM), (-10.0, 10.0), (288.0, 298.0))
@@ -29,7 +29,7 @@ EXTENT = Extent(TS, 0.5, (0.0, 120.0), (0.0, 15 * UM), (-10.0, 10.0), (288.0, 29
 
 def assert_casadi_is_c(parameters: ParameterSet) -> None:
     voltage, (force, temperature) = signals(SAMPLES, -5.0, 115.0), surroundings(SAMPLES)
-    in_c = core.chain_free_run(parameters, voltage, force, temperature)
+    in_c = compiled.chain_free_run(parameters, voltage, force, temperature)
     in_casadi = Chain(parameters).free_run(voltage, force, temperature)
     for ours, theirs in zip(in_c, in_casadi, strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.ptp(theirs))
@@ -45,8 +45,8 @@ def test_each_effect_is_the_same_in_casadi_and_c_and_shows(effect):
         assert active_effects(parameters) == [effect]
         assert_casadi_is_c(parameters)
         voltage, around = signals(SAMPLES, -5.0, 115.0), surroundings(SAMPLES)
-        plain = core.chain_free_run(with_effects((), 0), voltage)[1]
-        assert np.max(np.abs(core.chain_free_run(parameters, voltage, *around)[1] - plain)) > 1e-9
+        plain = compiled.chain_free_run(with_effects((), 0), voltage)[1]
+        assert np.max(np.abs(compiled.chain_free_run(parameters, voltage, *around)[1] - plain)) > 1e-9
 
 
 @settings(max_examples=25)
@@ -61,23 +61,23 @@ def test_without_effects_the_chain_is_the_core_bit_for_bit(seed, count):
     scalars = {"voltageMin": -2000.0, "voltageMax": 2000.0, "displacementZero": 2 * UM}
     parameters = make_set(seed, count, initialDisplacement=5 * UM, **scalars)
     voltage, around = signals(SAMPLES, 0.0, 100.0), surroundings(SAMPLES)
-    displacement, measured = core.chain_free_run(parameters, voltage, *around, first_tick=12345)
+    displacement, measured = compiled.chain_free_run(parameters, voltage, *around, first_tick=12345)
     limits = parameters.displacement_range
-    alone = core.free_run(parameters.rules, voltage, 5 * UM, limits)
+    alone = compiled.free_run(parameters.rules, voltage, 5 * UM, limits)
     assert displacement.tobytes() == measured.tobytes() == alone.tobytes()
     reference = gentle_reference(SAMPLES)
-    inverse, saturated = core.chain_inverse_run(parameters, reference, *around)
+    inverse, saturated = compiled.chain_inverse_run(parameters, reference, *around)
     previous = np.concatenate([[5 * UM], reference[:-1]])
     assert not saturated.any()
-    assert inverse.tobytes() == core.solve(parameters.rules, previous, reference).tobytes()
+    assert inverse.tobytes() == compiled.solve(parameters.rules, previous, reference).tobytes()
 
 
 @settings(max_examples=50)
 @given(effect_sets(INVERTIBLE))
 def test_the_plant_follows_its_inverse(parameters):
     reference, around = gentle_reference(SAMPLES), surroundings(SAMPLES)
-    voltage, saturated = core.chain_inverse_run(parameters, reference, *around)
-    displacement, measured = core.chain_free_run(parameters, voltage, *around)
+    voltage, saturated = compiled.chain_inverse_run(parameters, reference, *around)
+    displacement, measured = compiled.chain_free_run(parameters, voltage, *around)
     # a weakly damped resonance or a slow lag may ask for more than the voltages
     followed = ~saturated
     np.testing.assert_allclose(displacement[followed], reference[followed], rtol=1e-9, atol=0)
@@ -106,7 +106,7 @@ def test_the_inverse_keeps_to_its_limits_says_so_and_comes_back(parameters, seed
     rough, calm = rough_reference(rng, 1000), np.full(20000, rng.uniform(6.0, 8.0)) * UM
     reference = np.concatenate([rough, calm])
     force = np.concatenate([rng.uniform(-10.0, 10.0, 1000), np.zeros(len(calm))])
-    voltage, saturated = core.chain_inverse_run(parameters, reference, force)
+    voltage, saturated = compiled.chain_inverse_run(parameters, reference, force)
     assert parameters["voltageMin"] <= voltage.min() and voltage.max() <= parameters["voltageMax"]
     if "saturation" in active_effects(parameters):
         assert np.all(voltage >= 5.0 - 1e-9) and np.all(voltage <= 85.0 + 1e-9)
@@ -117,7 +117,7 @@ def test_the_inverse_keeps_to_its_limits_says_so_and_comes_back(parameters, seed
     assert saturated[beyond].all()
     # the force acts when the voltage arrives
     later = np.concatenate([np.zeros(ticks), force])[: len(force)]
-    displacement, _ = core.chain_free_run(parameters, voltage, later)
+    displacement, _ = compiled.chain_free_run(parameters, voltage, later)
     followed = np.flatnonzero(~saturated[: len(reference) - ticks])
     travel = parameters["displacementMax"] - parameters["displacementMin"]
     off = np.abs(displacement[followed + ticks] - reference[followed])
@@ -130,12 +130,12 @@ def test_the_inverse_keeps_to_its_limits_says_so_and_comes_back(parameters, seed
 def test_another_zero_of_the_sensor_moves_what_it_reads_and_nothing_else(parameters, distance):
     voltage, around = signals(SAMPLES, 0.0, 80.0), surroundings(SAMPLES)
     other = moved(parameters, distance)
-    ours = core.chain_free_run(parameters, voltage, *around)
-    for here, there in zip(ours, core.chain_free_run(other, voltage, *around), strict=True):
+    ours = compiled.chain_free_run(parameters, voltage, *around)
+    for here, there in zip(ours, compiled.chain_free_run(other, voltage, *around), strict=True):
         np.testing.assert_allclose(there - distance, here, rtol=0, atol=1e-11 * UM)
     reference = gentle_reference(SAMPLES)
-    here, limited = core.chain_inverse_run(parameters, reference, *around)
-    there, limited_there = core.chain_inverse_run(other, reference + distance, *around)
+    here, limited = compiled.chain_inverse_run(parameters, reference, *around)
+    there, limited_there = compiled.chain_inverse_run(other, reference + distance, *around)
     np.testing.assert_allclose(there, here, rtol=0, atol=1e-6)
     assert np.array_equal(limited, limited_there)
 
@@ -144,7 +144,7 @@ def test_another_zero_of_the_sensor_moves_what_it_reads_and_nothing_else(paramet
 def test_nothing_saturates_on_a_gentle_reference(effect):
     for seed in range(20):
         parameters = with_effects((effect,), seed)
-        assert not core.chain_inverse_run(parameters, gentle_reference(SAMPLES))[1].any()
+        assert not compiled.chain_inverse_run(parameters, gentle_reference(SAMPLES))[1].any()
 
 
 @given(st.integers(0, 1000))
@@ -152,11 +152,11 @@ def test_limits_are_kept_and_what_is_reached_recovers(seed):
     parameters = with_effects(("slew", "saturation", "lag", "play", "creep"), seed)
     # at first beyond the amplifier, then within
     reference = np.concatenate([np.full(300, 15.9 * UM), np.full(20000, 8 * UM)])
-    voltage, saturated = core.chain_inverse_run(parameters, reference)
+    voltage, saturated = compiled.chain_inverse_run(parameters, reference)
     low, high = parameters["saturation.minimum"], parameters["saturation.maximum"]
     assert saturated[0] and np.all(voltage[1:] <= high + 1e-9) and np.all(voltage[100:] >= low - 1e-9)
     assert np.max(np.abs(np.diff(voltage))) <= parameters["slew.rate"] * TS * (1 + 1e-9)
-    displacement, _ = core.chain_free_run(parameters, voltage)
+    displacement, _ = compiled.chain_free_run(parameters, voltage)
     within = low + 1 < voltage[-1] < high - 1  # some amplifiers do not hold even this
     assert not (within and saturated[-1])
     if within:
@@ -167,9 +167,9 @@ def test_limits_are_kept_and_what_is_reached_recovers(seed):
 def test_a_reference_handed_over_a_delay_early_is_followed_on_time(ticks):
     parameters = with_effects(("play", "creep"), 3, initialCreep=0.0, **{"delay.time": ticks * TS})
     reference = gentle_reference(SAMPLES)
-    voltage, saturated = core.chain_inverse_run(parameters, reference)
+    voltage, saturated = compiled.chain_inverse_run(parameters, reference)
     assert not saturated.any()
-    displacement, _ = core.chain_free_run(parameters, voltage)
+    displacement, _ = compiled.chain_free_run(parameters, voltage)
     np.testing.assert_allclose(displacement[ticks:], reference[:-ticks], rtol=1e-9)
 
 
@@ -177,8 +177,8 @@ def test_time_is_that_of_the_tick():
     parameters = with_effects(("drift", "hum"), 5)
     voltage = np.full(100, 50.0)
     for first in (0, 1000, -50):
-        displacement, measured = core.chain_free_run(parameters, voltage, first_tick=first)
-        plain, _ = core.chain_free_run(with_effects((), 0), voltage)
+        displacement, measured = compiled.chain_free_run(parameters, voltage, first_tick=first)
+        plain, _ = compiled.chain_free_run(with_effects((), 0), voltage)
         t = (first + np.arange(100)) * TS
         by_temperature = parameters["drift.temperatureCoefficient"] * (293.15 - 293.15)
         expected = plain + by_temperature + parameters["drift.rate"] * t

@@ -5,12 +5,12 @@ import pytest
 from conftest import TS
 from effects import with_effects
 
-from it2hys import core
-from it2hys.chain import EFFECTS
 from it2hys.diagnosis.evaluation import evaluate
-from it2hys.identification_report import record_section
-from it2hys.parameters import ParameterSet, table_1
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS
+from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.records import Record
+from it2hys.reports.identification_report import record_section
 
 #: Of what a record can show by itself: the rest needs other channels, or begins at time 0.
 SHOWN = [e for e in EFFECTS if e not in ("drift", "load")]
@@ -21,9 +21,9 @@ def record_of(parameters: ParameterSet, high: float = 90.0) -> Record:
     """Return what the set itself makes of a sine after long rest at its lowest voltage."""
     time = np.arange(SAMPLES) * TS
     voltage = 10.0 + (high - 10.0) / 2 * (1.0 - np.cos(2 * np.pi * 100 * time))
-    held = core.chain_free_run(parameters, np.full(20_000, voltage[0]))[0][-1]
+    held = compiled.chain_free_run(parameters, np.full(20_000, voltage[0]))[0][-1]
     rested = parameters.replace(initialDisplacement=held)
-    return Record("own", time, voltage, core.chain_free_run(rested, voltage)[1], TS)
+    return Record("own", time, voltage, compiled.chain_free_run(rested, voltage)[1], TS)
 
 
 @pytest.mark.parametrize("effects", [(), *((e,) for e in SHOWN), ("lag", "play", "creep", "resonance")])
@@ -35,7 +35,7 @@ def test_a_set_explains_what_it_made_itself(effects):
     travel = np.ptp(record.displacement)
     assert result.e_rms < 1e-3 * travel
     # the FMU begun so makes this run
-    again = core.chain_free_run(parameters.replace(**result.start), record.voltage)[1]
+    again = compiled.chain_free_run(parameters.replace(**result.start), record.voltage)[1]
     assert again.tobytes() == result.y_free.tobytes()
     assert np.isnan(result.e_rms_one_step) == bool(effects)
     if effects:

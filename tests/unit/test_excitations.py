@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from it2hys import excitations
 from it2hys.errors import InputError
+from it2hys.stand import excitations
 
 TIME = excitations.time_grid(0.4, 1e-4)
 

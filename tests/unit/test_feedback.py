@@ -9,10 +9,9 @@ from diagnosis import voltages
 from diagnosis.closed_loop import regulate
 from scipy import signal
 
-from it2hys import excitations
 from it2hys.records import Record, read_record
 from it2hys.records.feedback import find_feedback
-from it2hys.rig import Stand
+from it2hys.stand import Stand, excitations
 
 YAN9A = next(
     (p / "shared/data/yan9a" for p in Path(__file__).parents if (p / "shared/data/yan9a").is_dir()),

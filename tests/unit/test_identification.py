@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from it2hys import core, excitations
 from it2hys.errors import InputError
 from it2hys.identification import Identification, Options, identify
 from it2hys.identification.coordinates import to_coordinates, to_rules
@@ -23,11 +22,12 @@ from it2hys.identification.scaling import Scaling
 from it2hys.identification.uncertainty import assess, correlation_time
 from it2hys.identification.usability import Band, Guard, largest_contraction, usability_values
 from it2hys.identification.variable_projection import ProjectedOneStep
-from it2hys.identification_report import write_identification
-from it2hys.it2 import usability_function
-from it2hys.parameters import table_1
+from it2hys.model import compiled
+from it2hys.model.it2 import usability_function
+from it2hys.model.parameters import table_1
 from it2hys.records import Record
-from it2hys.rig import Stand
+from it2hys.reports.identification_report import write_identification
+from it2hys.stand import Stand, excitations
 
 TABLE_1 = table_1().rules
 TS = 1e-4
@@ -43,7 +43,7 @@ def time(samples: int) -> np.ndarray:
 
 def record(name: str, voltage: np.ndarray, noise: float = 0.0, seed: int = 0, **changes) -> Record:
     """Return a record made by Table 1 from rest."""
-    y = core.free_run(TABLE_1, voltage, 0.0)
+    y = compiled.free_run(TABLE_1, voltage, 0.0)
     y = y + noise * np.random.default_rng(seed).standard_normal(len(y))
     return Record(name, time(len(y)), voltage, y, TS, **changes)
 
@@ -119,8 +119,8 @@ def wide_band() -> Band:
 def test_scaled_and_unscaled_free_runs_agree(y_centre, y_unit, x_centre, x_unit):
     scaling = Scaling(y_centre, y_unit, x_centre, x_unit)
     voltage = training_voltages(400)[0]
-    expected = core.free_run(TABLE_1, voltage, 1e-6)
-    scaled = core.free_run(scaling.rules(TABLE_1), scaling.x(voltage), scaling.y(1e-6))
+    expected = compiled.free_run(TABLE_1, voltage, 1e-6)
+    scaled = compiled.free_run(scaling.rules(TABLE_1), scaling.x(voltage), scaling.y(1e-6))
     tolerance = 1e-12 * (abs(y_centre) + y_unit + np.abs(expected).max())
     # the recursion amplifies rounding by 1 / (1 - contraction)
     np.testing.assert_allclose(scaling.displacement(scaled), expected, rtol=0, atol=50 * tolerance)
@@ -169,7 +169,7 @@ def test_one_step_predicts_from_the_measurement():
     point = criterion.pack(scaling.rules(TABLE_1))
     s = series[0]
     previous = np.concatenate([criterion.states(point), s.y[:-1]])
-    expected = (core.one_step(criterion.rules(point), previous, s.x) - s.y)[s.weight > 0]
+    expected = (compiled.one_step(criterion.rules(point), previous, s.x) - s.y)[s.weight > 0]
     np.testing.assert_allclose(criterion.residual(point)[:-1], expected, rtol=0, atol=1e-12)
 
 
@@ -248,7 +248,7 @@ def one_rule_problem(kind: type[FreeRun]) -> tuple[FreeRun, np.ndarray]:
     """Return a problem that is linear in all it determines, and a start: L = 1 has one optimum."""
     rules = np.array([[0.8, 1.6, 0.2, 0.7, 0.25, 0.05]])
     x = np.sin(np.arange(250) * 0.1) + 0.3 * np.sin(np.arange(250) * 0.31)
-    y = core.free_run(rules, x, 0.1) + 0.003 * np.random.default_rng(0).standard_normal(250)
+    y = compiled.free_run(rules, x, 0.1) + 0.003 * np.random.default_rng(0).standard_normal(250)
     criterion = kind([Series(x, y, np.ones(250), 0.1)], 1)
     start = criterion.pack(rules * [1, 1, 1, 0.97, 1.04, 0.9])
     return criterion, start
@@ -296,8 +296,8 @@ def test_noise_free_data_of_table_1_are_reproduced_on_records_not_fitted():
     found = identify(train, rules=3)
     assert found.converged
     for voltage in test_voltages(1500):
-        run = core.free_run(found.parameters.rules, voltage, 0.0)
-        np.testing.assert_allclose(run, core.free_run(TABLE_1, voltage, 0.0), rtol=0, atol=1e-12)
+        run = compiled.free_run(found.parameters.rules, voltage, 0.0)
+        np.testing.assert_allclose(run, compiled.free_run(TABLE_1, voltage, 0.0), rtol=0, atol=1e-12)
 
 
 def test_held_out_error_with_noise_is_within_five_per_cent_of_the_noise(noisy):
@@ -312,7 +312,7 @@ def test_offsets_are_not_invented_and_every_result_can_be_simulated_again(noisy)
     voltages = [*training_voltages(1500), *test_voltages(1500)]
     for result, voltage in zip(noisy.records, voltages, strict=True):
         assert result.offset == 0.0
-        run = core.free_run(noisy.parameters.rules, voltage, result.initial_displacement)
+        run = compiled.free_run(noisy.parameters.rules, voltage, result.initial_displacement)
         np.testing.assert_array_equal(run, result.y_free)
 
 
@@ -346,7 +346,7 @@ def test_the_number_of_rules_is_chosen_by_prediction():
     two = TABLE_1[[0, 2]]
     records = []
     for i, x in enumerate(training_voltages(800)[:2]):
-        y = core.free_run(two, x, 0.0) + NOISE * np.random.default_rng(i).standard_normal(800)
+        y = compiled.free_run(two, x, 0.0) + NOISE * np.random.default_rng(i).standard_normal(800)
         records.append(Record(f"r{i}", time(800), x, y, TS))
     found = identify(records, options=Options(max_rules=3, starts=6))
     assert found.parameters["ruleCount"] == 2
@@ -429,7 +429,7 @@ def test_contraction_holds_over_the_band_of_the_data_and_not_only_at_equilibrium
 def test_largest_contraction_says_where_it_is():
     rules = np.array([[0.5, 1.0, -0.6, 1.1, 0.2, 0.1], [0.4, 0.9, 0.7, 0.7, 0.1, -0.2]])
     value, y, x = largest_contraction(rules, wide_band())
-    assert abs(core.gradient(rules, y, x)[2][1]) == pytest.approx(value, rel=1e-9)
+    assert abs(compiled.gradient(rules, y, x)[2][1]) == pytest.approx(value, rel=1e-9)
     assert value > np.abs(usability_values(rules, wide_band())[:3]).max() - 1e-9
 
 

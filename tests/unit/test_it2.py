@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from it2hys import core, excitations, it2
-from it2hys.parameters import table_1
+from it2hys.model import compiled, it2
+from it2hys.model.parameters import table_1
+from it2hys.stand import excitations
 
 MICRO = np.array([1e6, 1e6, 1e6, 1.0, 1e6, 1e6])
 #: Table 1 in um and V, as printed.
@@ -28,7 +29,7 @@ def complex_step(rules: np.ndarray, y_previous: complex, x: complex) -> complex:
 
 
 def test_table_1_under_the_identification_signal_gives_the_published_range():
-    y = core.free_run(TABLE_1, identification_voltage()[1:], 0.0)
+    y = compiled.free_run(TABLE_1, identification_voltage()[1:], 0.0)
     assert y[0] == pytest.approx(0.0545671, abs=1e-7)
     assert y[-800:].min() == pytest.approx(0.842742, abs=5e-7)
     assert y[-800:].max() == pytest.approx(15.310268, abs=5e-7)
@@ -37,23 +38,23 @@ def test_table_1_under_the_identification_signal_gives_the_published_range():
 def test_casadi_and_c_free_runs_agree_at_every_tick():
     x = identification_voltage()[1:]
     by_casadi = it2.free_run_function(3, len(x))(0.0, x, TABLE_1).full().ravel()
-    np.testing.assert_allclose(by_casadi, core.free_run(TABLE_1, x, 0.0), rtol=1e-12)
+    np.testing.assert_allclose(by_casadi, compiled.free_run(TABLE_1, x, 0.0), rtol=1e-12)
 
 
 @pytest.mark.parametrize("y_previous", [-1e4, -300.0, -40.0, 0.0, 3.7, 16.0, 60.0, 500.0, 1e5])
 def test_casadi_and_c_agree_near_and_far_from_the_centres(y_previous):
     step, inverse = it2.step_function(3), it2.inverse_function(3)
     for x in (-20.0, 0.0, 61.3, 150.0):
-        expected = core.one_step(TABLE_1, y_previous, x)
+        expected = compiled.one_step(TABLE_1, y_previous, x)
         assert np.isfinite(expected)
         assert float(step(TABLE_1, y_previous, x)) == pytest.approx(float(expected), rel=1e-12)
-    expected = core.solve(TABLE_1, y_previous, 5.0)
+    expected = compiled.solve(TABLE_1, y_previous, 5.0)
     assert float(inverse(TABLE_1, y_previous, 5.0)) == pytest.approx(float(expected), rel=1e-12)
 
 
 def test_gradients_of_c_casadi_and_complex_step_agree():
     y_previous, x, h = 7.3, 48.0, 1e-30
-    _, by_rules, (by_x, by_y, _) = core.gradient(TABLE_1, y_previous, x)
+    _, by_rules, (by_x, by_y, _) = compiled.gradient(TABLE_1, y_previous, x)
     casadi = it2.gradient_function(3)(TABLE_1, y_previous, x)
     np.testing.assert_allclose(casadi[0].full(), by_rules, rtol=1e-11, atol=1e-15)
     np.testing.assert_allclose([float(casadi[1]), float(casadi[2])], [by_x, by_y], rtol=1e-11)
@@ -68,7 +69,7 @@ def test_gradients_of_c_casadi_and_complex_step_agree():
 
 def test_free_run_sensitivities_agree_with_casadi_and_finite_differences():
     x = identification_voltage()[:150]
-    _, sensitivity = core.free_run_sensitivity(TABLE_1, x, 0.3)
+    _, sensitivity = compiled.free_run_sensitivity(TABLE_1, x, 0.3)
     jacobian = it2.free_run_function(3, len(x)).jacobian()
     blocks = jacobian(0.3, x, TABLE_1, np.zeros((1, len(x))))
     by_rules = blocks[2].full().reshape(len(x), 6, 3).transpose(0, 2, 1).reshape(len(x), -1)
@@ -77,7 +78,9 @@ def test_free_run_sensitivities_agree_with_casadi_and_finite_differences():
     for index in np.ndindex(3, 6):
         step = np.zeros((3, 6))
         step[index] = 1e-5 * max(abs(TABLE_1[index]), 0.01)
-        difference = core.free_run(TABLE_1 + step, x, 0.3) - core.free_run(TABLE_1 - step, x, 0.3)
+        difference = compiled.free_run(TABLE_1 + step, x, 0.3) - compiled.free_run(
+            TABLE_1 - step, x, 0.3
+        )
         column = sensitivity[:, 6 * index[0] + index[1]]
         np.testing.assert_allclose(
             column, difference / (2 * step[index]), atol=1e-6 * np.abs(column).max()
@@ -88,10 +91,10 @@ def test_usability_values_are_the_partial_derivatives_at_the_band_and_at_equilib
     y = np.linspace(0.0, 16.0, 257)
     band = (y, 5.0 * y - 10.0, 5.0 * y + 20.0)
     values = it2.usability_function(3, 257)(TABLE_1, *(part[None] for part in band)).full()
-    assert np.max(values[0]) == pytest.approx(core.contraction(TABLE_1, 0.0, 16.0), rel=1e-12)
+    assert np.max(values[0]) == pytest.approx(compiled.contraction(TABLE_1, 0.0, 16.0), rel=1e-12)
     for i in (0, 100, 256):
         for row, x in ((1, band[1][i]), (2, band[2][i])):
-            by_x, by_y, _ = core.gradient(TABLE_1, y[i], x)[2]
+            by_x, by_y, _ = compiled.gradient(TABLE_1, y[i], x)[2]
             np.testing.assert_allclose(values[[row, 3], i], [by_y, by_x], rtol=1e-11)
 
 

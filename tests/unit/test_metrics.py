@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from it2hys.errors import InputError
-from it2hys.metrics import max_relative_error, rms_error
+from it2hys.records.figures_of_merit import max_relative_error, rms_error
 
 
 def test_values_worked_out_by_hand():

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from lxml import etree
 
 from it2hys.errors import InputError
-from it2hys.parameters import (
+from it2hys.model.parameters import (
     RULE_FIELDS,
     SSV_NAMESPACE,
     ParameterSet,
@@ -22,7 +22,7 @@ from it2hys.parameters import (
     table_1,
     write_ssv,
 )
-from it2hys.variables import load_table
+from it2hys.model.variables import load_table
 
 PAPER = np.array(
     [

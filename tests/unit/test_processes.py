@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from it2hys.errors import InputError
-from it2hys.processes import parallel_map
+from it2hys.support.processes import parallel_map
 
 
 def threads_of_libraries(_: int) -> str:
@@ -38,7 +38,7 @@ def test_libraries_have_one_thread_where_a_script_loads_them_before_the_worker_d
     script.write_text(
         "import os\n"
         "THREADS = os.environ.get('OMP_NUM_THREADS'), os.environ.get('OPENBLAS_NUM_THREADS')\n"
-        "from it2hys.processes import parallel_map\n"
+        "from it2hys.support.processes import parallel_map\n"
         "def threads(_):\n"
         "    return THREADS\n"
         "if __name__ == '__main__':\n"

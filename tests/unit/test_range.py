@@ -7,10 +7,10 @@ from conftest import UM, make_set
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from it2hys import core, it2
-from it2hys.chain import Chain
 from it2hys.errors import InputError
-from it2hys.parameters import ParameterSet, table_1
+from it2hys.model import compiled, it2
+from it2hys.model.chain import Chain
+from it2hys.model.parameters import ParameterSet, table_1
 
 MICRO = np.array([1e6, 1e6, 1e6, 1.0, 1e6, 1e6])
 #: Table 1 in um and V, as printed, and its range.
@@ -25,8 +25,8 @@ def test_casadi_and_c_agree_beyond_both_ends(rules, y_previous):
     step, inverse = it2.step_function(len(rules), LIMITS), it2.inverse_function(len(rules), LIMITS)
     by_casadi = it2.gradient_function(len(rules), LIMITS)
     for x in VOLTAGES:
-        y, by_rules, (by_x, by_y, _) = core.gradient(rules, y_previous, x, LIMITS)
-        assert y == core.one_step(rules, y_previous, x, LIMITS)
+        y, by_rules, (by_x, by_y, _) = compiled.gradient(rules, y_previous, x, LIMITS)
+        assert y == compiled.one_step(rules, y_previous, x, LIMITS)
         # of terms as large as 0.03 um/V times the voltage
         assert float(step(rules, y_previous, x)) == pytest.approx(y, rel=1e-12, abs=1e-12)
         expected = [derivative.full() for derivative in by_casadi(rules, y_previous, x)]
@@ -34,7 +34,7 @@ def test_casadi_and_c_agree_beyond_both_ends(rules, y_previous):
             by_rules, expected[0], rtol=1e-10, atol=1e-12 * np.abs(by_rules).max()
         )
         assert [by_x, by_y] == pytest.approx([v.item() for v in expected[1:]], rel=1e-12)
-        back = float(core.solve(rules, y_previous, y, LIMITS))
+        back = float(compiled.solve(rules, y_previous, y, LIMITS))
         assert back == pytest.approx(x, rel=1e-11, abs=1e-9)
         assert float(inverse(rules, y_previous, y)) == pytest.approx(back, rel=1e-12, abs=1e-9)
 
@@ -45,20 +45,22 @@ def test_derivative_by_the_end_of_the_range_is_casadis(y_previous):
     limits = (end, LIMITS[1]) if y_previous < 0 else (LIMITS[0], end)
     y = it2.step_expression(ca.DM(TABLE_1), ca.SX(y_previous), ca.SX(x), limits)
     expected = float(ca.Function("by_end", [end], [ca.gradient(y, end)])(LIMITS[y_previous > 0]))
-    assert core.gradient(TABLE_1, y_previous, x, LIMITS)[2][2] == pytest.approx(expected, rel=1e-10)
+    assert compiled.gradient(TABLE_1, y_previous, x, LIMITS)[2][2] == pytest.approx(expected, rel=1e-10)
 
 
 def test_within_the_range_limits_change_no_bit():
     y, x = np.random.default_rng(0).uniform([[0.0], [-500.0]], [[16.0], [500.0]], (2, 1000))
-    assert core.one_step(TABLE_1, y, x, LIMITS).tobytes() == core.one_step(TABLE_1, y, x).tobytes()
-    assert core.solve(TABLE_1, y, x, LIMITS).tobytes() == core.solve(TABLE_1, y, x).tobytes()
+    assert (
+        compiled.one_step(TABLE_1, y, x, LIMITS).tobytes() == compiled.one_step(TABLE_1, y, x).tobytes()
+    )
+    assert compiled.solve(TABLE_1, y, x, LIMITS).tobytes() == compiled.solve(TABLE_1, y, x).tobytes()
 
 
 def test_constant_voltage_beyond_what_table_1_holds_for_settles():
     """(10) itself runs away above 122.22 V, which is below what the amplifier can give."""
-    assert abs(core.free_run(TABLE_1, np.full(3000, 125.0), 0.0)[-1]) > 1e6
+    assert abs(compiled.free_run(TABLE_1, np.full(3000, 125.0), 0.0)[-1]) > 1e6
     for voltage, y in ((130.0, 18.02), (150.0, 20.08), (2000.0, 210.61), (-2000.0, -395.9)):
-        run = core.free_run(TABLE_1, np.full(3000, voltage), 0.0, LIMITS)
+        run = compiled.free_run(TABLE_1, np.full(3000, voltage), 0.0, LIMITS)
         assert run[-1] == pytest.approx(y, rel=1e-3)
         assert run[-1] == pytest.approx(run[-2], abs=1e-12)
 
@@ -68,24 +70,26 @@ def test_constant_voltage_beyond_what_table_1_holds_for_settles():
 def test_chains_in_casadi_and_c_agree_beyond(seed, count, above):
     parameters = make_set(seed, count, initialDisplacement=40 * UM if above else -30 * UM)
     voltage = np.random.default_rng(seed).uniform(-300.0, 300.0, 60)
-    in_c = core.chain_free_run(parameters, voltage)
+    in_c = compiled.chain_free_run(parameters, voltage)
     for ours, theirs in zip(in_c, Chain(parameters).free_run(voltage), strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12 * np.ptp(theirs))
 
 
 def test_sensitivities_beyond_the_range_are_those_of_the_run():
     x = np.linspace(-250.0, 300.0, 80)
-    run, sensitivity = core.free_run_sensitivity(TABLE_1, x, -20.0, LIMITS)
-    assert run.tobytes() == core.free_run(TABLE_1, x, -20.0, LIMITS).tobytes()
+    run, sensitivity = compiled.free_run_sensitivity(TABLE_1, x, -20.0, LIMITS)
+    assert run.tobytes() == compiled.free_run(TABLE_1, x, -20.0, LIMITS).tobytes()
     assert run.min() < -20.0
     assert run.max() > 20.0
     for column, step in ((0, 1e-4), (8, 1e-4), (9, 1e-6), (16, 1e-8), (17, 1e-5)):
         moved = np.zeros(18)
         moved[column] = step
-        up, down = (core.free_run(TABLE_1 + s * moved.reshape(3, 6), x, -20.0, LIMITS) for s in (1, -1))
+        up, down = (
+            compiled.free_run(TABLE_1 + s * moved.reshape(3, 6), x, -20.0, LIMITS) for s in (1, -1)
+        )
         scale = np.abs(sensitivity[:, column]).max()
         np.testing.assert_allclose(sensitivity[:, column], (up - down) / (2 * step), atol=1e-5 * scale)
-    up, down = (core.free_run(TABLE_1, x, -20.0 + s, LIMITS) for s in (1e-4, -1e-4))
+    up, down = (compiled.free_run(TABLE_1, x, -20.0 + s, LIMITS) for s in (1e-4, -1e-4))
     np.testing.assert_allclose(sensitivity[:, -1], (up - down) / 2e-4, atol=1e-6)
 
 
@@ -118,7 +122,7 @@ def test_the_plant_stays_put_whatever_is_asked_of_it(start, seed, constant, mode
     voltage = (
         np.full(ticks, drawn) if constant else np.random.default_rng(seed).uniform(-limit, limit, ticks)
     )
-    displacement, measured = core.chain_free_run(parameters, voltage)
+    displacement, measured = compiled.chain_free_run(parameters, voltage)
     assert np.isfinite(displacement).all()
     ranges = np.abs(displacement).max() / (16 * UM)
     assert ranges < (5.0 + 1e-9 if modest else 25.0)
@@ -139,16 +143,16 @@ def test_the_plant_follows_wherever_the_inverse_is_not_saturated(start, referenc
     parameters = table_1().replace(initialDisplacement=start).validate()
     reference = np.repeat(references, pause)
     beyond = (reference < 0.0) | (reference > 16 * UM)
-    voltage, saturated = core.chain_inverse_run(parameters, reference)
-    displacement, _ = core.chain_free_run(parameters, voltage)
+    voltage, saturated = compiled.chain_inverse_run(parameters, reference)
+    displacement, _ = compiled.chain_free_run(parameters, voltage)
     assert saturated[beyond].all()
     assert (voltage >= 0.0).all() and (voltage <= 110.0).all()
     met = ~saturated
     np.testing.assert_allclose(displacement[met], reference[met], rtol=0, atol=1e-15)
     # with as much voltage as it asks for, it is saturated nowhere else, and there at the nearest end
     parameters = {**parameters, "voltageMin": -1e9, "voltageMax": 1e9}
-    voltage, saturated = core.chain_inverse_run(parameters, reference)
-    displacement, _ = core.chain_free_run(parameters, voltage)
+    voltage, saturated = compiled.chain_inverse_run(parameters, reference)
+    displacement, _ = compiled.chain_free_run(parameters, voltage)
     assert (saturated == beyond).all()
     np.testing.assert_allclose(displacement, np.clip(reference, 0.0, 16 * UM), rtol=0, atol=1e-15)
 
@@ -156,5 +160,5 @@ def test_the_plant_follows_wherever_the_inverse_is_not_saturated(start, referenc
 def test_a_start_in_another_unit_is_refused():
     for start in (50.0, 0.05, 1e-4):
         parameters = {**table_1(), "initialDisplacement": start}
-        assert "initialDisplacement" in core.chain_check(parameters)
-    assert core.chain_check({**table_1(), "initialDisplacement": 50e-6}) is None
+        assert "initialDisplacement" in compiled.chain_check(parameters)
+    assert compiled.chain_check({**table_1(), "initialDisplacement": 50e-6}) is None

@@ -9,12 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from it2hys import excitations
 from it2hys.errors import InputError
 from it2hys.records import Record, parse_column_option, read_record, write_record
 from it2hys.records.lead import samples_ahead
 from it2hys.records.unused import unused_columns
-from it2hys.rig import Stand
+from it2hys.stand import Stand, excitations
 
 YAN9A = Path(__file__).resolve().parents[3] / "shared" / "data" / "yan9a"
 HEADER = "time_s,voltage_V,displacement_um"
@@ -659,7 +658,7 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypat
     def full_disk(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("it2hys.files.os.replace", full_disk)
+    monkeypatch.setattr("it2hys.support.files.os.replace", full_disk)
     with pytest.raises(InputError, match=r"made\.csv: cannot be written: No space left"):
         write_record(path, make_record())
     assert path.read_text() == "old"

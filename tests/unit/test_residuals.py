@@ -9,11 +9,11 @@ from diagnosis import simulator as sim
 from diagnosis import voltages
 from scipy.signal import lfilter
 
-from it2hys.chain import EFFECTS
 from it2hys.diagnosis.residuals import left_over, ljung_box, short_pole
 from it2hys.effects import Clue, Clues, Extent
 from it2hys.errors import InputError
-from it2hys.figures import png, residual_views
+from it2hys.model.chain import EFFECTS
+from it2hys.reports.figures import png, residual_views
 
 TS = 1e-4
 UM = 1e-6

@@ -11,7 +11,7 @@ from diagnosis import voltages
 from it2hys import identify
 from it2hys.errors import InputError
 from it2hys.records import Record, check_response, read_record, write_record
-from it2hys.rig import Stand
+from it2hys.stand import Stand
 
 YAN9A = next(
     (p / "shared/data/yan9a" for p in Path(__file__).parents if (p / "shared/data/yan9a").is_dir()),

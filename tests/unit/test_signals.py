@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from it2hys.errors import InputError
-from it2hys.signals import read_signals, write_signals
+from it2hys.records.signals import read_signals, write_signals
 
 PLANT_INPUTS = ("voltage", "force", "temperature")
 

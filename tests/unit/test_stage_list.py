@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from compilers import compiler
 
-from it2hys.chain import BEFORE_CORE, BEHIND_CORE, EFFECTS, READING
+from it2hys.model.chain import BEFORE_CORE, BEHIND_CORE, EFFECTS, READING
 
 SOURCES = Path(__file__).parents[2] / "fmu_src"
 LIST = SOURCES / "core" / "stages.h"

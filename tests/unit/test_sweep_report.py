@@ -10,8 +10,8 @@ from conftest import run_python
 from matplotlib.collections import PathCollection, QuadMesh
 
 from it2hys.sweeps import parse_sweep
-from it2hys.sweeps.figures import Columns, draw
-from it2hys.sweeps.planning import make_plan
+from it2hys.sweeps.cases import make_plan
+from it2hys.sweeps.plots import Columns, draw
 from it2hys.sweeps.report import default_figures, write_sweep_report
 from it2hys.sweeps.store import KEY, metadata
 

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 import it2hys
-from it2hys import api, excitations
+from it2hys import api
 from it2hys.cli import main
 from it2hys.errors import InputError
-from it2hys.files import write_atomically
-from it2hys.parameters import table_1
+from it2hys.model.parameters import table_1
 from it2hys.records import read_record, write_record
-from it2hys.rig import Stand
+from it2hys.stand import Stand, excitations
+from it2hys.support.files import write_atomically
 from it2hys.sweeps import parse_sweep, read_sweep
-from it2hys.sweeps.metrics import KINDS, bandwidth, loop_area
+from it2hys.sweeps.cases import make_plan
+from it2hys.sweeps.measures import KINDS, bandwidth, loop_area
 from it2hys.sweeps.plan import LARGEST_CASES, LARGEST_STEPS
-from it2hys.sweeps.planning import make_plan
 from it2hys.sweeps.schema import CSV_NUMBERS
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

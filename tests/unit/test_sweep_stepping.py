@@ -8,13 +8,13 @@ import pytest
 from conftest import TS, UM, make_set
 from foreign_fmu import build_foreign
 
-from it2hys.controller import controller_fmu
+from it2hys.cosimulation.simulation import simulate, track
+from it2hys.cosimulation.slave import Slave
+from it2hys.cosimulation.stepping import Connection, System
 from it2hys.errors import InputError
-from it2hys.excitations import tracking_reference
-from it2hys.packaging import package
-from it2hys.simulation import simulate, track
-from it2hys.slave import Slave
-from it2hys.stepping import Connection, System
+from it2hys.fmu.controller import controller_fmu
+from it2hys.fmu.packaging import package
+from it2hys.stand.excitations import tracking_reference
 
 CHAIN = [Connection("reference", "inverse.reference"), Connection("inverse.voltage", "plant.voltage")]
 LOOP = [

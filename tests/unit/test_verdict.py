@@ -5,9 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from it2hys.metrics import Errors, errors
 from it2hys.records import Record
-from it2hys.verdict import feedforward_verdict, model_verdict, straight_line, straight_line_errors
+from it2hys.records.figures_of_merit import Errors, errors
+from it2hys.reports.verdict import (
+    feedforward_verdict,
+    model_verdict,
+    straight_line,
+    straight_line_errors,
+)
 
 UM = 1e-6
 SAMPLES = 400

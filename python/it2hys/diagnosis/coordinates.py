@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from it2hys.chain import BEFORE_CORE
-from it2hys.core import Knob
 from it2hys.effects import Start
-from it2hys.variables import load_table
+from it2hys.model.chain import BEFORE_CORE
+from it2hys.model.compiled import Knob
+from it2hys.model.variables import load_table
 
 _SHARE = 0.1
 #: Change of a coordinate for a difference quotient: its error is of the second order.

@@ -14,7 +14,6 @@ from functools import cached_property
 
 import numpy as np
 
-from it2hys import core
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
 from it2hys.diagnosis.inverse import References
 from it2hys.effects import nonlinearity
@@ -30,7 +29,8 @@ from it2hys.identification.levenberg_marquardt import (
 )
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.usability import Band, Guard
-from it2hys.parameters import RULE_FIELDS
+from it2hys.model import compiled
+from it2hys.model.parameters import RULE_FIELDS
 
 #: Beyond so many half ranges a run is on its way to infinity.
 _DIVERGED = 1e3
@@ -74,7 +74,7 @@ class Trace:
 
     name: str
     role: str
-    drive: core.Drive
+    drive: compiled.Drive
     y: np.ndarray
     weight: np.ndarray
     judged: np.ndarray
@@ -124,7 +124,7 @@ class Model:
 
     def packed(self, trace: Trace, index: int) -> np.ndarray:
         """Return the parameters for one record as the C core takes them."""
-        return core.pack_chain({**self.values, **self.start(index)})
+        return compiled.pack_chain({**self.values, **self.start(index)})
 
     def start(self, index: int) -> dict[str, float]:
         """Return the parameters with which the plant FMU begins one record."""
@@ -136,7 +136,7 @@ class Model:
 
     def run(self, trace: Trace, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return reading, core's input and core's output of the free run over a record."""
-        return core.chain_predict(self.packed(trace, index), trace.drive)
+        return compiled.chain_predict(self.packed(trace, index), trace.drive)
 
 
 class ChainCriterion:
@@ -379,7 +379,7 @@ class ChainCriterion:
             weight = trace.weight[rows, None]
             if not len(weight):
                 continue
-            run, by = core.chain_sensitivity(model.packed(trace, i), trace.drive, knobs)
+            run, by = compiled.chain_sensitivity(model.packed(trace, i), trace.drive, knobs)
             residual = (run + model.offsets[i] - trace.y) / self.scaling.y_unit
             if not (np.all(np.abs(residual) < _DIVERGED) and np.all(np.isfinite(by[-1]))):
                 yield None

@@ -9,24 +9,22 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
-from it2hys import core
-from it2hys.chain import EFFECTS, active_effects
 from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import ChainFit, Model, Trace
 from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
-from it2hys.diagnosis.experiments import deciding_experiment
 from it2hys.diagnosis.explained import explained_by_model, explained_by_voltage
 from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench, clues
 from it2hys.diagnosis.intervals import intervals_of
 from it2hys.diagnosis.inverse import applied_voltage, ask_inverse, noise_of_inverse
-from it2hys.diagnosis.records import check_deciding, extent_of, set_aside, to_trace, within
+from it2hys.diagnosis.next_experiment import deciding_experiment
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.result import Diagnosis, InverseJudgement, Judgement, Stage
 from it2hys.diagnosis.selection import Node, Search
+from it2hys.diagnosis.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.diagnosis.windows import Window, searched_text, windows_of
 from it2hys.effects import Extent
-from it2hys.effects._statistics import FEWEST
+from it2hys.effects.statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
@@ -39,13 +37,15 @@ from it2hys.identification.preparation import (
 )
 from it2hys.identification.result import Identification, RecordResult
 from it2hys.identification.usability import widest_range
-from it2hys.metrics import max_relative_error, rms_error
-from it2hys.parameters import ParameterSet
-from it2hys.processes import parallel_map
-from it2hys.progress import Progress
+from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS, active_effects
+from it2hys.model.parameters import ParameterSet
+from it2hys.model.variables import load_table
 from it2hys.records import Record
 from it2hys.records.feedback import find_feedback
-from it2hys.variables import load_table
+from it2hys.records.figures_of_merit import max_relative_error, rms_error
+from it2hys.support.processes import parallel_map
+from it2hys.support.progress import Progress
 
 #: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
 #: more does better than the effect is tried in the search.
@@ -496,7 +496,7 @@ def _zero_of(parameters: ParameterSet) -> float:
     Beyond the displacements of the records the equilibrium curve goes on straight.
     """
     displacement = np.linspace(*parameters.displacement_range, 401)
-    voltage = core.solve(parameters.rules, displacement, displacement)
+    voltage = compiled.solve(parameters.rules, displacement, displacement)
     if voltage[0] <= 0.0 <= voltage[-1]:
         return float(np.interp(0.0, voltage, displacement))
     end = slice(0, 2) if voltage[0] > 0.0 else slice(-2, None)
@@ -517,7 +517,7 @@ def _at_rest(parameters: ParameterSet) -> ParameterSet:
 
     def excess(displacement: float) -> float:
         start = {**parameters, "initialDisplacement": displacement, **UNLIMITED}
-        return float(core.chain_inverse_run(start, np.array([displacement]))[0][0]) - wanted
+        return float(compiled.chain_inverse_run(start, np.array([displacement]))[0][0]) - wanted
 
     low, high = parameters.displacement_range
     if excess(low) >= 0.0:
@@ -557,7 +557,7 @@ def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) ->
         voltage_share=explained_by_voltage(trace.drive.voltage, trace.y, judged_samples(trace)),
         y=y,
         used=judged_samples(trace),
-        out_of_range=core.chain_out_of_range(
+        out_of_range=compiled.chain_out_of_range(
             begun, trace.drive.voltage, trace.drive.force, trace.drive.temperature
         ),
     )
@@ -587,7 +587,7 @@ def _judge_inverse(trace: Trace, parameters: ParameterSet, offset: float) -> Inv
 def _errors(trace: Trace, parameters: ParameterSet, offset: float) -> tuple[float, float, np.ndarray]:
     """Return (24), (25) behind the lead-in, and the reading."""
     drive = trace.drive
-    _, reading = core.chain_free_run(parameters, drive.voltage, drive.force, drive.temperature)
+    _, reading = compiled.chain_free_run(parameters, drive.voltage, drive.force, drive.temperature)
     y, used = reading + offset, judged_samples(trace)
     if not np.all(np.isfinite(y)):
         return np.inf, np.inf, y

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from it2hys.chain import EFFECTS
 from it2hys.diagnosis.result import Evidence
 from it2hys.diagnosis.selection import CLEAR_GAIN, LEVEL, Node, Search, Trial
 from it2hys.effects import Clues
-from it2hys.metrics import change_in_percent
+from it2hys.model.chain import EFFECTS
+from it2hys.records.figures_of_merit import change_in_percent
 
 #: Share of the error on the training records that an effect plainly takes away.
 _PLAIN = 0.2

@@ -7,29 +7,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from it2hys.chain import EFFECTS
-from it2hys.core import Drive
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
-from it2hys.diagnosis.criterion import (
-    ChainCriterion,
-    ChainFit,
-    Model,
-    Trace,
-    minimise,
-)
+from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
 from it2hys.diagnosis.inverse import inverse_error, noise_of_inverse
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.effects import Clue, Clues, Extent
-from it2hys.effects._statistics import StepResponse, readable
 from it2hys.effects.hum import phases
+from it2hys.effects.statistics import StepResponse, readable
 from it2hys.identification.criteria import Series
 from it2hys.identification.fitting import search_rules
 from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling, moved
 from it2hys.identification.uncertainty import correlation_time
-from it2hys.parameters import RULE_FIELDS
-from it2hys.variables import load_table
+from it2hys.model.chain import EFFECTS
+from it2hys.model.compiled import Drive
+from it2hys.model.parameters import RULE_FIELDS
+from it2hys.model.variables import load_table
 
 #: Effects whose sampled form may differ from the truth by a part of a sample: how the voltage is held
 #: and when the reading is taken is not in the records. A delay of up to a sample goes with them.

@@ -15,8 +15,8 @@ from functools import cached_property
 import numpy as np
 from scipy import ndimage, signal
 
-from it2hys import core
-from it2hys.core import Drive
+from it2hys.model import compiled
+from it2hys.model.compiled import Drive
 
 #: The displacement stands out of the noise where its power density is so many times the noise's.
 _STANDS_OUT = 10.0
@@ -123,7 +123,7 @@ def applied_voltage(values: Mapping, drive: Drive) -> np.ndarray:
     inverse can ask for, later by the delay.
     """
     plain = {**values, "lag.timeConstant": 0.0, "playCount": 0}
-    return core.chain_predict(core.pack_chain(plain), drive)[1]
+    return compiled.chain_predict(compiled.pack_chain(plain), drive)[1]
 
 
 def ask_inverse(
@@ -141,8 +141,8 @@ def ask_inverse(
         As measured, without the record's constant, m. What the model says is picked up (`hum`) is
         taken off.
     """
-    free, measured = core.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
-    return core.chain_inverse_run(
+    free, measured = compiled.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
+    return compiled.chain_inverse_run(
         values, displacement - (measured - free), drive.force, drive.temperature
     )
 
@@ -161,13 +161,13 @@ def noise_of_inverse(values: Mapping, drive: Drive, references: References) -> n
     The inverse is fed with the model's own run, and with that and white noise of the record's size, in
     the band of its reference.
     """
-    free, _ = core.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
+    free, _ = compiled.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
     noise = references.noise * np.random.default_rng(0).standard_normal(len(free))
     band = references.band
     in_band = replace(references, displacement=noise).filtered(band.band)
     noise = np.where(band.whole, noise, in_band)
     with_noise, without = (
-        core.chain_inverse_run(values, free + added, drive.force, drive.temperature)[0]
+        compiled.chain_inverse_run(values, free + added, drive.force, drive.temperature)[0]
         for added in (noise, 0.0)
     )
     return with_noise - without

@@ -10,11 +10,11 @@ import numpy as np
 from scipy import signal, stats
 
 from it2hys.effects import Clue, Clues
-from it2hys.effects._statistics import FEWEST, UM, coherence_with_voltage, rms, spectral_variance
+from it2hys.effects.statistics import FEWEST, UM, coherence_with_voltage, rms, spectral_variance
 from it2hys.errors import InputError
 from it2hys.identification.noise import noise_floor
 from it2hys.identification.uncertainty import correlation_time
-from it2hys.metrics import noise_size, times_the_noise
+from it2hys.records.figures_of_merit import noise_size, times_the_noise
 
 #: Residuals up to so many times the noise may be the noise and a little misfit: of all records ...
 _LITTLE = 1.25

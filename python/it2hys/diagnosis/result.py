@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from it2hys.parameters import ParameterSet
+from it2hys.model.parameters import ParameterSet
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 from scipy.stats import chi2
 
-from it2hys.chain import EFFECTS
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.criterion import SOFT, ChainFit, Model
 from it2hys.diagnosis.fitting import (
@@ -21,7 +20,8 @@ from it2hys.diagnosis.fitting import (
     with_slower_creep,
     without_effect,
 )
-from it2hys.variables import load_table
+from it2hys.model.chain import EFFECTS
+from it2hys.model.variables import load_table
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"

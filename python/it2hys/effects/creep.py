@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import Ground, absorbed, after_steps, lagged, modelled, readable
+from it2hys.effects.statistics import Ground, absorbed, after_steps, lagged, modelled, readable
 
 MAX_COUNT = 16
 #: Terms that a fit begins with.

@@ -8,7 +8,7 @@ and the core itself is a lag; so the gain at the highest frequencies of the reco
 import math
 
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import StepResponse, readable
+from it2hys.effects.statistics import StepResponse, readable
 
 MAX_TICKS = 64
 ROUNDING = 1e-9

@@ -7,7 +7,7 @@ whatever the voltage does; held voltages drift as moving ones do.
 import numpy as np
 
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import UM, Ground, absorbed, readable
+from it2hys.effects.statistics import UM, Ground, absorbed, readable
 
 REFERENCE_TEMPERATURE = 293.15
 

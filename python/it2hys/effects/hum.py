@@ -12,7 +12,7 @@ from scipy.ndimage import median_filter
 from scipy.signal import find_peaks
 
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import UM, line_ratios, readable
+from it2hys.effects.statistics import UM, line_ratios, readable
 
 #: Periods within the longest record below which a slow motion is no line.
 LEAST_PERIODS = 5.0

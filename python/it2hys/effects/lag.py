@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import StepResponse, readable
+from it2hys.effects.statistics import StepResponse, readable
 
 #: What the effect is, in plain words.
 MEANING = "the amplifier follows the voltage as a low-pass filter does"

@@ -6,7 +6,7 @@ For it speaks a residual that follows the force channel linearly and without mem
 import numpy as np
 
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import UM, Ground, absorbed, readable
+from it2hys.effects.statistics import UM, Ground, absorbed, readable
 
 #: What the effect is, in plain words.
 MEANING = "force on the stage shortens it"

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import UM, Ground, branches, modelled, readable, scaled
+from it2hys.effects.statistics import UM, Ground, branches, modelled, readable, scaled
 
 COEFFICIENTS = ("quadratic", "cubic", "quartic")
 

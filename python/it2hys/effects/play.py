@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import UM, Ground, absorbed, by_record, loop_widths, readable, walked
+from it2hys.effects.statistics import UM, Ground, absorbed, by_record, loop_widths, readable, walked
 
 MAX_COUNT = 16
 #: Operators that a fit begins with.

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.signal import find_peaks, lfilter, lfilter_zi
 
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import Ground, absorbed, coherence_with_voltage, modelled, readable
+from it2hys.effects.statistics import Ground, absorbed, coherence_with_voltage, modelled, readable
 
 #: Dampings that a signature tries, and how many frequencies of each.
 _GRID = {0.015: 64, 0.05: 32, 0.15: 28}

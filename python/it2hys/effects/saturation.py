@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
 from it2hys.effects import Clue, Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import UM, Columns, Ground, lagged, modelled, readable, rms, scaled
+from it2hys.effects.statistics import UM, Columns, Ground, lagged, modelled, readable, rms, scaled
 
 #: Degree of the curve that a fit of the rules can bend to, and levels and their combinations tried.
 _SMOOTH, _TRIED = 5, 49

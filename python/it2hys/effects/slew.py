@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from it2hys.effects import Clues, Extent, Scalar, Signature, Start, Surroundings, Values
-from it2hys.effects._statistics import UM, Ground, absorbed, by_record, readable, rms, walked
+from it2hys.effects.statistics import UM, Ground, absorbed, by_record, readable, rms, walked
 
 #: What the effect is, in plain words.
 MEANING = "the amplifier's voltage cannot change faster than at a certain rate"

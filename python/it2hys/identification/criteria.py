@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from it2hys import core
 from it2hys.identification import coordinates
 from it2hys.identification.levenberg_marquardt import Block, Linearisation, joined
+from it2hys.model import compiled
 
 if TYPE_CHECKING:
     from it2hys.identification.usability import Guard
@@ -63,8 +63,8 @@ class FreeRun:
     rule_count : int
         Number of rules L.
     limits : (float, float), optional
-        Scaled range of displacement that given rules hold for, see `core.free_run`. A fit of rules does
-        not know it yet.
+        Scaled range of displacement that given rules hold for, see `compiled.free_run`. A fit of rules
+        does not know it yet.
     """
 
     def __init__(
@@ -195,7 +195,7 @@ class FreeRun:
         return _STATE_PRIOR * np.eye(count), self._state_residual(states, offsets), to_point
 
     def _run(self, rules: np.ndarray, series: Series, state: float, offset: float) -> np.ndarray:
-        return core.free_run(rules, series.x, state, self._limits)
+        return compiled.free_run(rules, series.x, state, self._limits)
 
     def _sensitivity(
         self, rules: np.ndarray, series: Series, state: float, offset: float
@@ -204,7 +204,7 @@ class FreeRun:
 
         The offset is added to the run, so that its column starts from 1.
         """
-        run, sensitivity = core.free_run_sensitivity(rules, series.x, state, self._limits)
+        run, sensitivity = compiled.free_run_sensitivity(rules, series.x, state, self._limits)
         return run, sensitivity, np.ones(len(run))
 
 
@@ -212,7 +212,7 @@ class OneStep(FreeRun):
     """The one-step-ahead criterion: the model gets the measured y(k-1) at every sample."""
 
     def _run(self, rules: np.ndarray, series: Series, state: float, offset: float) -> np.ndarray:
-        return core.one_step(rules, self._previous(series, state, offset), series.x)
+        return compiled.one_step(rules, self._previous(series, state, offset), series.x)
 
     def _sensitivity(
         self, rules: np.ndarray, series: Series, state: float, offset: float

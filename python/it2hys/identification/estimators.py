@@ -18,7 +18,7 @@ from it2hys.errors import InputError
 from it2hys.identification import usability
 from it2hys.identification.criteria import FreeRun
 from it2hys.identification.levenberg_marquardt import Minimum, levenberg_marquardt
-from it2hys.it2 import usability_function
+from it2hys.model.it2 import usability_function
 
 #: Half width of the box, around the start, in which the evolutionary method searches.
 _BOX = 1.0

@@ -10,12 +10,12 @@ from math import ceil
 
 import numpy as np
 
-from it2hys import core
 from it2hys.identification import usability, variable_projection
 from it2hys.identification.criteria import FreeRun, Series
 from it2hys.identification.excerpts import excerpt
 from it2hys.identification.levenberg_marquardt import Minimum, levenberg_marquardt
 from it2hys.identification.result import IdentificationError, Options, Start
+from it2hys.model import compiled
 
 #: Pairs from which the consequents of a start are found.
 _PAIRS = 600
@@ -322,7 +322,7 @@ def _with_new_rule(
     """
     rules, states = criterion.rules(point), criterion.states(point)
     modelled = [
-        replace(s, y=core.free_run(rules, s.x, state), has_offset=False)
+        replace(s, y=compiled.free_run(rules, s.x, state), has_offset=False)
         for s, state in zip(criterion.series, states, strict=True)
     ]
     y = np.concatenate([s.y[s.weight > 0] for s in modelled])

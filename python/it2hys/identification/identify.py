@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from it2hys import core
 from it2hys.errors import InputError
 from it2hys.identification import usability
 from it2hys.identification.coverage import coverage_warnings
@@ -39,10 +38,11 @@ from it2hys.identification.result import (
 )
 from it2hys.identification.uncertainty import assess
 from it2hys.identification.weights import weigh
-from it2hys.metrics import noise_size, times_the_noise
-from it2hys.parameters import ParameterSet
-from it2hys.progress import Progress
+from it2hys.model import compiled
+from it2hys.model.parameters import ParameterSet
 from it2hys.records import Record
+from it2hys.records.figures_of_merit import noise_size, times_the_noise
+from it2hys.support.progress import Progress
 
 #: Offsets are kept if they lower the mean squared error by this share.
 _OFFSET_GAIN = 0.1
@@ -243,7 +243,7 @@ class _Session:
         physical = self._scaling.physical_rules(fit.rules)
         usable = usability.widest_range(physical, low, high)
         if usable is None:
-            fault = core.check(physical, low, high)
+            fault = compiled.check(physical, low, high)
             raise IdentificationError(
                 f"the fitted model is not usable over the range of the training records: {fault}"
             )

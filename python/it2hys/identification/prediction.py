@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from it2hys import core
 from it2hys.identification.criteria import FreeRun, Series
 from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.levenberg_marquardt import levenberg_marquardt
 from it2hys.identification.preparation import Prepared, to_series
 from it2hys.identification.result import RecordResult
 from it2hys.identification.scaling import Scaling
-from it2hys.metrics import max_relative_error, rms_error
-from it2hys.parameters import ParameterSet
+from it2hys.model import compiled
+from it2hys.model.parameters import ParameterSet
+from it2hys.records.figures_of_merit import max_relative_error, rms_error
 
 #: A lead counts as explained if its errors, mean and largest, are not above the rest's by more.
 _EXPLAINED = 1.5
@@ -45,7 +45,7 @@ def fit_state(
     state, offset, rms : float
         Scaled; `rms` is infinite where the free run diverges.
     """
-    run = core.free_run(rules, series.x, series.state, limits)
+    run = compiled.free_run(rules, series.x, series.state, limits)
     offset = 0.0
     if has_offset and np.all(np.isfinite(run)):
         offset = float(np.average(series.y - run, weights=series.weight))
@@ -82,7 +82,7 @@ def explains_lead(prepared: Prepared, rules: np.ndarray, scaling: Scaling, offse
     whole = to_series(replace(prepared, skip=0), scaling)
     whole = replace(whole, y=whole.y - offset, state=float(whole.y[0] - offset))
     state, *_ = fit_state(whole, rules, has_offset=False)
-    error = np.abs(core.free_run(rules, whole.x, state) - whole.y)
+    error = np.abs(compiled.free_run(rules, whole.x, state) - whole.y)
     in_lead = np.arange(len(error)) < prepared.skip
     lead, rest = error[in_lead & (whole.weight > 0)], error[~in_lead & (whole.weight > 0)]
     floor = _RESOLUTION
@@ -109,9 +109,9 @@ def judge(
     rules, limits = parameters.rules, parameters.displacement_range
     shift = offset * scaling.y_unit
     initial = float(scaling.displacement(state))
-    free = core.free_run(rules, record.voltage, initial, limits) + shift
+    free = compiled.free_run(rules, record.voltage, initial, limits) + shift
     previous = np.concatenate([[initial], record.displacement[:-1] - shift])
-    one_step = core.one_step(rules, previous, record.voltage, limits) + shift
+    one_step = compiled.one_step(rules, previous, record.voltage, limits) + shift
     started = parameters.replace(initialDisplacement=initial)
     # A reading that is not to be trusted spoils the prediction of the next sample as well.
     used = prepared.used
@@ -132,7 +132,7 @@ def judge(
         noise_method=prepared.noise.method,
         y_free=free,
         y_one_step=one_step,
-        out_of_range=core.chain_out_of_range(started, record.voltage),
+        out_of_range=compiled.chain_out_of_range(started, record.voltage),
         start={"initialDisplacement": initial},
     )
 

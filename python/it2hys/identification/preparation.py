@@ -13,8 +13,8 @@ from it2hys.identification.criteria import Series
 from it2hys.identification.noise import NoiseEstimate, estimate_noise
 from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling
+from it2hys.model.variables import load_table
 from it2hys.records import Record
-from it2hys.variables import load_table
 
 #: Least share of a record's samples that can be trusted.
 _TRUSTED = 0.5

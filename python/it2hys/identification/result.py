@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from it2hys.errors import InputError
-from it2hys.parameters import ParameterSet
+from it2hys.model.parameters import ParameterSet
 
 
 class IdentificationError(InputError):

@@ -9,7 +9,7 @@ import numpy as np
 from it2hys.identification import coordinates
 from it2hys.identification.criteria import FreeRun
 from it2hys.identification.scaling import Scaling
-from it2hys.parameters import RULE_FIELDS
+from it2hys.model.parameters import RULE_FIELDS
 
 NORMAL_95 = 1.959964
 _RANK_TOLERANCE = 1e-9

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from it2hys import core
 from it2hys.identification import coordinates
 from it2hys.identification.criteria import Series, normalised_memberships
-from it2hys.it2 import usability_jacobian
+from it2hys.model import compiled
+from it2hys.model.it2 import usability_jacobian
 
 #: Points of the grid: several within the narrowest membership, or rules would hide between them.
 _GRID = 193
@@ -183,13 +183,13 @@ def largest_contraction(rules: np.ndarray, band: Band) -> tuple[float, float, fl
     fine = band.refined(_FINE_GRID)
     magnitude = np.abs(usability_values(rules, fine)[:3])
     place = np.unravel_index(np.argmax(magnitude), magnitude.shape)
-    x = [core.solve(rules, fine.y, fine.y), fine.x_low, fine.x_high][place[0]]
+    x = [compiled.solve(rules, fine.y, fine.y), fine.x_low, fine.x_high][place[0]]
     return float(magnitude[place]), float(fine.y[place[1]]), float(x[place[1]])
 
 
 def is_usable(rules: np.ndarray, band: Band) -> bool:
     """Return whether scaled rules are invertible and contract over a band."""
-    return core.check(rules, band.y[0], band.y[-1]) is None and (
+    return compiled.check(rules, band.y[0], band.y[-1]) is None and (
         largest_contraction(rules, band)[0] < 1.0
     )
 
@@ -209,15 +209,15 @@ def widest_range(rules: np.ndarray, low: float, high: float) -> tuple[float, flo
         The range with a margin of up to 10 % at either end, shrunk only as far as needed; None
         where the rules are unusable within the data themselves.
     """
-    if core.check(rules, low, high):
+    if compiled.check(rules, low, high):
         return None
     margin = MARGIN * (high - low)
     for share in np.linspace(1.0, 0.0, 21):
         below = low - share * margin
-        if not core.check(rules, below, high):
+        if not compiled.check(rules, below, high):
             break
     for share in np.linspace(1.0, 0.0, 21):
         above = high + share * margin
-        if not core.check(rules, below, above):
+        if not compiled.check(rules, below, above):
             break
     return below, above

@@ -15,11 +15,7 @@ from scipy.optimize import lsq_linear
 
 from it2hys.identification import coordinates
 from it2hys.identification.criteria import normalised_memberships, one_step_gradient
-from it2hys.identification.levenberg_marquardt import (
-    Linearisation,
-    Minimum,
-    levenberg_marquardt,
-)
+from it2hys.identification.levenberg_marquardt import Linearisation, Minimum, levenberg_marquardt
 
 _ANTECEDENT = slice(0, 3)
 _CONSEQUENT = slice(3, 6)

@@ -7,13 +7,7 @@ from dataclasses import dataclass
 
 from it2hys.errors import InputError
 from it2hys.records.text import HEADER, Source
-from it2hys.records.units import (
-    DEFAULT_UNITS,
-    UNITS,
-    known_unit,
-    split_name,
-    unknown_unit,
-)
+from it2hys.records.units import DEFAULT_UNITS, UNITS, known_unit, split_name, unknown_unit
 
 #: NAME, "NAME:UNIT" or (NAME, UNIT).
 ColumnChoice = str | tuple[str, str | None]

@@ -13,12 +13,7 @@ from it2hys.records.record import INVERTED, SIGNED, Record
 from it2hys.records.resampling import resample as resampled
 from it2hys.records.response import check_response
 from it2hys.records.table import Table, read_table
-from it2hys.records.time_base import (
-    check_rising,
-    fit_time_base,
-    sample_time_fault,
-    time_base_fault,
-)
+from it2hys.records.time_base import check_rising, fit_time_base, sample_time_fault, time_base_fault
 
 REQUIRED = ("time", "voltage", "displacement")
 OPTIONAL = ("force", "temperature", "reference")

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from it2hys.files import write_atomically
 from it2hys.records.record import Record
 from it2hys.records.units import DIMENSIONLESS, from_si
+from it2hys.support.files import write_atomically
 
 #: Unit that a record's quantity is written in.
 _WRITTEN_UNITS = {

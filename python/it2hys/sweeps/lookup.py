@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from it2hys import excitations
+from it2hys.cosimulation.slave import BASE
 from it2hys.errors import InputError
-from it2hys.keys import known_names
-from it2hys.slave import BASE
+from it2hys.stand import excitations
+from it2hys.support.keys import known_names
 from it2hys.sweeps.plan import Setup, argument
 from it2hys.sweeps.schema import CSV, CSV_NUMBERS, Source, SweepScenario
 

@@ -13,18 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from it2hys import excitations
+from it2hys.cosimulation.stepping import Connection
 from it2hys.errors import InputError
-from it2hys.stepping import Connection
-from it2hys.sweeps.schema import (
-    CSV,
-    CSV_NUMBERS,
-    FigureEntry,
-    Metric,
-    Source,
-    Span,
-    check_csv_number,
-)
+from it2hys.stand import excitations
+from it2hys.sweeps.schema import CSV, CSV_NUMBERS, FigureEntry, Metric, Source, Span, check_csv_number
 
 #: Ticks and cases of a chunk, the unit of work and of what is lost by an interruption.
 CHUNK_TICKS, CHUNK_CASES = 1_000_000, 100

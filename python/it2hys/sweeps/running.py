@@ -12,12 +12,12 @@ from pathlib import Path
 from tqdm import tqdm
 
 from it2hys.errors import InputError
+from it2hys.sweeps.cases import make_plan
 from it2hys.sweeps.plan import Plan
-from it2hys.sweeps.planning import make_plan
+from it2hys.sweeps.pool import Crash, Dask, Processes, ThisProcess, Workers
 from it2hys.sweeps.schema import SweepScenario
 from it2hys.sweeps.store import Store
 from it2hys.sweeps.worker import failure, format_rows
-from it2hys.sweeps.workers import Crash, Dask, Processes, ThisProcess, Workers
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Sweep scenarios: TOML files that say which FMUs run, on what signals, varied how, judged by what.
 
 `scenarios/README.md` describes every key. Reading checks everything that can be known without the
-FMUs; `it2hys.sweeps.planning` checks the rest against them, before any case runs.
+FMUs; `it2hys.sweeps.cases` checks the rest against them, before any case runs.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from it2hys import excitations
+from it2hys.cosimulation.stepping import Connection
 from it2hys.errors import InputError
-from it2hys.keys import Keys, known_names, read_toml
-from it2hys.stepping import Connection
-from it2hys.sweeps.metrics import KINDS
+from it2hys.stand import excitations
+from it2hys.support.keys import Keys, known_names, read_toml
+from it2hys.sweeps.measures import KINDS
 
 DRAWN = ("random", "latin hypercube")
 METHODS = ("grid", "list", *DRAWN)
@@ -46,7 +46,7 @@ class Fmu:
 
 @dataclass(frozen=True)
 class Source:
-    """A signal: a function of `it2hys.excitations` and its arguments, or a column of a CSV file."""
+    """A signal: a function of `stand.excitations` and its arguments, or a column of a CSV file."""
 
     name: str
     signal: str

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from it2hys.cosimulation.slave import Slave
+from it2hys.cosimulation.stepping import System, named
 from it2hys.errors import InputError
-from it2hys.slave import Slave
-from it2hys.stepping import System, named
-from it2hys.sweeps.metrics import KINDS
+from it2hys.sweeps.measures import KINDS
 from it2hys.sweeps.plan import Plan, Setup, signal_values
 
 OK, FAILED = "ok", "failed"

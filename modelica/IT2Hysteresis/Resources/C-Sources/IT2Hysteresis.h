@@ -1,6 +1,6 @@
 /* What the external functions of the Modelica library call: plant and inverse in one translation unit.
  *
- * it2hys.c and it2hys.h are generated from fmu_src by `python -m it2hys.modelica`. A tool compiles them
+ * it2hys.c and it2hys.h are generated from fmu_src by `python -m it2hys.export.modelica`. A tool compiles them
  * through this header alone, which every external function includes. An external object holds one instance
  * of the FMUs' layer; FMI itself has no part in it. */
 #ifndef IT2HYSTERESIS_H

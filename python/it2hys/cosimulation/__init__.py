@@ -1,0 +1,1 @@
+"""FMUs run: instances, many stepped by compiled code, whole systems simulated."""

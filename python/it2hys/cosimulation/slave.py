@@ -1,0 +1,261 @@
+"""One instance of an FMU through FMPy: unpacking, initialization, values, single steps."""
+
+import ctypes
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import fmpy
+from fmpy import fmi2
+from fmpy.model_description import ModelDescription, ScalarVariable, SimpleType
+
+from it2hys.cosimulation.archive import check_archive, is_plain_name, unpack
+from it2hys.errors import InputError
+from it2hys.model.compiled import library_function
+from it2hys.records.numerals import parse_number
+from it2hys.support.keys import known_names
+
+# messages kept of one run: a foreign FMU may log every step
+LARGEST_LOG = 20
+# FMI 2.0 hands over the items of an enumeration as integers
+BASE = {"Enumeration": "Integer"}
+_LISTENER = ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_char_p)
+CONVERT = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
+
+
+class Slave:
+    """One instance of an FMU for co-simulation, initialised and ready to step.
+
+    Use as a context manager. Messages of the FMU since its last initialization are collected in
+    `messages`, and `warned` tells whether there was a warning among them. An instance is used again by
+    `initialize`.
+
+    Parameters
+    ----------
+    path : path
+        The FMU.
+    start_values : mapping, optional
+        Parameters and inputs by name, in SI units, set before initialization.
+
+    Raises
+    ------
+    InputError
+        If the file is no FMU for co-simulation, has no such variable, or refuses the values.
+    """
+
+    def __init__(self, path: str | Path, start_values: Mapping | None = None) -> None:
+        self.path = Path(path)
+        self.messages: list[str] = []
+        self.warned = False
+        self._stack = ExitStack()
+        self._fmu, self._used = None, False
+        try:
+            self._open()
+            self.initialize(start_values)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self) -> None:
+        self.description = read_description(self.path)
+        self.variables = {v.name: v for v in self.description.modelVariables}
+        # removed at the end of the process, too
+        directory = tempfile.TemporaryDirectory(prefix="it2hys-", ignore_cleanup_errors=True)
+        self._directory = self._stack.enter_context(directory)
+        unpack(self.path, self._directory)
+        # kept, because the library holds a pointer to them
+        self._callbacks = fmi2.fmi2CallbackFunctions()
+        self._callbacks.logger = ctypes.cast(
+            library_function("it2core_stepper_log"), fmi2.fmi2CallbackLoggerTYPE
+        )
+        self._listener = _LISTENER(self._hear)
+        self._environment = ctypes.pointer(self._listener)
+        self._callbacks.componentEnvironment = ctypes.cast(self._environment, ctypes.c_void_p)
+        self._callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
+        self._callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
+        self._stack.callback(self._free)
+
+    def _instantiate(self) -> None:
+        fmu = fmi2.FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=self._directory,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName=self.path.stem,
+        )
+        fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
+        self._fmu, self._used = fmu, False
+
+    def _hear(self, status: int, message: bytes) -> None:
+        self.warned |= status == fmi2.fmi2Warning
+        if len(self.messages) < LARGEST_LOG:
+            self.messages.append(message.decode(errors="replace").strip())
+
+    @contextmanager
+    def _explained(self) -> Iterator[None]:
+        """Turn FMPy's exceptions into the FMU's own words."""
+        try:
+            yield
+        except InputError:
+            raise
+        except Exception as error:
+            if getattr(error, "status", None) == fmi2.fmi2Fatal:
+                self.abandon()
+            raise self.fault(str(error)) from None
+
+    def fault(self, text: str) -> InputError:
+        """Return an error in the FMU's own words, or in the given ones if it has said nothing."""
+        return InputError(f"{self.path}: {self.messages[-1] if self.messages else text}")
+
+    def abandon(self) -> None:
+        """Leave the instance alone after a fatal status, which forbids even to free it."""
+        self._fmu = None
+
+    def _free(self) -> None:
+        if self._fmu is not None:
+            self._fmu.freeInstance()
+
+    def close(self) -> None:
+        """Free the instance and its files."""
+        self._stack.close()
+
+    def __enter__(self) -> "Slave":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # --- initialization ------------------------------------------------------------------------
+
+    def initialize(self, start_values: Mapping | None = None) -> None:
+        """Initialize, the first time or again: nothing of an earlier run is left."""
+        self.begin(start_values)
+        self.ready()
+
+    def begin(self, start_values: Mapping | None = None) -> None:
+        """Enter initialization mode: outputs can be read, inputs be set, until `ready`."""
+        self.messages.clear()
+        self.warned = False
+        with self._explained():
+            if self._fmu is None:
+                self._instantiate()
+            elif self._used:
+                self._fmu.reset()
+            self._used = True
+            self._fmu.setupExperiment(startTime=0.0)
+            self.set(start_values or {})
+            self._fmu.enterInitializationMode()
+
+    def ready(self) -> None:
+        """Leave initialization mode."""
+        with self._explained():
+            self._fmu.exitInitializationMode()
+
+    # --- variables -----------------------------------------------------------------------------
+
+    def names(self, causality: str) -> list[str]:
+        """Return the names of the variables of one causality, in the FMU's order."""
+        return [n for n, v in self.variables.items() if v.causality == causality]
+
+    def variable(self, name: str) -> ScalarVariable:
+        """Return FMPy's description of a variable; raises InputError if there is none."""
+        if name not in self.variables:
+            known = known_names(name, list(self.variables))
+            raise InputError(f"{self.path}: the FMU has no variable {name!r}; {known}")
+        return self.variables[name]
+
+    @property
+    def model(self) -> str:
+        """Name of the model."""
+        return self.description.modelName
+
+    @property
+    def sample_time(self) -> float | None:
+        """The parameter `sampleTime` in s; None for an FMU that has none."""
+        return self.get("sampleTime") if "sampleTime" in self.variables else None
+
+    def set(self, values: Mapping) -> None:
+        """Set variables by name; those of one type together."""
+        by_type: dict[str, tuple[list, list]] = {}
+        for name, value in values.items():
+            variable = self.variable(name)
+            base = BASE.get(variable.type, variable.type)
+            references, numbers = by_type.setdefault(base, ([], []))
+            references.append(variable.valueReference)
+            numbers.append(CONVERT[base](value))
+        with self._explained():
+            for base, (references, numbers) in by_type.items():
+                getattr(self._fmu, f"set{base}")(references, numbers)
+
+    def get(self, name: str) -> float | int | bool:
+        """Return the value of a variable."""
+        variable = self.variable(name)
+        base = BASE.get(variable.type, variable.type)
+        with self._explained():
+            return getattr(self._fmu, f"get{base}")([variable.valueReference])[0]
+
+    # --- steps ---------------------------------------------------------------------------------
+
+    @property
+    def instance(self) -> int:
+        """Address of the instance, for compiled code."""
+        return self._fmu.component
+
+    def function(self, name: str) -> int:
+        """Return the address of an FMI function, for compiled code."""
+        return ctypes.cast(getattr(self._fmu.dll, name), ctypes.c_void_p).value
+
+    def tick(self, k: int, values: Mapping) -> None:
+        """Run tick `k` with the given inputs."""
+        self.step(k * self.sample_time, self.sample_time, values)
+
+    def step(self, time: float, size: float, values: Mapping) -> None:
+        """Set inputs and make one communication step from `time`, s."""
+        self.set(values)
+        with self._explained():
+            self._fmu.doStep(time, size)
+
+
+def read_description(path: Path) -> ModelDescription:
+    """Read the model description of an FMU that can be stepped here.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is no FMU, is one that could write or load what is outside of it,
+        or one of another kind: not FMI 2.0, not for co-simulation, or without a binary for this
+        platform.
+    """
+    check_archive(path)
+    try:
+        description = fmpy.read_model_description(str(path), validate=False)
+        platforms = fmpy.supported_platforms(str(path))
+    except Exception as error:
+        raise InputError(f"{path}: not an FMU: {error}") from None
+    if description.fmiVersion != "2.0":
+        raise InputError(f"{path}: an FMU of FMI {description.fmiVersion}; it must be FMI 2.0")
+    if description.coSimulation is None:
+        raise InputError(f"{path}: not an FMU for co-simulation")
+    identifier = description.coSimulation.modelIdentifier or ""
+    if not is_plain_name(identifier):
+        raise InputError(f"{path}: modelIdentifier is {identifier!r}; it must be the name of a binary")
+    if fmpy.platform not in platforms:
+        raise InputError(f"{path}: has no binary for this platform, {fmpy.platform}")
+    for variable in description.modelVariables:
+        _check_numbers(path, f"variable {variable.name!r}", variable)
+    for declared in description.typeDefinitions:
+        _check_numbers(path, f"type {declared.name!r}", declared)
+    return description
+
+
+def _check_numbers(path: Path, owner: str, holder: ScalarVariable | SimpleType) -> None:
+    """Refuse attributes that must be numbers and are not."""
+    if holder.type in ("Boolean", "String"):
+        return
+    for name in ("start", "min", "max", "nominal"):
+        text = getattr(holder, name, None)
+        try:
+            if text is not None:
+                parse_number(text)
+        except ValueError:
+            raise InputError(f"{path}: {owner}: {name} is {text!r}; it must be a number") from None

@@ -1,0 +1,287 @@
+"""The fast path: connected FMUs stepped over whole signals by compiled code.
+
+FMPy unpacks, describes and instantiates FMUs and stays at hand for everything that happens once in a
+run; what happens at every step happens in `fmu_src/python/stepper.c`, which calls the FMI functions
+by their addresses. It makes the calls that a loop over FMPy's `setReal`, `doStep` and `getReal` makes,
+so the numbers are the same to the last bit.
+"""
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from fmpy import fmi2
+
+from it2hys.cosimulation.slave import BASE, Slave
+from it2hys.errors import InputError
+from it2hys.model.compiled import library_function
+
+BASES = ("Real", "Integer", "Boolean")
+CALLS = ("its inputs could not be set", "fmi2DoStep failed", "its outputs could not be read")
+STATUS = {2: "fmi2Discard", 3: "fmi2Error", 4: "fmi2Fatal", 5: "fmi2Pending (steps in the background)"}
+_ADDRESS = ctypes.c_void_p
+
+
+@dataclass(frozen=True)
+class Connection:
+    """What an input gets: ``factor * source + offset``.
+
+    `source` is a signal's name or ``slave.output``, `target` is ``slave.input``.
+    """
+
+    source: str
+    target: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+class _Source(ctypes.Structure):
+    _fields_ = (
+        ("factor", ctypes.c_double), ("offset", ctypes.c_double),
+        ("slot", ctypes.c_int32), ("unused", ctypes.c_int32),
+    )  # fmt: skip
+
+
+class _Slave(ctypes.Structure):
+    """`struct stepper_slave` of stepper.c."""
+
+    FUNCTIONS = (*(f"fmi2Set{b}" for b in BASES), *(f"fmi2Get{b}" for b in BASES), "fmi2DoStep")
+    _fields_ = (
+        ("instance", _ADDRESS),
+        *((name, _ADDRESS) for name in FUNCTIONS),
+        *((name, _ADDRESS) for name in ("inputs", "outputs", "sources", "reals", "integers")),
+        ("input_counts", ctypes.c_int32 * 3), ("output_counts", ctypes.c_int32 * 3),
+        ("first_output", ctypes.c_int32), ("unused", ctypes.c_int32),
+    )  # fmt: skip
+
+
+class _Fault(ctypes.Structure):
+    _fields_ = (("slave", ctypes.c_int32), ("call", ctypes.c_int32), ("status", ctypes.c_int32))
+
+
+@cache
+def _run() -> ctypes._CFuncPtr:
+    run = library_function("it2core_stepper_run")
+    run.restype = ctypes.c_int64
+    run.argtypes = [
+        _ADDRESS, ctypes.c_int32, _ADDRESS, _ADDRESS, ctypes.c_int32, _ADDRESS, _ADDRESS,
+        ctypes.c_int32, ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.POINTER(_Fault),
+    ]  # fmt: skip
+    return run
+
+
+class System:
+    """Connected FMUs that run one after the other in every communication step.
+
+    A slave gets this step's outputs of the slaves before it and the last step's of those behind it:
+    put the inverse before the plant, and a controller that reads the plant before the plant.
+
+    Parameters
+    ----------
+    slaves : mapping of str to Slave
+        In the order in which they step. A name has no dot.
+    connections : sequence of Connection
+        An input that none names keeps its start value.
+    recorded : sequence of str
+        Variables to be recorded, as ``slave.variable``.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, an input is connected twice, or a variable is a String.
+    """
+
+    def __init__(
+        self, slaves: Mapping[str, Slave], connections: Sequence[Connection], recorded: Sequence[str]
+    ) -> None:
+        self.slaves, self.recorded = dict(slaves), list(recorded)
+        self._connections = {c.target: c for c in connections}
+        if len(self._connections) < len(connections):
+            targets = [c.target for c in connections]
+            twice = next(t for t in targets if targets.count(t) > 1)
+            raise InputError(f"the input {twice} is connected twice")
+        sources = [c.source for c in connections]
+        self.signals = list(dict.fromkeys(s for s in sources if "." not in s))
+        self._slots = {name: i for i, name in enumerate(self.signals)}
+        wanted = dict.fromkeys([*(s for s in sources if "." in s), *self.recorded])
+        self._outputs = {name: self._by_base(name, wanted) for name in self.slaves}
+        for name in wanted:
+            self._find(name)
+        for slave, groups in self._outputs.items():
+            for group in groups:
+                self._slots.update({f"{slave}.{v}": len(self._slots) + i for i, v in enumerate(group)})
+        self._inputs = {name: self._by_base(name, self._connections) for name in self.slaves}
+        for target in self._connections:
+            slave, variable = self._find(target)
+            if self.slaves[slave].variable(variable).causality != "input":
+                raise InputError(f"{target} is no input of {self.slaves[slave].path}")
+        self._values = np.zeros(max(len(self._slots), 1))
+        self._recorded = np.array([self._slots[name] for name in self.recorded], dtype=np.int32)
+        self._step = 0
+        self._filled: list[int] = []  # instances that the structures hold
+        self._kept: list = []  # arrays that the structures point into
+        self._structures = (_Slave * len(self.slaves))()
+
+    def _find(self, name: str) -> tuple[str, str]:
+        slave, _, variable = name.partition(".")
+        if slave not in self.slaves:
+            raise InputError(f"{name}: there is no FMU {slave!r}; there are {', '.join(self.slaves)}")
+        if self.slaves[slave].variable(variable).type == "String":
+            raise InputError(f"{name} is a String; numbers can be connected and recorded")
+        return slave, variable
+
+    def _by_base(self, slave: str, names: Sequence[str]) -> list[list[str]]:
+        """Return a slave's variables among names: Real ones, Integer ones, Boolean ones."""
+        own = [n.partition(".")[2] for n in names if n.partition(".")[0] == slave]
+        kinds = {n: self.slaves[slave].variable(n).type for n in own}
+        return [[n for n in own if BASE.get(kinds[n], kinds[n]) == base] for base in BASES]
+
+    def initialize(
+        self,
+        start_values: Mapping[str, Mapping] | None = None,
+        signals: Mapping[str, float] | None = None,
+    ) -> None:
+        """Initialize all slaves, the first time or again.
+
+        Parameters
+        ----------
+        start_values : mapping of str to mapping, optional
+            Parameters by slave and name.
+        signals : mapping of str to float, optional
+            What signals are before the first step: inputs get it, and outputs of the slaves before.
+
+        Raises
+        ------
+        InputError
+            If an FMU refuses a value; in its own words.
+        """
+        self._step = 0
+        self._values[:] = 0.0
+        for name, value in (signals or {}).items():
+            self._values[self._slots[name]] = value
+        for name, slave in self.slaves.items():
+            slave.begin((start_values or {}).get(name))
+        for name, slave in self.slaves.items():
+            variables = [v for group in self._inputs[name] for v in group]
+            known = {v: self._connections[f"{name}.{v}"] for v in variables}
+            slave.set(
+                {v: c.factor * self._values[self._slots[c.source]] + c.offset for v, c in known.items()}
+            )
+            self._read(name, slave)
+        for name, slave in self.slaves.items():
+            slave.ready()
+            self._read(name, slave)
+        self._fill()
+
+    def _read(self, name: str, slave: Slave) -> None:
+        for group in self._outputs[name]:
+            for variable in group:
+                self._values[self._slots[f"{name}.{variable}"]] = slave.get(variable)
+
+    def _fill(self) -> None:
+        """Fill the structures with the addresses that the instances have now."""
+        instances = [slave.instance for slave in self.slaves.values()]
+        if instances == self._filled:
+            return
+        self._filled = instances
+        self._kept.clear()
+        for structure, (name, slave) in zip(self._structures, self.slaves.items(), strict=True):
+            inputs, outputs = self._inputs[name], self._outputs[name]
+            sources = [self._connections[f"{name}.{v}"] for group in inputs for v in group]
+            packed = (_Source * max(len(sources), 1))(
+                *(_Source(c.factor, c.offset, self._slots[c.source], 0) for c in sources)
+            )
+            room = max(map(len, [*inputs, *outputs])) or 1
+            arrays = {
+                "inputs": self._references(slave, inputs),
+                "outputs": self._references(slave, outputs),
+                "reals": np.zeros(room),
+                "integers": np.zeros(room, dtype=np.int32),
+            }
+            self._kept += [packed, *arrays.values()]
+            structure.instance = slave.instance
+            for function in _Slave.FUNCTIONS:
+                setattr(structure, function, slave.function(function))
+            for field, array in arrays.items():
+                setattr(structure, field, array.ctypes.data)
+            structure.sources = ctypes.addressof(packed)
+            structure.input_counts[:] = [len(group) for group in inputs]
+            structure.output_counts[:] = [len(group) for group in outputs]
+            first = next((f"{name}.{v}" for group in outputs for v in group), None)
+            structure.first_output = self._slots[first] if first else 0
+
+    @staticmethod
+    def _references(slave: Slave, groups: list[list[str]]) -> np.ndarray:
+        references = [slave.variable(v).valueReference for group in groups for v in group]
+        return np.array(references or [0], dtype=np.uint32)
+
+    def run(
+        self, signals: Mapping[str, np.ndarray], steps: int, step_size: float
+    ) -> dict[str, np.ndarray]:
+        """Make communication steps; a further call continues where this one ended.
+
+        Parameters
+        ----------
+        signals : mapping of str to ndarray, shape (steps,)
+            Every connected signal at the beginning of every step, in SI units.
+        steps : int
+            Number of steps.
+        step_size : float
+            Communication step, s; the same in every call after an initialization.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (steps,)
+            Recorded variables by name, as read at the end of every step.
+
+        Raises
+        ------
+        InputError
+            If an FMU does not complete a step, in its own words; a signal is missing or too short.
+        """
+        arrays = [self._signal(signals, name, steps) for name in self.signals]
+        records = np.empty((len(self.recorded), steps))
+        rows = [records[i].ctypes.data for i in range(len(records))]
+        fault = _Fault()
+        done = _run()(
+            self._structures, len(self._structures), self._values.ctypes.data,
+            (_ADDRESS * max(len(arrays), 1))(*(a.ctypes.data for a in arrays)), len(arrays),
+            self._recorded.ctypes.data, (_ADDRESS * max(len(rows), 1))(*rows), len(rows),
+            self._step, steps, step_size, ctypes.byref(fault),
+        )  # fmt: skip
+        self._step += done
+        if done < steps:
+            raise self._explain(fault, self._step * step_size)
+        return dict(zip(self.recorded, records, strict=True))
+
+    @staticmethod
+    def _signal(signals: Mapping[str, np.ndarray], name: str, steps: int) -> np.ndarray:
+        if name not in signals:
+            raise InputError(f"there is no signal {name!r}; there are {', '.join(signals) or 'none'}")
+        array = np.ascontiguousarray(signals[name], dtype=np.float64)
+        if array.shape != (steps,):
+            raise InputError(f"signal {name!r} has shape {array.shape}; it must be ({steps},)")
+        return array
+
+    def _explain(self, fault: _Fault, time: float) -> InputError:
+        slave = list(self.slaves.values())[fault.slave]
+        if fault.status == fmi2.fmi2Fatal:
+            slave.abandon()
+        said = slave.fault(f"{CALLS[fault.call]}")
+        return InputError(f"{said} ({STATUS.get(fault.status, fault.status)} at {time:g} s)")
+
+    @property
+    def messages(self) -> list[str]:
+        """What the slaves have logged since their initialization, and which of them it was."""
+        return [
+            f"{named(name, slave.model)}: {message}"
+            for name, slave in self.slaves.items()
+            for message in slave.messages
+        ]
+
+
+def named(slave: str, model: str) -> str:
+    """Return how messages call an instance: by its name, and its model's if it is known."""
+    return f"{slave} ({model})" if model else slave

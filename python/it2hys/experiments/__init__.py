@@ -1,0 +1,1 @@
+"""Scenarios that identify, diagnose and track on the simulated test stand."""

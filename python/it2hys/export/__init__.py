@@ -1,0 +1,1 @@
+"""Parameter sets for other tools: a Modelica record, a C header."""

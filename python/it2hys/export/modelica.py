@@ -1,0 +1,234 @@
+"""Parameter records for the Modelica library, generated from the variable table.
+
+`Parameters/Base.mo` declares what the table declares, `Parameters/Table1.mo` holds the paper's
+values, and `format_record` writes any parameter set as a record beside them. Structured names
+become vectors: ``rule[2].centre`` is ``ruleCentre[2]``, ``lag.timeConstant`` is ``lagTimeConstant``.
+The library also holds the C sources of the FMUs, because a tool that compiles them has the library
+only, not this repository. After a change of the table or of the C sources,
+``python -m it2hys.export.modelica modelica/IT2Hysteresis`` brings the library up to date.
+"""
+
+import re
+import sys
+from html import escape
+from pathlib import Path
+
+from it2hys.errors import InputError
+from it2hys.model.compiled import native_directory
+from it2hys.model.parameters import ParameterSet, table_1
+from it2hys.model.variables import DeclaredType, Variable, load_table
+from it2hys.support.files import write_atomically
+
+LIBRARY_VERSION = "0.1.0"
+PACKAGE = "IT2Hysteresis.Parameters"
+C_SOURCES = "Resources/C-Sources"
+
+#: The chain, the layer and the models, as one C file (`it2hys.fmu.amalgamation`).
+SOURCES = ("it2hys.h", "it2hys.c")
+
+#: Quantities of the table that `Modelica.Units.SI` has a type for, of the same name and unit.
+SI_QUANTITIES = {
+    "ElectricPotential",
+    "Force",
+    "Frequency",
+    "Length",
+    "ThermodynamicTemperature",
+    "Time",
+}
+
+
+def format_record(parameters: ParameterSet, name: str, within: str | None = None) -> str:
+    """Return a parameter set as a Modelica record.
+
+    Parameters
+    ----------
+    parameters : ParameterSet
+        The set; numbers are written with the fewest digits that read back to the same bits.
+    name : str
+        Name of the record. It begins with a capital letter, as the names of Modelica classes do.
+    within : str, optional
+        Package that the record belongs to; by default it stands alone and says which version of
+        the library it uses.
+
+    Raises
+    ------
+    InputError
+        If the name is not a class name.
+    """
+    if not re.fullmatch(r"[A-Z][A-Za-z0-9_]*", name):
+        raise InputError(
+            f"{name!r} is not a name for a Modelica record; "
+            "use letters, digits and underscores, a capital letter first"
+        )
+    modifiers = [f"    {field}={value}" for field, value in _values(parameters).items()]
+    annotations = ['defaultComponentPrefixes="parameter"']
+    if within is None:
+        annotations.append(f"uses(IT2Hysteresis(version={_string(LIBRARY_VERSION)}))")
+    info = (
+        f"<p>\nThe parameter set <em>{escape(parameters.name)}</em>, written by it2hys. "
+        "Numbers are in SI units.\n</p>"
+    )
+    return _record(
+        name,
+        f"Parameter set {parameters.name}",
+        [f"  extends {PACKAGE}.Base(", ",\n".join(modifiers) + ");"],
+        [*annotations, _documentation(info)],
+        within,
+    )
+
+
+def format_base() -> str:
+    """Return the record that every parameter set extends: the table's parameters, declared."""
+    parameters = load_table().parameters().values()
+    info = (
+        "<p>\nWhat identifies an actuator, plant and inverse alike. Names are those of the FMUs'\n"
+        "parameters, with a vector for every column of a structured one: "
+        "<code>ruleCentre[l]</code>\nis the FMUs' <code>rule[l].centre</code>, "
+        "<code>lagTimeConstant</code> their <code>lag.timeConstant</code>.\n"
+        "The rules have no default. Effects are off by default, see\n"
+        '<a href="modelica://IT2Hysteresis.UsersGuide.Effects">Effects</a>.\n</p>'
+    )
+    return _record(
+        "Base",
+        "Parameters of plant and inverse",
+        [
+            "  extends Modelica.Icons.Record;",
+            *(_declaration(v) for v in parameters if v.index in (None, 1)),
+        ],
+        ['defaultComponentPrefixes="parameter"', _documentation(info)],
+        PACKAGE,
+    )
+
+
+def write_record(parameters: ParameterSet, directory: Path) -> Path:
+    """Write a set as a record class of its own into a directory, which exists; return the file.
+
+    The class is named after the set: ``my stage 2`` gives ``MyStage2.mo``.
+    """
+    name = class_name(parameters.name)
+    path = directory / f"{name}.mo"
+    write_atomically(path, format_record(parameters, name).encode())
+    return path
+
+
+def class_name(text: str) -> str:
+    """Return a Modelica class name made from any text: its words, joined, a capital letter first."""
+    words = re.findall(r"[A-Za-z0-9]+", text)
+    joined = "".join(word[0].upper() + word[1:] for word in words)
+    return joined if joined[:1].isalpha() else f"Set{joined}"
+
+
+def write_library(directory: Path) -> None:
+    """Write what is generated of the library whose `package.mo` is in `directory`."""
+    for place, content in generated_files().items():
+        (directory / place).parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(directory / place, content)
+
+
+def generated_files() -> dict[str, bytes]:
+    """Return records and C sources by their place in the library."""
+    native = native_directory()
+    copies = [*(native / "sources" / name for name in SOURCES), native / "LICENSE"]
+    return {
+        "Parameters/Base.mo": format_base().encode(),
+        "Parameters/Table1.mo": format_record(table_1(), "Table1", PACKAGE).encode(),
+        **{f"{C_SOURCES}/{path.name}": path.read_bytes() for path in copies},
+    }
+
+
+def field(name: str) -> str:
+    """Return a parameter's name in the record: ``resonance.frequency`` is ``resonanceFrequency``."""
+    first, *others = re.sub(r"\[\d+\]", "", name).split(".")
+    return first + "".join(part[0].upper() + part[1:] for part in others)
+
+
+def _values(parameters: ParameterSet) -> dict[str, str]:
+    """Return the values by their name in the record, structured parameters as vectors."""
+    known = load_table().parameters()
+    scalars, vectors = {}, {}
+    for name, value in parameters.items():
+        text = _literal(value)
+        if known[name].group is None:
+            scalars[field(name)] = text
+        else:
+            vectors.setdefault(field(name), []).append(text)
+    return scalars | {name: "{" + ", ".join(texts) + "}" for name, texts in vectors.items()}
+
+
+def _declaration(variable: Variable) -> str:
+    """Return the declaration of a parameter, or of a vector of them for a group's first element."""
+    counts = {group: entry["variable"] for group, entry in load_table().counts.items()}
+    size, start = "", f"={_literal(variable.start)}"
+    if variable.group is not None:
+        size = f"[{counts[variable.group]}]"
+        # a vector that may be empty needs a default, so that a set without it is complete
+        start = f"=fill(0.0, {counts[variable.group]})" if variable.effect else ""
+    attributes = _attributes(variable.type, each="each " if size else "")
+    annotations = _place_in_dialog(variable)
+    if variable.name in counts.values():
+        annotations.append("Evaluate=true")
+    annotation = f"\n    annotation ({', '.join(annotations)})" if annotations else ""
+    return (
+        f"  parameter {_type(variable.type)} {field(variable.name)}{size}{attributes}{start}\n"
+        f"    {_string(variable.description)}{annotation};"
+    )
+
+
+def _place_in_dialog(variable: Variable) -> list[str]:
+    """Return the annotation that groups parameters in a tool's dialog, if there is any."""
+    if variable.effect:
+        return [f'Dialog(tab="Effects", group={_string(variable.effect.capitalize())})']
+    return [f"Dialog(group={_string(variable.group.capitalize())})"] if variable.group else []
+
+
+def _type(kind: DeclaredType) -> str:
+    """Return the Modelica type, that of `Modelica.Units.SI` where there is one."""
+    return f"Modelica.Units.SI.{kind.quantity}" if kind.quantity in SI_QUANTITIES else kind.base
+
+
+def _attributes(kind: DeclaredType, each: str) -> str:
+    """Return the modification of the attributes that the Modelica type does not set."""
+    own = {}
+    if kind.quantity not in SI_QUANTITIES:
+        own = {"final quantity": kind.quantity, "final unit": kind.unit}
+    own |= {name: getattr(kind, name) for name in ("displayUnit", "min", "max", "nominal")}
+    lines = [f"\n    {each}{name}={_literal(v)}" for name, v in own.items() if v is not None]
+    return f"({','.join(lines)})" if lines else ""
+
+
+def _literal(value: float | int | bool | str) -> str:
+    """Return a Modelica literal."""
+    if isinstance(value, str):
+        return _string(value)
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def _string(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def _documentation(info: str) -> str:
+    revisions = f"<p>\nWritten for version {LIBRARY_VERSION} of the library.\n</p>"
+    info, revisions = (_string(f"<html>\n{html}\n</html>") for html in (info, revisions))
+    return f"Documentation(info={info},\n      revisions={revisions})"
+
+
+def _record(
+    name: str, description: str, elements: list[str], annotations: list[str], within: str | None
+) -> str:
+    """Return the text of a record class."""
+    return "\n".join(
+        [
+            *([f"within {within};"] if within else []),
+            f"record {name} {_string(description)}",
+            *elements,
+            "  annotation (",
+            ",\n".join(f"    {annotation}" for annotation in annotations) + ");",
+            f"end {name};",
+            "",
+        ]
+    )
+
+
+if __name__ == "__main__":
+    write_library(Path(sys.argv[1]))

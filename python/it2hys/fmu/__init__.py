@@ -1,0 +1,1 @@
+"""What is inside an FMU, and the SSP systems that connect FMUs."""

@@ -1,0 +1,409 @@
+"""The outcome of an identification: parameter set, FMUs, report and JSON in one directory."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from it2hys.cosimulation.simulation import track
+from it2hys.errors import InputError
+from it2hys.fmu.packaging import make_directory, package
+from it2hys.identification.excerpts import searched_text
+from it2hys.identification.findings import sensor_step
+from it2hys.identification.result import Identification, RecordResult
+from it2hys.model.parameters import ParameterSet
+from it2hys.model.variables import load_table
+from it2hys.records import Record
+from it2hys.records.figures_of_merit import (
+    Errors,
+    max_relative_error,
+    noise_size,
+    small_figure,
+    times_the_noise,
+)
+from it2hys.records.record import INVERTED
+from it2hys.reports import figures
+from it2hys.reports.page import Picture, Section, Table, write_report
+from it2hys.reports.validity import out_of_range_sentence
+from it2hys.reports.verdict import model_verdict, straight_line_errors
+from it2hys.support.files import write_atomically
+from it2hys.support.progress import Progress
+
+UM = 1e6
+# a free-run error above this many times the noise says that the model lacks something
+FAR_ABOVE_NOISE = 2.0
+ROLES = {"train": "training", "validation": "validation", "test": "test"}
+#: What to do where the model, or its inverse, is of no use.
+ADVICE = (
+    "Do not rely on it: `it2hys diagnose` with the same records looks for the effects that it lacks, "
+    "and adds them."
+)
+NO_MEMORY = (
+    "The one-step-ahead error is much the smaller one because the prediction leans on the measured "
+    "y(k-1), which is nearly the answer. In free run the model has only the voltage and its own past: "
+    "its one state remembers no turning points, and its loop is phase lag, which grows with "
+    "frequency, where a piezo's loop hardly does."
+)
+
+
+def write_identification(
+    identification: Identification,
+    records: Sequence[Record],
+    directory: str | Path,
+    title: str = "Identification",
+    extra: Sequence[Section] = (),
+    first: Sequence[str] = (),
+    progress: Progress = lambda share, text: None,
+) -> Path:
+    """Write the parameter set, both FMUs, `report.html`, its figures and `report.json`.
+
+    Parameters
+    ----------
+    identification : Identification
+        The result.
+    records : sequence of Record
+        In the order of `identification.records`.
+    directory : path
+        Created if it does not exist.
+    title : str
+        Of the report.
+    extra : sequence of Section
+        Put after the records.
+    first : sequence of str
+        Sentences with which the report begins, but for one that says that the model is of no use.
+    progress : callable
+        Told the share done and what is being done.
+
+    Returns
+    -------
+    Path
+        The report.
+
+    Raises
+    ------
+    InputError
+        If the fit has not converged: nothing is written then.
+    """
+    if not identification.converged:
+        raise InputError(
+            f"the fit did not converge ({identification.message}); no parameter set is written. "
+            "Try fewer rules, or records that cover the range better"
+        )
+    directory = make_directory(directory)
+    package(identification.parameters, directory)
+    results = identification.records
+    lines = straight_line_errors(records, results)
+    texts = summary(identification, lines, first)
+    sections = [
+        Section("Summary", [*texts, *inversion(records)], [error_table(identification, lines)]),
+        *(
+            record_section(record, result, identification.parameters)
+            for record, result in zip(records, results, strict=True)
+        ),
+        *extra,
+        _tracking_section(directory, identification, records[0]),
+        _parameter_section(identification),
+        _method_section(identification),
+        _use_section(),
+    ]
+    outcome = summary_json(identification, lines) | {"records": records_json(records)}
+    document = json.dumps(outcome, indent=1) + "\n"
+    write_atomically(directory / "report.json", document.encode())
+    return write_report(directory, title, sections, progress)
+
+
+def summary(
+    identification: Identification, lines: Sequence[Errors], first: Sequence[str] = ()
+) -> list[str]:
+    """Return what was found, in plain words; first of all if it is of no use."""
+    count = identification.parameters.counts["rule"]
+    ratio = identification.error_over_noise
+    texts = [
+        *model_verdict(identification.records, lines, ADVICE),
+        *first,
+        f"The interval type-2 fuzzy model with {_count(count, 'rule')} was identified on "
+        f"{_count(len(identification.by_role('train')), 'training record')}. The noise: "
+        f"{noise_size(identification.noise_rms)}. A model is judged by its free run, from voltage "
+        "alone.",
+    ]
+    if ratio > FAR_ABOVE_NOISE:
+        texts.append(
+            f"On the training records the free-run error is {times_the_noise(ratio)}: far above it. "
+            "The records contain something that this model does not describe; `it2hys diagnose` with "
+            "the same records looks for it. " + NO_MEMORY
+        )
+    else:
+        texts.append(
+            f"On the training records the free-run error is {times_the_noise(ratio)}: the model "
+            "explains what can be explained."
+        )
+    for result in identification.by_role("test"):
+        texts.append(
+            f"On the test record {result.name}, which decided nothing, it is "
+            f"{result.e_rms * UM:.3g} µm rms, {times_the_noise(result.e_rms / result.noise_rms)} of "
+            f"that record ({noise_size(result.noise_rms)})."
+        )
+    return texts + [f"Note: {warning}" for warning in identification.warnings]
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def inversion(records: Sequence[Record]) -> list[str]:
+    """Return the sentence on records whose sign was flipped, if there are any."""
+    return [f"Note: {INVERTED}"] if any(r.inverted for r in records) else []
+
+
+def records_json(records: Sequence[Record]) -> dict:
+    """Return what `report.json` says of the records themselves, by name."""
+    return {
+        r.name: {
+            "displacement_inverted": r.inverted,
+            "unused_columns": list(r.unused),
+            "sensor_step_um": None if (step := sensor_step(r)) is None else UM * step,
+            "notes": list(r.notes),
+        }
+        for r in records
+    }
+
+
+def error_table(identification: Identification, lines: Sequence[Errors]) -> Table:
+    """Return the errors of all records: straight line, one step ahead, free run, noise."""
+    rows = [
+        [
+            r.name, ROLES[r.role],
+            f"{100 * line.e_mr:.2f}", f"{line.e_rms * UM:.4f}",
+            f"{100 * r.e_mr_one_step:.2f}", f"{r.e_rms_one_step * UM:.4f}",
+            f"{100 * r.e_mr:.2f}", f"{r.e_rms * UM:.4f}",
+            small_figure(r.noise_rms * UM), f"{r.offset * UM:.3f}",
+        ]
+        for r, line in zip(identification.records, lines, strict=True)
+    ]  # fmt: skip
+    return Table(
+        [
+            "record", "role",
+            "line e_mr %", "line e_rms µm",
+            "one-step e_mr %", "one-step e_rms µm",
+            "free-run e_mr %", "free-run e_rms µm",
+            "noise µm", "offset removed µm",
+        ],
+        rows,
+        "Errors (24) and (25). Line: one straight line fitted to the training records. One-step: the "
+        "model is given the measured y(k-1). Free run: the model gets the voltage alone.",
+    )  # fmt: skip
+
+
+def record_section(record: Record, result: RecordResult, parameters: ParameterSet) -> Section:
+    """Return how the model does on one record: over time and over voltage."""
+    kept = slice(result.skip, None)
+    time, voltage = record.time[kept], record.voltage[kept]
+    measured, model = record.displacement[kept], result.y_free[kept]
+    label = f"{result.name} ({ROLES[result.role]})"
+    text = [
+        f"{len(record)} samples at {1 / record.sample_time:.6g} Hz. The free run starts from "
+        f"{result.initial_displacement * UM:.4g} µm; noise by {result.noise_method}."
+    ]
+    if result.skip:
+        text.append(
+            f"No error counts the first {result.skip} samples: the start is fitted on them, or they "
+            "are a start-up transient."
+        )
+    beyond = out_of_range_sentence(
+        parameters, result.out_of_range, record.voltage, result.y_free - result.offset
+    )
+    text += [beyond] if beyond else []
+    text += [f"Note: {note}" for note in record.notes]
+    return Section(
+        f"Record {label}",
+        text,
+        pictures=[
+            Picture(
+                f"{result.name}_time",
+                figures.time_course(
+                    time,
+                    measured,
+                    {"free run": model, "one step ahead": result.y_one_step[kept]},
+                    label,
+                    result.noise_rms,
+                ),
+                "Displacement and error over time (compare the paper's Figures 2, 4 and 5).",
+            ),
+            Picture(
+                f"{result.name}_loop",
+                figures.hysteresis_loop(voltage, measured, {"free run": model}, label),
+                "Hysteresis loop and error over voltage (compare the paper's Figure 3).",
+            ),
+        ],
+    )
+
+
+def _tracking_section(directory: Path, identification: Identification, record: Record) -> Section:
+    """Run the FMUs just written on a reference that suits the record: 90 % of its range, its pace."""
+    low, high = record.displacement.min(), record.displacement.max()
+    periods, samples = 2.0, min(4000, len(record))
+    phase = 2 * np.pi * periods * np.arange(samples) / samples
+    reference = (low + high) / 2 - 0.45 * (high - low) * np.cos(phase)
+    run = track(
+        directory / "IT2Inverse.fmu",
+        directory / "IT2Plant.fmu",
+        reference,
+        {"initialDisplacement": float(reference[0])},
+    )
+    error = max_relative_error(reference, run["displacement"])
+    return Section(
+        "Feedforward: inverse FMU drives plant FMU",
+        [
+            "A sine over 90 % of the record's range through IT2Inverse.fmu and its voltage through "
+            f"IT2Plant.fmu, in co-simulation: e_mr is {100 * error:.2g} %. The inverse is exact, so "
+            "this says that the two FMUs fit together; how well the real stage tracks is limited by "
+            "the free-run errors above."
+        ],
+        pictures=[
+            Picture(
+                "tracking_model",
+                figures.tracking(
+                    np.arange(samples) * record.sample_time,
+                    reference,
+                    {"plant FMU": run["displacement"]},
+                    run["voltage"],
+                    "inverse → plant",
+                ),
+                "Reference, displacement, error and voltage (compare the paper's Figure 7).",
+            )
+        ],
+    )
+
+
+def parameter_row(name: str, value: float, low: float, high: float) -> list[str]:
+    """Return name, value, ends of the interval and unit of a parameter as a table shows them."""
+    unit = load_table().parameters()[name].type.unit or ""
+    scale = UM if unit.startswith("m") else 1.0
+    shown = unit.replace("m", "µm", 1) if scale != 1.0 else unit
+    return [name, *(f"{v * scale:.6g}" if np.isfinite(v) else "–" for v in (value, low, high)), shown]
+
+
+def _parameter_section(identification: Identification) -> Section:
+    rows = [
+        [
+            *parameter_row(name, identification.parameters[name], low, high),
+            "no" if name in identification.undetermined else "yes",
+        ]
+        for name, (low, high) in identification.intervals.items()
+    ]
+    text = [f"The condition number of the scaled problem is {identification.condition:.2g}."]
+    if identification.undetermined:
+        text.append(
+            "The data do not determine " + ", ".join(identification.undetermined) + ": other values "
+            "would fit as well. The model's output is not affected, the values mean little."
+        )
+    return Section(
+        "Parameters",
+        text,
+        [Table(["parameter", "value", "95 % from", "to", "unit", "determined"], rows)],
+    )
+
+
+def _method_section(identification: Identification) -> Section:
+    text = [
+        f"The fit ended: {identification.message.rstrip('.')}. The largest contraction "
+        "|∂y(k)/∂y(k−1)| over the displacement range is "
+        f"{identification.contraction:.4f} (below 1: a wrong start is forgotten; "
+        "beyond the range the model goes on as the contraction that it is at its ends, so that no "
+        "voltage makes a free run diverge).",
+        "Duration: " + ", ".join(f"{k} {v:.1f} s" for k, v in identification.seconds.items()) + ".",
+    ]
+    samples = sum(len(r.y_free) for r in identification.by_role("train"))
+    text += filter(None, [searched_text(samples)])
+    tables = [
+        Table(
+            ["start", "one-step µm", "free run µm"],
+            [
+                [str(i), f"{s.one_step_rms * UM:.4f}", f"{s.free_run_rms * UM:.4f}"]
+                for i, s in enumerate(identification.starts[:10], start=1)
+            ],
+            "The best starts and where they led: rms errors on the training records.",
+        )
+    ]
+    if identification.orders:
+        tables.append(
+            Table(
+                ["rules", "deciding free-run error µm"],
+                [[str(o.rules), f"{o.e_rms * UM:.4f}"] for o in identification.orders],
+                "Numbers of rules that were tried.",
+            )
+        )
+    return Section("How it was identified", text, tables)
+
+
+def _use_section() -> Section:
+    return Section(
+        "Using the FMUs",
+        [
+            "IT2Plant.fmu and IT2Inverse.fmu lie beside this report, with the parameter set in "
+            "parameters.ssv. Any FMI 2.0 co-simulation master runs them; quantities are in SI units. "
+            "To repeat a free run above, set initialDisplacement to the value given with the record, "
+            "step at sampleTime, and add the offset in the table."
+        ],
+    )
+
+
+def summary_json(identification: Identification, lines: Sequence[Errors]) -> dict:
+    """Return `report.json` as a dictionary, with the keys of DESIGN.md."""
+    known = load_table().parameters()
+    results = identification.records
+    return {
+        "effects": [],
+        "unexplained": bool(identification.error_over_noise > FAR_ABOVE_NOISE),
+        "noise_rms_um": identification.noise_rms * UM,
+        "error": {
+            "before": {
+                r.name: {
+                    "e_mr_percent": 100 * line.e_mr,
+                    "e_rms_um": line.e_rms * UM,
+                    "role": r.role,
+                    "model": "line",
+                }
+                for r, line in zip(results, lines, strict=True)
+            },
+            "after": {r.name: _record_json(r) for r in results},
+        },
+        "evidence": [],
+        "parameters": {
+            name: {
+                "value": identification.parameters[name],
+                "ci95": [_number(low), _number(high)],
+                "unit": known[name].type.unit or "1",
+                "determined": name not in identification.undetermined,
+            }
+            for name, (low, high) in identification.intervals.items()
+        },
+        "warnings": list(identification.warnings),
+        "condition": _number(identification.condition),
+        "contraction": identification.contraction,
+        "seconds": identification.seconds,
+    }
+
+
+def _record_json(result: RecordResult) -> dict:
+    return {
+        "e_mr_percent": 100 * result.e_mr,
+        "e_rms_um": result.e_rms * UM,
+        "role": result.role,
+        "model": "free run",
+        "one_step_ahead": {
+            "e_mr_percent": 100 * result.e_mr_one_step,
+            "e_rms_um": result.e_rms_one_step * UM,
+        },
+        "noise_rms_um": result.noise_rms * UM,
+        "offset_um": result.offset * UM,
+        "initial_displacement_um": result.initial_displacement * UM,
+        "skipped_samples": result.skip,
+        "samples_out_of_range": int(np.count_nonzero(result.out_of_range)),
+    }
+
+
+def _number(value: float) -> float | None:
+    """Return the value, or None (JSON's null) where it is not a finite number."""
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,167 @@
+"""What a sweep computes of every case: numbers of one output, or of one against another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from it2hys.errors import InputError
+from it2hys.records.figures_of_merit import max_relative_error, rms_error
+
+#: A gain has fallen by 3 dB where it is below this share of its low-frequency value.
+HALF_POWER = 1.0 / np.sqrt(2.0)
+#: Frequencies with less than this share of the largest power are not excited.
+EXCITED = 1e-3
+#: Fourier components that a gain is smoothed over.
+NEIGHBOURS = 9
+#: Share of a record that is faded in and out, so that its ends leak into no other frequency.
+TAPER = 0.1
+
+
+def bandwidth(reference: np.ndarray, output: np.ndarray, step: float) -> float:
+    """Return the frequency at which the gain from reference to output has fallen by 3 dB.
+
+    The gain is that of the Fourier transforms, at the frequencies that the reference excites. Single
+    lines are those of a multisine over whole periods, and exact; a dense spectrum, such as a chirp's,
+    is tapered and smoothed over neighbours. The lowest frequency counts as low; between frequencies
+    the gain is interpolated.
+
+    Parameters
+    ----------
+    reference, output : ndarray, shape (N,)
+        Sampled every `step` seconds.
+    step : float
+        In s.
+
+    Returns
+    -------
+    float
+        In Hz; NaN if the gain stays above -3 dB over the whole band that the reference excites.
+
+    Raises
+    ------
+    InputError
+        If the reference is constant.
+    """
+    if np.ptp(reference) == 0.0:
+        raise InputError("bandwidth needs a reference that varies")
+    plain = _transforms(reference, output, np.ones(len(reference)), 1)
+    apart = np.diff(np.flatnonzero(plain[2])) > 1
+    if 2 * np.count_nonzero(apart) >= len(apart):
+        gains, excited = plain[1:]
+    else:
+        _, gains, excited = _transforms(
+            reference, output, scipy.signal.windows.tukey(len(reference), TAPER), NEIGHBOURS
+        )
+    frequency = np.fft.rfftfreq(len(reference), step)[1:][excited]
+    relative = gains[excited] / gains[excited][0]
+    fallen = np.flatnonzero(relative < HALF_POWER)
+    if not len(fallen):
+        return float("nan")
+    around = [fallen[0] - 1, fallen[0]]
+    return float(np.interp(-HALF_POWER, -relative[around], frequency[around]))
+
+
+def _transforms(
+    reference: np.ndarray, output: np.ndarray, window: np.ndarray, neighbours: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return power of the reference, gain to the output, and where there is power, by frequency."""
+    r, y = (np.fft.rfft((x - x.mean()) * window)[1:] for x in (reference, output))
+    smooth = np.ones(neighbours)
+    power = np.abs(r) ** 2
+    cross = np.abs(np.convolve(np.conj(r) * y, smooth, mode="same"))
+    gains = cross / np.maximum(np.convolve(power, smooth, mode="same"), np.finfo(float).tiny)
+    return power, gains, power > EXCITED * power.max()
+
+
+def loop_area(voltage: np.ndarray, displacement: np.ndarray) -> float:
+    """Return the area of a hysteresis loop as a share of the rectangle around it.
+
+    Parameters
+    ----------
+    voltage, displacement : ndarray, shape (N,)
+        Whole periods of a periodic input, and the output.
+
+    Returns
+    -------
+    float
+        Mean of the periods; NaN if one of the two is constant.
+    """
+    box = np.ptp(voltage) * np.ptp(displacement)
+    above = voltage > 0.5 * (voltage.min() + voltage.max())
+    periods = np.count_nonzero(~above & np.roll(above, -1))
+    area = 0.5 * np.sum(displacement * (np.roll(voltage, -1) - np.roll(voltage, 1)))
+    return float(abs(area) / (periods * box)) if box and periods else float("nan")
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        raise InputError(f"the output is not finite, first at sample {bad[0]} of those judged")
+    return values
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of metric.
+
+    Attributes
+    ----------
+    function : callable
+        From the output, what it is compared with or None, and the step in s, to the number.
+    compares : bool
+        Whether it needs something to compare with.
+    unit : str
+        Of the number; ``"same"`` for the output's own.
+    text : str
+        What it is, for the documentation.
+    """
+
+    function: Callable[[np.ndarray, np.ndarray | None, float], float]
+    compares: bool
+    unit: str
+    text: str
+
+
+def _of_one(function: Callable[[np.ndarray], float]) -> Callable:
+    return lambda y, _against, _step: float(function(_finite(y)))
+
+
+KINDS: dict[str, Kind] = {
+    "e_mr": Kind(
+        lambda y, r, _: max_relative_error(r, y), True, "share", "(24), largest error over range"
+    ),
+    "e_rms": Kind(lambda y, r, _: rms_error(r, y), True, "same", "(25), rms error"),
+    "gain": Kind(
+        lambda y, r, _: float(np.ptp(_finite(y)) / np.ptp(r)) if np.ptp(r) else float("nan"),
+        True,
+        "1",
+        "range over the range of what it is compared with",
+    ),
+    "loop area": Kind(
+        lambda y, x, _: loop_area(x, _finite(y)),
+        True,
+        "share",
+        "area of the loop over `against`, as a share of the rectangle around it",
+    ),
+    "bandwidth": Kind(
+        lambda y, r, step: bandwidth(r, _finite(y), step),
+        True,
+        "Hz",
+        "frequency at which the gain has fallen by 3 dB; empty if it does not",
+    ),
+    "time true": Kind(
+        lambda y, _, step: float(np.count_nonzero(y) * step), False, "s", "time that it is not 0"
+    ),
+    "mean": Kind(_of_one(np.mean), False, "same", "mean"),
+    "std": Kind(_of_one(np.std), False, "same", "standard deviation"),
+    "rms": Kind(_of_one(lambda y: np.sqrt(np.mean(y * y))), False, "same", "root of the mean square"),
+    "min": Kind(_of_one(np.min), False, "same", "least value"),
+    "max": Kind(_of_one(np.max), False, "same", "greatest value"),
+    "range": Kind(_of_one(np.ptp), False, "same", "greatest less least value"),
+    "final": Kind(_of_one(lambda y: y[-1]), False, "same", "last value"),
+    "change": Kind(_of_one(lambda y: y[-1] - y[0]), False, "same", "last value less the first judged"),
+}
