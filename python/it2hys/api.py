@@ -99,6 +99,7 @@ def diagnose(
     workers: int = 1,
     invert_displacement: bool = False,
     exclude: Sequence[str] = (),
+    sensor_curve: bool = False,
 ) -> diagnosis.Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -124,6 +125,9 @@ def diagnose(
         As for `identify`.
     exclude : sequence of str
         Effects that are kept out of the model.
+    sensor_curve : bool
+        That a static curve, where one is found, is the sensor's: FMUs that `package` writes are then
+        without it.
 
     Returns
     -------
@@ -174,6 +178,7 @@ def diagnose(
             progress,
             workers,
             exclude,
+            sensor_curve,
         )
 
 
@@ -213,7 +218,9 @@ def package(
     ['IT2Plant.fmu', 'IT2Inverse.fmu', 'parameters.ssv']
     >>> folder.cleanup()
     """
-    if isinstance(parameters, identification.Identification | diagnosis.Diagnosis):
+    if isinstance(parameters, diagnosis.Diagnosis):
+        parameters = parameters.packaged
+    elif isinstance(parameters, identification.Identification):
         parameters = parameters.parameters
     elif not isinstance(parameters, ParameterSet):
         parameters = read_ssv(parameters)

@@ -23,7 +23,7 @@ from it2hys.diagnosis.result import Diagnosis, InverseJudgement, Judgement, Stag
 from it2hys.diagnosis.selection import Node, Search
 from it2hys.diagnosis.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.diagnosis.windows import Window, searched_text, windows_of
-from it2hys.effects import Extent
+from it2hys.effects import Clue, Extent
 from it2hys.effects.statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
@@ -75,6 +75,7 @@ def diagnose(
     progress: Progress | None = None,
     workers: int = 1,
     excluded: Sequence[str] = (),
+    sensor_curve: bool = False,
 ) -> Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -100,6 +101,8 @@ def diagnose(
         Processes that share the fits. The result does not depend on it.
     excluded : sequence of str
         Effects that are not tried.
+    sensor_curve : bool
+        That a static curve, where one is found, is the sensor's and no part of the stage.
 
     Returns
     -------
@@ -116,7 +119,7 @@ def diagnose(
     check_rule_count(rules)
     session = _Session(train, validation, test, declared, excluded, options or Options(), progress)
     with parallel_map(workers) as each:
-        return session.run(model, rules, each)
+        return replace(session.run(model, rules, each), has_sensor_curve=sensor_curve)
 
 
 class _Session:
@@ -358,9 +361,9 @@ class _Session:
             self._excluded,
             self._regulated,
         )
-        judged = [within(t, self._extent.voltage) for t in self._traces("train", "validation")]
+        judged = [within(t, self._extent.voltage) for t in traces if t.role != "test"]
         base = self._on_whole(base, bench)
-        left = self._left_over(bench, fit.model, judged, len(self._train))
+        left = self._left_over(whole, fit.model, judged, len(self._train))
         after = self._judgements(fit.model, bench, traces)
         return Diagnosis(
             parameters=parameters,
@@ -368,7 +371,7 @@ class _Session:
             effects=named,
             declared=self._declared,
             unexplained=left.significant,
-            left_over=(*left.sentences, *self._seen_in_tests(bench, fit.model)),
+            left_over=(*left.sentences, *self._seen_in_tests(whole, fit.model, traces)),
             indistinguishable=groups,
             experiments=tuple(deciding_experiment(group) for group in groups),
             noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
@@ -387,12 +390,14 @@ class _Session:
         return [*record_findings(records), *coarse_readings(records, [j.noise for j in after], after)]
 
     def _left_over(self, bench: Bench, model: Model, traces: Sequence[Trace], known: int) -> LeftOver:
-        fitted = bench.fit_own(model, traces, known)
-        return left_over(clues(fitted, traces, self._extent), [t.noise for t in traces])
+        """Judge what is left of records behind their lead-ins: how they begin is not judged."""
+        seen = clues(bench.fit_own(model, traces, known), traces, self._extent)
+        records = [_behind_lead_in(c, t) for c, t in zip(seen.records, traces, strict=True)]
+        return left_over(replace(seen, records=records), [t.noise for t in traces])
 
-    def _seen_in_tests(self, bench: Bench, model: Model) -> list[str]:
+    def _seen_in_tests(self, bench: Bench, model: Model, traces: Sequence[Trace]) -> list[str]:
         """Describe what is left of the test records if it is more than noise; that decides nothing."""
-        traces = [within(t, self._extent.voltage) for t in self._traces("test")]
+        traces = [within(t, self._extent.voltage) for t in traces if t.role == "test"]
         traces = [t for t in traces if np.count_nonzero(t.weight) >= FEWEST]
         seen = self._left_over(bench, model, traces, 0) if traces else None
         if seen is None or not seen.significant:
@@ -530,6 +535,12 @@ def _at_rest(parameters: ParameterSet) -> ParameterSet:
 def judged_samples(trace: Trace) -> np.ndarray:
     """Return the samples behind the lead-in whose errors count, a mask of shape (N,)."""
     return trace.judged & (np.arange(len(trace.y)) >= trace.lead)
+
+
+def _behind_lead_in(clue: Clue, trace: Trace) -> Clue:
+    """Return what is left of a record behind its lead-in, or of all of it where that is too little."""
+    used = clue.used & judged_samples(trace)
+    return replace(clue, used=used) if np.count_nonzero(used) >= FEWEST else clue
 
 
 def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) -> Judgement:

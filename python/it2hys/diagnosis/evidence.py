@@ -142,7 +142,7 @@ def _why(effect: str, trial: Trial, verdict: Verdict) -> str:
 
 def _reason(trial: Trial) -> str:
     c = trial.comparison
-    is_chance = c.p_value * len(EFFECTS) > LEVEL
+    is_chance = c.p_value > LEVEL
     if not is_chance and trial.sampling:
         return "it acts within a sample, no more than a delay or how the signals were sampled would"
     if not is_chance and c.gain > CLEAR_GAIN:

@@ -6,7 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from it2hys.effects import nonlinearity
 from it2hys.model.parameters import ParameterSet
+
+_CURVE_POINTS = 201
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +175,8 @@ class Diagnosis:
     warnings : tuple of str
     seconds : dict of str to float
         Duration of each phase, s.
+    has_sensor_curve : bool
+        Whether the static curve is known to be the sensor's.
     """
 
     parameters: ParameterSet
@@ -190,3 +195,22 @@ class Diagnosis:
     intervals: dict[str, tuple[float, float]]
     warnings: tuple[str, ...]
     seconds: dict[str, float]
+    has_sensor_curve: bool = False
+
+    @property
+    def packaged(self) -> ParameterSet:
+        """The set that the FMUs carry: without the static curve where that is the sensor's.
+
+        Their displacement is then the stage's, which a straight sensor would read.
+        """
+        if not self.has_sensor_curve:
+            return self.parameters
+        return self.parameters.replace(**{f"nonlinearity.{c}": 0.0 for c in nonlinearity.COEFFICIENTS})
+
+    def sensor_curve(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return displacements over the range of the curve, and what the sensor reads there, m."""
+        values = self.parameters
+        low, high = values["nonlinearity.minimum"], values["nonlinearity.maximum"]
+        displacement = values["displacementZero"] + np.linspace(low, high, _CURVE_POINTS)
+        read = [nonlinearity.step(values, [], y, None)[0] for y in displacement]
+        return displacement, np.array(read, dtype=float)

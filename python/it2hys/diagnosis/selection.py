@@ -25,8 +25,6 @@ from it2hys.model.variables import load_table
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"
-#: Level of significance, over all effects tried.
-LEVEL = 0.01
 #: Least share by which the error has to fall ...
 LEAST_GAIN = 0.05
 #: ... which has to be more than this, in the effect's own way, or else more than the other share of
@@ -58,6 +56,11 @@ BEAM, BEAM_RATIO = 3, 2.0
 DEPTH = 4
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
+#: Probability that a search names anything by chance: its budget of false discoveries, spent in equal
+#: parts (Bonferroni) on as many comparisons as a search can make at most, all on the same samples.
+BUDGET = 0.05
+COMPARISONS = DEPTH * BEAM * (len(EFFECTS) + 1)
+LEVEL = BUDGET / COMPARISONS
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,9 +228,9 @@ class Search:
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
             fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / node.fit.minimum.cost))
             accepted = not sampling and (
-                self._waits(node, child, gains, len(EFFECTS))
+                self._waits(node, child, gains)
                 or (
-                    self._predicts(child, gains, len(EFFECTS))
+                    self._predicts(child, gains)
                     and self._fits_better(node, child, fitted, gains.free.gain)
                     and self._is_of_its_kind(node, addition, gains.free)
                 )
@@ -293,19 +296,19 @@ class Search:
         if ratio <= 1.0:
             return False
         statistic = node.fit.criterion.samples * np.log(ratio)
-        return bool(chi2.sf(statistic, max(added, 1)) * len(EFFECTS) < LEVEL)
+        return bool(chi2.sf(statistic, max(added, 1)) <= LEVEL)
 
-    def _improves(self, before: Node, after: Node, tried: int) -> bool:
+    def _improves(self, before: Node, after: Node) -> bool:
         """Return whether a pair of model and inverse is better by more than chance.
 
         The free run gets better and does not spoil the inverse; or, with a delay, the inverse gets
         better by far and the free run not worse.
         """
         gains = Gains.of(before.errors, after.errors)
-        return self._predicts(after, gains, tried) or self._waits(before, after, gains, tried)
+        return self._predicts(after, gains) or self._waits(before, after, gains)
 
-    def _predicts(self, after: Node, gains: Gains, tried: int) -> bool:
-        return self.is_better(gains.free, tried) and not self._spoils(after, gains)
+    def _predicts(self, after: Node, gains: Gains) -> bool:
+        return self.is_better(gains.free) and not self._spoils(after, gains)
 
     def _spoils(self, after: Node, gains: Gains) -> bool:
         """Return whether the inverse gets worse by more than its answer to the reference's noise.
@@ -317,17 +320,17 @@ class Search:
         return gains.band.after > _NOISY * self.bench.noise_of_inverse(after.fit.model)
 
     @staticmethod
-    def _waits(before: Node, after: Node, gains: Gains, tried: int) -> bool:
+    def _waits(before: Node, after: Node, gains: Gains) -> bool:
         return (
             WAITING in after.effects - before.effects
             and gains.wide.gain > INVERSE_GAIN
-            and gains.wide.p_value * tried <= LEVEL
+            and gains.wide.p_value <= LEVEL
             and gains.free.gain > -_EQUAL
         )
 
-    def is_better(self, comparison: Comparison, tried: int) -> bool:
+    def is_better(self, comparison: Comparison) -> bool:
         """Return whether a gain is more than chance, and enough to speak of."""
-        if comparison.gain < LEAST_GAIN or comparison.p_value * tried > LEVEL:
+        if comparison.gain < LEAST_GAIN or comparison.p_value > LEVEL:
             return False
         return comparison.gain > CLEAR_GAIN or self._share(comparison) > LEAST_SHARE
 
@@ -398,12 +401,10 @@ class Search:
     def _predicts_better(one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
         gains = Gains.of(other.errors, one.errors)
-        return any(
-            g.gain > _TELLING and g.p_value * len(EFFECTS) < LEVEL for g in (gains.free, gains.band)
-        )
+        return any(g.gain > _TELLING and g.p_value <= LEVEL for g in (gains.free, gains.band))
 
     def _beats(self, one: Node, other: Node) -> bool:
-        return one is not other and self._improves(other, one, 1)
+        return one is not other and self._improves(other, one)
 
 
 def _rms(errors: list[np.ndarray]) -> float:

@@ -37,6 +37,8 @@ from it2hys.support.progress import Progress
 _REFERENCE_DURATION, SAMPLE_TIME = 0.15, 1e-4
 #: Records whose residuals are drawn for every step of the loop.
 _DRAWN = 2
+#: File of the sensor's curve.
+SENSOR_CURVE = "sensor_curve.csv"
 #: What the model before is called where no more is known of it.
 START = "starting model"
 #: What to do where the model, or its inverse, is of no use.
@@ -84,7 +86,9 @@ def write_diagnosis(
         The report.
     """
     directory = make_directory(directory)
-    package(diagnosis.parameters, directory)
+    package(diagnosis.packaged, directory)
+    if _has_sensor_curve(diagnosis):
+        _write_sensor_curve(diagnosis, directory / SENSOR_CURVE)
     train = [r for r, j in zip(records, diagnosis.after, strict=True) if j.role == "train"]
     lines = straight_line_errors(records, diagnosis.after)
     if first is None:
@@ -197,7 +201,35 @@ def details(diagnosis: Diagnosis) -> list[str]:
         )
     else:
         texts.append("What is left cannot be told from noise. " + " ".join(diagnosis.left_over))
-    return texts + [f"Note: {warning}" for warning in diagnosis.warnings]
+    return texts + _curve_texts(diagnosis) + [f"Note: {warning}" for warning in diagnosis.warnings]
+
+
+def _has_sensor_curve(diagnosis: Diagnosis) -> bool:
+    return diagnosis.has_sensor_curve and diagnosis.packaged != diagnosis.parameters
+
+
+def _curve_texts(diagnosis: Diagnosis) -> list[str]:
+    """Return what is said of a static curve that is the sensor's."""
+    if not diagnosis.has_sensor_curve:
+        return []
+    if not _has_sensor_curve(diagnosis):
+        return ["The sensor was said to have a static curve, but these records show none."]
+    displacement, reading = diagnosis.sensor_curve()
+    bow = float(np.max(np.abs(reading - displacement)))
+    return [
+        f"The static curve is the sensor's, as --sensor-curve says: it reads up to {bow * UM:.3g} µm "
+        f"off a straight line between the ends of its range. {SENSOR_CURVE} holds it. The errors in this "
+        "report are those of readings. The FMUs are without it: their displacement and reference are the "
+        "stage's own, so take a reading back through the curve before you compare."
+    ]
+
+
+def _write_sensor_curve(diagnosis: Diagnosis, path: Path) -> None:
+    displacement, reading = diagnosis.sensor_curve()
+    rows = [
+        f"{y * UM!r},{r * UM!r}" for y, r in zip(displacement.tolist(), reading.tolist(), strict=True)
+    ]
+    write_atomically(path, ("\n".join(["displacement_um,reading_um", *rows]) + "\n").encode())
 
 
 def found(diagnosis: Diagnosis, start: str = START) -> str:
@@ -419,7 +451,7 @@ def _tracking_section(diagnosis: Diagnosis, records: Sequence[Record], directory
     plant = directory / "IT2Plant.fmu"
     new = track(directory / "IT2Inverse.fmu", plant, reference, start)
     voltage, limited = compiled.chain_inverse_run(diagnosis.base.replace(**start), reference)
-    old, _ = compiled.chain_free_run(diagnosis.parameters.replace(**start), voltage)
+    old, _ = compiled.chain_free_run(diagnosis.packaged.replace(**start), voltage)
     rows = [
         [
             name,
