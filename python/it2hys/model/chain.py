@@ -16,32 +16,12 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from it2hys.effects import (
-    Scalar,
-    Surroundings,
-    creep,
-    delay,
-    drift,
-    hum,
-    lag,
-    load,
-    nonlinearity,
-    play,
-    resonance,
-    saturation,
-    slew,
-)
 from it2hys.model import it2
+from it2hys.model.compiled import REST_TEMPERATURE
+from it2hys.model.effect import Scalar, Surroundings
 from it2hys.model.parameters import RULE_FIELDS, ParameterSet
+from it2hys.model.stages import BEFORE_CORE, BEHIND_CORE, EFFECTS, READING
 from it2hys.model.variables import load_table
-
-#: Effects by the name that reports use, in the order of the chain.
-BEFORE_CORE = {"delay": delay, "slew": slew, "saturation": saturation, "lag": lag, "play": play}
-BEHIND_CORE = {
-    "load": load, "creep": creep, "resonance": resonance, "drift": drift, "nonlinearity": nonlinearity,
-}  # fmt: skip
-READING = {"hum": hum}
-EFFECTS = {**BEFORE_CORE, **BEHIND_CORE, **READING}
 
 
 def active_effects(parameters: ParameterSet) -> list[str]:
@@ -107,7 +87,7 @@ class Chain:
         self,
         voltage: np.ndarray,
         force: np.ndarray | float = 0.0,
-        temperature: np.ndarray | float = drift.REFERENCE_TEMPERATURE,
+        temperature: np.ndarray | float = REST_TEMPERATURE,
         parameters: ParameterSet | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Simulate from rest, as `compiled.chain_free_run` does; returns displacement, measured."""
