@@ -1,4 +1,4 @@
-"""Nothing in Python names an effect but its two modules and the list: what is known of it is asked of it.
+"""Nothing in Python names an effect but its two modules and the list: it is asked what it is like.
 
 Words are prose: docstrings, comments, and strings with blanks in which a name stands as a word of
 English. The simulated test stand is another physics, whose parts have names of their own.

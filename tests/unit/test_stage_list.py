@@ -34,7 +34,8 @@ def test_the_list_is_pythons():
         assert upper == name.upper()
         assert name in sides[side]
         assert EFFECTS[name].memory is Memory[memory]
-        stage = re.search(rf"{name}_stage = {{(.*?)}};", text_of(SOURCES / "core" / f"{name}.c"), re.S)[1]
+        source = text_of(SOURCES / "core" / f"{name}.c")
+        stage = re.search(rf"{name}_stage = {{(.*?)}};", source, re.DOTALL)[1]
         assert EFFECTS[name].limits == (".limits = true" in stage)
         assert EFFECTS[name].has_inverse == (".inverse = " in stage)
 
