@@ -6,10 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from it2hys.effects import nonlinearity
 from it2hys.model.parameters import ParameterSet
+from it2hys.model.stages import EFFECTS
+from it2hys.model.variables import load_table
 
 _CURVE_POINTS = 201
+#: Effects that may be the sensor's.
+_CURVES = tuple(name for name, effect in EFFECTS.items() if effect.is_static)
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,19 +29,19 @@ class InverseJudgement:
         What the noise of the reference alone makes of it, V rms.
     band : float
         Highest frequency of the reference, Hz.
-    delay : float
+    latency : float
         By which the stage is later than the inverse's voltage, s; compensated.
     saturated : float
         Share of the samples at which the inverse could not follow.
     asked, applied : ndarray, shape (N,)
-        V; the applied voltage later by the delay. NaN in `asked` where nothing is judged.
+        V; the applied voltage later by the latency. NaN in `asked` where nothing is judged.
     """
 
     e_rms: float
     e_displacement: float
     noise: float
     band: float
-    delay: float
+    latency: float
     saturated: float
     asked: np.ndarray = field(repr=False)
     applied: np.ndarray = field(repr=False)
@@ -205,12 +208,14 @@ class Diagnosis:
         """
         if not self.has_sensor_curve:
             return self.parameters
-        return self.parameters.replace(**{f"nonlinearity.{c}": 0.0 for c in nonlinearity.COEFFICIENTS})
+        known = load_table().parameters()
+        return self.parameters.replace(**{n: v.start for n, v in known.items() if v.effect in _CURVES})
 
     def sensor_curve(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return displacements over the range of the curve, and what the sensor reads there, m."""
-        values = self.parameters
-        low, high = values["nonlinearity.minimum"], values["nonlinearity.maximum"]
-        displacement = values["displacementZero"] + np.linspace(low, high, _CURVE_POINTS)
-        read = [nonlinearity.step(values, [], y, None)[0] for y in displacement]
-        return displacement, np.array(read, dtype=float)
+        """Return displacements over the range of the model, and what the sensor reads there, m."""
+        displacement = np.linspace(*self.parameters.displacement_range, _CURVE_POINTS)
+        reading = displacement
+        for name in _CURVES:
+            curve = EFFECTS[name]
+            reading = np.array([float(curve.step(self.parameters, [], y, None)[0]) for y in reading])
+        return displacement, reading
