@@ -228,14 +228,7 @@ class Search:
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
             fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / node.fit.minimum.cost))
-            accepted = not sampling and (
-                self._waits(node, child, gains)
-                or (
-                    self._predicts(child, gains)
-                    and self._fits_better(node, child, fitted, gains.free.gain)
-                    and self._is_of_its_kind(node, addition, gains.free)
-                )
-            )
+            accepted = not sampling and self._accepts(node, child, addition, gains, fitted)
             trial = Trial(
                 node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted
             )
@@ -246,6 +239,14 @@ class Search:
             elif child.fit.minimum.cost < _PROMISING * node.fit.minimum.cost and not sampling:
                 self._promising.append(child)
         return grown
+
+    def _accepts(self, node: Node, child: Node, addition: str, gains: Gains, fitted: float) -> bool:
+        """Return whether a model with an addition is better by more than chance, and by enough."""
+        return self._waits(node, child, gains) or (
+            self._predicts(child, gains)
+            and self._fits_better(node, child, fitted, gains.free.gain)
+            and self._is_of_its_kind(node, addition, gains.free)
+        )
 
     def _report(self, node: Node, addition: str) -> None:
         self.report(" + ".join(["model", *sorted(node.added), addition]))

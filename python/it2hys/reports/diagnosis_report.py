@@ -219,9 +219,9 @@ def _curve_texts(diagnosis: Diagnosis) -> list[str]:
     bow = float(np.max(np.abs(reading - displacement)))
     return [
         f"The static curve is the sensor's, as --sensor-curve says: it reads up to {bow * UM:.3g} µm "
-        f"off a straight line between the ends of its range. {SENSOR_CURVE} holds it. The errors in this "
-        "report are those of readings. The FMUs are without it: their displacement and reference are the "
-        "stage's own, so take a reading back through the curve before you compare."
+        f"off a straight line between the ends of its range. {SENSOR_CURVE} holds it. The errors in "
+        "this report are those of readings. The FMUs are without it: their displacement and reference "
+        "are the stage's own, so take a reading back through the curve before you compare."
     ]
 
 
