@@ -11,8 +11,6 @@ from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
 
 _CURVE_POINTS = 201
-#: Effects that may be the sensor's.
-_CURVES = tuple(name for name, effect in EFFECTS.items() if effect.is_static)
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,16 +204,20 @@ class Diagnosis:
 
         Their displacement is then the stage's, which a straight sensor would read.
         """
-        if not self.has_sensor_curve:
-            return self.parameters
-        known = load_table().parameters()
-        return self.parameters.replace(**{n: v.start for n, v in known.items() if v.effect in _CURVES})
+        known, curves = load_table().parameters(), self.sensor_curves
+        return self.parameters.replace(**{n: v.start for n, v in known.items() if v.effect in curves})
+
+    @property
+    def sensor_curves(self) -> tuple[str, ...]:
+        """Static curves that were found and are the sensor's."""
+        found = (n for n, e in EFFECTS.items() if e.is_static and e.is_on(self.parameters))
+        return tuple(found) if self.has_sensor_curve else ()
 
     def sensor_curve(self) -> tuple[np.ndarray, np.ndarray]:
         """Return displacements over the range of the model, and what the sensor reads there, m."""
         displacement = np.linspace(*self.parameters.displacement_range, _CURVE_POINTS)
         reading = displacement
-        for name in _CURVES:
+        for name in self.sensor_curves:
             curve = EFFECTS[name]
             reading = np.array([float(curve.step(self.parameters, [], y, None)[0]) for y in reading])
         return displacement, reading

@@ -88,7 +88,7 @@ def write_diagnosis(
     """
     directory = make_directory(directory)
     package(diagnosis.packaged, directory)
-    if _has_sensor_curve(diagnosis):
+    if diagnosis.sensor_curves:
         _write_sensor_curve(diagnosis, directory / SENSOR_CURVE)
     train = [r for r, j in zip(records, diagnosis.after, strict=True) if j.role == "train"]
     lines = straight_line_errors(records, diagnosis.after)
@@ -205,15 +205,11 @@ def details(diagnosis: Diagnosis) -> list[str]:
     return texts + _curve_texts(diagnosis) + [f"Note: {warning}" for warning in diagnosis.warnings]
 
 
-def _has_sensor_curve(diagnosis: Diagnosis) -> bool:
-    return diagnosis.has_sensor_curve and diagnosis.packaged != diagnosis.parameters
-
-
 def _curve_texts(diagnosis: Diagnosis) -> list[str]:
     """Return what is said of a static curve that is the sensor's."""
     if not diagnosis.has_sensor_curve:
         return []
-    if not _has_sensor_curve(diagnosis):
+    if not diagnosis.sensor_curves:
         return ["The sensor was said to have a static curve, but these records show none."]
     displacement, reading = diagnosis.sensor_curve()
     bow = float(np.max(np.abs(reading - displacement)))
