@@ -413,7 +413,7 @@ def test_a_curve_that_is_the_sensors_stays_out_of_the_fmus(tmp_path, capsys):
     # the FMU moves by what a straight sensor would read: through the curve it is the record
     record = read_record(tmp_path / "t.csv")
     start = report["error"]["after"]["t"]["start"]
-    rows = simulate(tmp_path / "out/IT2Plant.fmu", {"voltage": record.voltage}, start)
+    rows, _ = simulate(tmp_path / "out/IT2Plant.fmu", {"voltage": record.voltage}, start)
     read = np.interp(rows["displacement"] / UM, displacement, reading) * UM
     assert np.sqrt(np.mean((read - record.displacement)[80:] ** 2)) < 1.3 * NOISE
     bent = np.sqrt(np.mean((rows["displacement"] - record.displacement)[80:] ** 2))

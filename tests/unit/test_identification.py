@@ -381,6 +381,7 @@ def test_one_amplitude_at_one_frequency_is_warned_of():
     single = record("single", excitations.validation_sine(time(1000), 20.0), NOISE)
     found = identify([single], rules=1)
     assert any("one amplitude at one frequency" in text for text in found.warnings)
+    assert any("lacks something" in text for text in found.warnings)
 
 
 @pytest.mark.parametrize(
@@ -404,7 +405,6 @@ def test_steps_are_no_tone():
     t = np.arange(10_000) * 1e-4
     square = Record("a", t, 50.0 + 50.0 * np.sign(np.sin(2 * np.pi * 20.0 * t + 0.1)), 1e-6 * t, 1e-4)
     assert not holds_one_tone([prepare(square, Options())])
-    assert any("lacks something" in text for text in found.warnings)
 
 
 def test_a_test_record_beyond_the_training_range_is_warned_of():
