@@ -13,6 +13,7 @@ from it2hys.diagnosis.coordinates import BY_RECORD, OF_READING
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.explained import low_shares
 from it2hys.diagnosis.result import Diagnosis, Judgement
+from it2hys.diagnosis.selection import BUDGET, COMPARISONS, LEVEL
 from it2hys.fmu.packaging import make_directory, package
 from it2hys.model import compiled
 from it2hys.model.variables import load_table
@@ -99,7 +100,7 @@ def write_diagnosis(
         Section(
             "What was found",
             [*details(diagnosis), *inversion(records)],
-            [error_table(diagnosis, lines), inverse_table(diagnosis)],
+            [error_table(diagnosis, lines), inverse_table(diagnosis), start_table(diagnosis)],
         ),
         evidence_section(diagnosis),
         *_step_sections(diagnosis, train),
@@ -254,9 +255,7 @@ def error_table(diagnosis: Diagnosis, lines: Sequence[Errors]) -> Table:
             b.name, ROLES[b.role],
             f"{100 * line.e_mr:.2f}", f"{100 * b.e_mr:.2f}", f"{100 * a.e_mr:.2f}",
             f"{line.e_rms * UM:.4f}", f"{b.e_rms * UM:.4f}", f"{a.e_rms * UM:.4f}",
-            f"{a.cold_start * UM:.4f}",
-            small_figure(a.noise * UM), f"{a.offset * UM:.3f}", f"{a.lead_in:.3g}",
-            _format(100 * a.explained, "{:.4g}"), _format(100 * a.voltage_share, "{:.4g}"),
+            small_figure(a.noise * UM),
         ]
         for b, a, line in zip(diagnosis.before, diagnosis.after, lines, strict=True)
     ]  # fmt: skip
@@ -265,17 +264,38 @@ def error_table(diagnosis: Diagnosis, lines: Sequence[Errors]) -> Table:
             "record", "role",
             "line e_mr %", "e_mr % before", "e_mr % after",
             "line e_rms µm", "e_rms µm before", "e_rms µm after",
-            "cold start µm after",
-            "noise µm", "offset removed µm", "lead-in s",
-            "explained %", "by voltage %",
+            "noise µm",
         ],
         rows,
         "Errors (24) and (25) of the free run before and after, behind the lead-in: the first part of "
         "a record, on which the start of its run is fitted and nothing else. Line: one straight line "
-        "fitted to the training records. Cold start: e_rms of the plant FMU as packaged, told nothing "
-        "but the first displacement. Explained: share of the displacement's variance that the free run "
-        "accounts for; by voltage: that a predictor without physics makes of the voltage's past, on "
-        "parts that it was not fitted to.",
+        "fitted to the training records.",
+    )  # fmt: skip
+
+
+def start_table(diagnosis: Diagnosis) -> Table:
+    """Return how the runs of the last model begin, and how much of each record they explain."""
+    rows = [
+        [
+            a.name, ROLES[a.role],
+            f"{a.lead_in:.3g}", f"{a.offset * UM:.3f}",
+            f"{b.cold_start * UM:.4f}", f"{a.cold_start * UM:.4f}",
+            _format(100 * a.explained, "{:.4g}"), _format(100 * a.voltage_share, "{:.4g}"),
+        ]
+        for b, a in zip(diagnosis.before, diagnosis.after, strict=True)
+    ]  # fmt: skip
+    return Table(
+        [
+            "record", "role",
+            "lead-in s", "offset removed µm",
+            "cold start µm before", "cold start µm after",
+            "explained %", "by voltage %",
+        ],
+        rows,
+        "Cold start: e_rms of the plant FMU as packaged, told nothing but the first displacement. "
+        "Explained: share of the displacement's variance that the free run accounts for; by voltage: "
+        "that a predictor without physics makes of the voltage's past, on parts that it was not "
+        "fitted to.",
     )  # fmt: skip
 
 
@@ -336,8 +356,9 @@ def evidence_section(diagnosis: Diagnosis) -> Section:
             "Signature: a property of the first model's residual that this effect alone predicts, with "
             "its significance. Gain: by how much adding the effect, everything fitted anew, lowers the "
             "free-run error on the records that decide, and the probability of that by chance (block "
-            "bootstrap). An effect stays only if the gain is significant after correction for the "
-            f"{len(diagnosis.evidence)} effects tried and large enough to matter."
+            "bootstrap). An effect stays only if the gain is large enough to matter, and so unlikely by "
+            f"chance (p below {LEVEL:.1g}) that a whole search, of up to {COMPARISONS} comparisons, "
+            f"names anything by chance in {100 * BUDGET:.0f} % of the cases at most."
         ],
         [evidence_table(diagnosis)],
     )
