@@ -356,8 +356,8 @@ def evidence_section(diagnosis: Diagnosis) -> Section:
             "Signature: a property of the first model's residual that this effect alone predicts, with "
             "its significance. Gain: by how much adding the effect, everything fitted anew, lowers the "
             "free-run error on the records that decide, and the probability of that by chance (block "
-            "bootstrap). An effect stays only if the gain is large enough to matter, and so unlikely by "
-            f"chance (p below {LEVEL:.1g}) that a whole search, of up to {COMPARISONS} comparisons, "
+            "bootstrap). An effect stays only if the gain is large enough to matter, and so unlikely "
+            f"by chance (p below {LEVEL:.1g}) that a whole search, of up to {COMPARISONS} comparisons, "
             f"names anything by chance in {100 * BUDGET:.0f} % of the cases at most."
         ],
         [evidence_table(diagnosis)],
