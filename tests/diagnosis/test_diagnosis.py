@@ -13,8 +13,8 @@ import pytest
 from diagnosis.cases import Case, short, suite
 
 from it2hys.diagnosis import Diagnosis, diagnose
+from it2hys.diagnosis.outcome import Judgement
 from it2hys.diagnosis.residuals import left_over
-from it2hys.diagnosis.result import Judgement
 from it2hys.diagnosis.selection import LEAST_GAIN, LEVEL
 from it2hys.effects import Clue, Clues, Extent
 from it2hys.errors import InputError

@@ -8,9 +8,9 @@ from diagnosis import voltages
 from scipy.signal import lfilter
 
 from it2hys.diagnosis.deciding import steps_aside
-from it2hys.diagnosis.traces import to_trace
 from it2hys.identification.preparation import prepare
 from it2hys.identification.result import Options
+from it2hys.identification.traces import to_trace
 from it2hys.records import Record
 
 TIME = np.arange(2000) * TS

@@ -5,7 +5,7 @@ import pytest
 from conftest import TS
 from effects import with_effects
 
-from it2hys.diagnosis.evaluation import evaluate
+from it2hys.identification.evaluation import evaluate
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS
 from it2hys.model.parameters import ParameterSet, table_1

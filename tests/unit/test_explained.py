@@ -5,8 +5,8 @@ import pytest
 from diagnosis import simulator as sim
 from diagnosis import voltages
 
-from it2hys.diagnosis.explained import explained_by_model, explained_by_voltage
 from it2hys.effects import Clue, Clues, Extent, resonance
+from it2hys.identification.explained import explained_by_model, explained_by_voltage
 from it2hys.identification.findings import sensor_step
 from it2hys.records import Record
 from it2hys.records.loop_width import wide_loop

@@ -10,7 +10,6 @@ from scipy import signal
 
 from it2hys.errors import InputError
 from it2hys.identification import Identification, Options, identify
-from it2hys.identification.coordinates import to_coordinates, to_rules
 from it2hys.identification.criteria import FreeRun, OneStep, Series, one_step_gradient
 from it2hys.identification.estimators import METHODS, CostCallback, cost, gradient, minimise
 from it2hys.identification.excerpts import excerpt
@@ -18,6 +17,7 @@ from it2hys.identification.levenberg_marquardt import Linearisation, levenberg_m
 from it2hys.identification.noise import estimate_noise, find_period
 from it2hys.identification.order import split
 from it2hys.identification.preparation import prepare
+from it2hys.identification.rule_coordinates import to_coordinates, to_rules
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.uncertainty import assess, correlation_time
 from it2hys.identification.usability import Band, Guard, largest_contraction, usability_values

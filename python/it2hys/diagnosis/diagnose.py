@@ -9,26 +9,25 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
-from it2hys.diagnosis.coordinates import BY_RECORD
-from it2hys.diagnosis.criterion import ChainFit, Model, Trace
 from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
-from it2hys.diagnosis.explained import explained_by_model, explained_by_voltage
 from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench, clues
-from it2hys.diagnosis.intervals import intervals_of
-from it2hys.diagnosis.inverse import applied_voltage, ask_inverse, noise_of_inverse
 from it2hys.diagnosis.next_experiment import deciding_experiment
+from it2hys.diagnosis.outcome import Diagnosis, InverseJudgement, Judgement, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
-from it2hys.diagnosis.result import Diagnosis, InverseJudgement, Judgement, Stage
 from it2hys.diagnosis.selection import Node, Search
-from it2hys.diagnosis.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.diagnosis.windows import Window, searched_text, windows_of
 from it2hys.effects import Extent
 from it2hys.effects.statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
+from it2hys.identification.criterion import ChainFit, Model, Trace
+from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.explained import explained_by_model, explained_by_voltage
 from it2hys.identification.findings import coarse_readings, record_findings
+from it2hys.identification.intervals import intervals_of
+from it2hys.identification.inverse import applied_voltage, ask_inverse, noise_of_inverse
 from it2hys.identification.preparation import (
     check_rule_count,
     check_sample_times,
@@ -36,6 +35,7 @@ from it2hys.identification.preparation import (
     prepare,
 )
 from it2hys.identification.result import Identification, RecordResult
+from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.identification.usability import widest_range
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects

@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
-from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
-from it2hys.diagnosis.inverse import inverse_error, noise_of_inverse
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.effects import Clue, Clues, Extent
 from it2hys.effects.hum import phases
 from it2hys.effects.statistics import StepResponse, readable
 from it2hys.identification.criteria import Series
-from it2hys.identification.fitting import search_rules
+from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
+from it2hys.identification.effect_coordinates import BY_RECORD, Coordinate
+from it2hys.identification.inverse import inverse_error, noise_of_inverse
 from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.result import Options
+from it2hys.identification.rule_search import search_rules
 from it2hys.identification.scaling import Scaling, moved
 from it2hys.identification.uncertainty import correlation_time
 from it2hys.model.chain import EFFECTS

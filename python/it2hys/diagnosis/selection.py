@@ -10,7 +10,6 @@ import numpy as np
 from scipy.stats import chi2
 
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
-from it2hys.diagnosis.criterion import SOFT, ChainFit, Model
 from it2hys.diagnosis.fitting import (
     IMITATED,
     Bench,
@@ -20,6 +19,7 @@ from it2hys.diagnosis.fitting import (
     with_slower_creep,
     without_effect,
 )
+from it2hys.identification.criterion import SOFT, ChainFit, Model
 from it2hys.model.chain import EFFECTS
 from it2hys.model.variables import load_table
 

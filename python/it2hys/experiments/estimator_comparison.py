@@ -9,8 +9,8 @@ import numpy as np
 from it2hys.identification import Options
 from it2hys.identification.criteria import FreeRun, OneStep
 from it2hys.identification.estimators import METHODS, cost, minimise
-from it2hys.identification.fitting import draw_starts, rms_of
 from it2hys.identification.preparation import data_scaling, prepare, to_series
+from it2hys.identification.rule_search import draw_starts, rms_of
 from it2hys.records import Record
 from it2hys.reports.page import Section, Table
 from it2hys.support.progress import Progress

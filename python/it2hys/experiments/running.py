@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from it2hys.diagnosis import RULES, Diagnosis, diagnose
-from it2hys.diagnosis.evaluation import evaluate
 from it2hys.experiments.estimator_comparison import compare_estimators
 from it2hys.experiments.feedforward import (
     Feedforward,
@@ -18,6 +17,7 @@ from it2hys.experiments.scenario import RecordEntry, Scenario, read_scenario
 from it2hys.experiments.scenario_files import find_scenario
 from it2hys.fmu.packaging import make_directory, package
 from it2hys.identification import Options, RecordResult, identify
+from it2hys.identification.evaluation import evaluate
 from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.records import Record, write_record
 from it2hys.records.figures_of_merit import Errors

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from it2hys.identification import coordinates
+from it2hys.identification import rule_coordinates
 from it2hys.identification.levenberg_marquardt import Block, Linearisation, joined
 from it2hys.model import compiled
 
@@ -76,9 +76,9 @@ class FreeRun:
         self.series = list(series)
         self._limits = limits
         self.rule_count = rule_count
-        self.rule_size = coordinates.RULE_SIZE * rule_count
+        self.rule_size = rule_coordinates.RULE_SIZE * rule_count
         self._with_offset = [i for i, s in enumerate(self.series) if s.has_offset]
-        lower, upper = coordinates.rule_bounds(rule_count)
+        lower, upper = rule_coordinates.rule_bounds(rule_count)
         tail = len(self.series) + len(self._with_offset)
         self.lower = np.concatenate([lower, np.full(tail, -3.0)])
         self.upper = np.concatenate([upper, np.full(tail, 3.0)])
@@ -97,7 +97,7 @@ class FreeRun:
         if states is None:
             states = [s.state - o for s, o in zip(self.series, offsets, strict=True)]
         offsets = np.asarray(offsets)[self._with_offset]
-        return np.concatenate([coordinates.to_coordinates(rules), states, offsets])
+        return np.concatenate([rule_coordinates.to_coordinates(rules), states, offsets])
 
     def with_guard(self, guard: Guard) -> FreeRun:
         """Return the criterion with penalties for an unusable model added."""
@@ -109,17 +109,17 @@ class FreeRun:
         """Return the criterion over initial states and offsets alone: the bounds hold the rules."""
         fixed = copy(self)
         fixed.lower, fixed.upper = self.lower.copy(), self.upper.copy()
-        held = coordinates.to_coordinates(rules)
+        held = rule_coordinates.to_coordinates(rules)
         fixed.lower[: self.rule_size] = fixed.upper[: self.rule_size] = held
         return fixed
 
     def rules(self, point: np.ndarray) -> np.ndarray:
         """Return the scaled rules, shape (L, 6), of the coordinates."""
-        return coordinates.to_rules(point[: self.rule_size])
+        return rule_coordinates.to_rules(point[: self.rule_size])
 
     def rule_coordinates(self, point: np.ndarray) -> np.ndarray:
         """Return the coordinates of the rules, shape (L, 6)."""
-        return point[: self.rule_size].reshape(-1, coordinates.RULE_SIZE)
+        return point[: self.rule_size].reshape(-1, rule_coordinates.RULE_SIZE)
 
     def states(self, point: np.ndarray) -> np.ndarray:
         """Return the initial state of every record."""
@@ -160,7 +160,7 @@ class FreeRun:
     def _blocks(self, point: np.ndarray) -> Iterator[Block | None]:
         """Yield records, guesses of the states and penalties; None where a run is no longer finite."""
         rules, states, offsets = self.rules(point), self.states(point), self.offsets(point)
-        by_coordinates = coordinates.chain_rule(np.eye(self.rule_size), rules)
+        by_coordinates = rule_coordinates.chain_rule(np.eye(self.rule_size), rules)
         for i, series in enumerate(self.series):
             run, sensitivity, by_offset = self._sensitivity(rules, series, states[i], offsets[i])
             if not (np.all(np.abs(run) < _DIVERGED) and np.all(np.isfinite(sensitivity[-1]))):

@@ -14,11 +14,11 @@ from functools import cached_property
 
 import numpy as np
 
-from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
-from it2hys.diagnosis.inverse import References
 from it2hys.effects import nonlinearity
-from it2hys.identification import coordinates as rule_coordinates
+from it2hys.identification import rule_coordinates
 from it2hys.identification.criteria import Series
+from it2hys.identification.effect_coordinates import BY_RECORD, Coordinate
+from it2hys.identification.inverse import References
 from it2hys.identification.lead_in import START_PRIOR
 from it2hys.identification.levenberg_marquardt import (
     Block,

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from it2hys.diagnosis.coordinates import BY_RECORD
-from it2hys.diagnosis.criterion import Model, Trace
 from it2hys.diagnosis.diagnose import judge
 from it2hys.diagnosis.fitting import Bench
-from it2hys.diagnosis.traces import extent_of, to_trace
+from it2hys.identification.criterion import Model, Trace
+from it2hys.identification.effect_coordinates import BY_RECORD
 from it2hys.identification.lead_in import Misfit
 from it2hys.identification.prediction import judge_new
 from it2hys.identification.preparation import Prepared, check_sample_times, data_scaling, prepare
 from it2hys.identification.result import Options, RecordResult
+from it2hys.identification.traces import extent_of, to_trace
 from it2hys.model.chain import active_effects
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table

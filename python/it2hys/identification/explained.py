@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import lfilter
 
-from it2hys.diagnosis.result import Judgement
+from it2hys.diagnosis.outcome import Judgement
 
 #: Samples that are looked at, in the middle of a longer record.
 _MOST = 20_000

@@ -13,7 +13,6 @@ from it2hys.identification import usability
 from it2hys.identification.coverage import coverage_warnings
 from it2hys.identification.criteria import Series
 from it2hys.identification.findings import coarse_readings, record_findings
-from it2hys.identification.fitting import Fit, fit_rules, refit, shake
 from it2hys.identification.lead_in import Misfit
 from it2hys.identification.order import choose_rule_count, split
 from it2hys.identification.prediction import explains_lead, judge, judge_new
@@ -36,6 +35,7 @@ from it2hys.identification.result import (
     RecordResult,
     Start,
 )
+from it2hys.identification.rule_search import Fit, fit_rules, refit, shake
 from it2hys.identification.uncertainty import assess
 from it2hys.identification.weights import weigh
 from it2hys.model import compiled

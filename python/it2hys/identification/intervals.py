@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from it2hys.diagnosis.criterion import ChainFit
-from it2hys.identification import coordinates
+from it2hys.identification import rule_coordinates
+from it2hys.identification.criterion import ChainFit
 from it2hys.identification.uncertainty import NORMAL_95, batch_covariance, parameter_name
 
 _RANK_TOLERANCE = 1e-9
@@ -36,8 +36,8 @@ def intervals_of(fit: ChainFit) -> dict[str, tuple[float, float]]:
 def _of_rules(fit: ChainFit, covariance: np.ndarray) -> dict[str, tuple[float, float]]:
     criterion, point = fit.criterion, fit.minimum.coordinates
     size = criterion.rule_size
-    rules = coordinates.to_rules(point[:size])
-    to_scaled = coordinates.chain_rule(np.eye(size), rules)
+    rules = rule_coordinates.to_rules(point[:size])
+    to_scaled = rule_coordinates.chain_rule(np.eye(size), rules)
     to_physical = criterion.scaling.rule_jacobian(rules) @ to_scaled
     block = covariance[:size, :size]
     held = np.isnan(np.diag(block))

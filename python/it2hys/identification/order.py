@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from it2hys.identification.criteria import Series
-from it2hys.identification.fitting import fit_rules
 from it2hys.identification.prediction import fit_state
 from it2hys.identification.result import IdentificationError, Options, OrderTrial
+from it2hys.identification.rule_search import fit_rules
 
 #: Share of every training record set aside where there are no validation records.
 _SET_ASIDE = 0.3

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from it2hys.errors import InputError
-from it2hys.identification.coordinates import RULE_SIZE
 from it2hys.identification.criteria import Series
 from it2hys.identification.noise import NoiseEstimate, estimate_noise
 from it2hys.identification.result import Options
+from it2hys.identification.rule_coordinates import RULE_SIZE
 from it2hys.identification.scaling import Scaling
 from it2hys.model.variables import load_table
 from it2hys.records import Record

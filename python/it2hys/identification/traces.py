@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from it2hys.diagnosis.criterion import Trace
-from it2hys.diagnosis.inverse import References
 from it2hys.effects import Extent
 from it2hys.errors import InputError
+from it2hys.identification.criterion import Trace
+from it2hys.identification.inverse import References
 from it2hys.identification.preparation import Prepared
 from it2hys.identification.weights import repetitions
 from it2hys.model.compiled import Drive

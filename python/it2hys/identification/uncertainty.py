@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from it2hys.identification import coordinates
+from it2hys.identification import rule_coordinates
 from it2hys.identification.criteria import FreeRun
 from it2hys.identification.scaling import Scaling
 from it2hys.model.parameters import RULE_FIELDS
@@ -120,8 +120,8 @@ def _groups(directions: np.ndarray, undetermined: tuple[str, ...]) -> tuple[tupl
         Undetermined directions of the rules' coordinates, in plausible units.
     undetermined : tuple of str
     """
-    count = directions.shape[1] // coordinates.RULE_SIZE
-    table = directions.reshape(len(directions), count, coordinates.RULE_SIZE).copy()
+    count = directions.shape[1] // rule_coordinates.RULE_SIZE
+    table = directions.reshape(len(directions), count, rule_coordinates.RULE_SIZE).copy()
     # from log(s2 / s1) to log s2
     table[:, :, 1] += table[:, :, 0]
     groups = [{name} for name in undetermined]
@@ -138,7 +138,7 @@ def _groups(directions: np.ndarray, undetermined: tuple[str, ...]) -> tuple[tupl
 
 def parameter_name(index: int) -> str:
     """Return the FMU's name of the i-th number of the rules, counted row by row."""
-    rule, column = divmod(index, coordinates.RULE_SIZE)
+    rule, column = divmod(index, rule_coordinates.RULE_SIZE)
     return f"rule[{rule + 1}].{RULE_FIELDS[column]}"
 
 
@@ -179,7 +179,7 @@ def _by_name(
     rules = criterion.rules(point)
     size = criterion.rule_size
     # d(scaled rules) / d(coordinates), then to SI units
-    to_scaled = coordinates.chain_rule(np.eye(size), rules)
+    to_scaled = rule_coordinates.chain_rule(np.eye(size), rules)
     to_physical = scaling.rule_jacobian(rules) @ to_scaled
     variance = np.diag(to_physical @ covariance[:size, :size] @ to_physical.T)
     spread = np.sqrt(np.maximum(variance, 0.0))  # rounding may leave it below zero

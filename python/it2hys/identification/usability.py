@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from it2hys.identification import coordinates
+from it2hys.identification import rule_coordinates
 from it2hys.identification.criteria import Series, normalised_memberships
 from it2hys.model import compiled
 from it2hys.model.it2 import usability_jacobian
@@ -109,7 +109,7 @@ class Guard:
         if len(active):
             derivatives[:, active] = self._derivatives(rules, active)
         by_rules = derivatives.reshape(4 * len(self._band.y), -1) * slopes[:, None]
-        return coordinates.chain_rule(by_rules, rules), residual
+        return rule_coordinates.chain_rule(by_rules, rules), residual
 
     def _derivatives(self, rules: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Return the derivatives of the values at K points by the rules, (4, K, 6 L)."""
@@ -119,7 +119,7 @@ class Guard:
         function = usability_jacobian(len(rules), size)
         by_rules = function(rules, *(row[:, repeated] for row in self._band.rows)).full()
         # CasADi lays out a point's rules column by column, the coordinates are row by row
-        by_rules = by_rules.reshape(4, size, coordinates.RULE_SIZE, len(rules))
+        by_rules = by_rules.reshape(4, size, rule_coordinates.RULE_SIZE, len(rules))
         return by_rules.transpose(0, 1, 3, 2).reshape(4, size, -1)[:, : len(points)]
 
     def _penalties(self, rules: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from it2hys.cosimulation.simulation import track
-from it2hys.diagnosis.explained import low_shares
-from it2hys.diagnosis.result import Diagnosis, Judgement
+from it2hys.diagnosis.outcome import Diagnosis, Judgement
 from it2hys.fmu.packaging import make_directory, package
+from it2hys.identification.explained import low_shares
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS
 from it2hys.model.variables import load_table
