@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 
 from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
-from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench, clues
+from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench
 from it2hys.diagnosis.next_experiment import deciding_experiment
-from it2hys.diagnosis.outcome import Diagnosis, InverseJudgement, Judgement, Stage
+from it2hys.diagnosis.outcome import Diagnosis, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.selection import Node, Search
 from it2hys.diagnosis.windows import Window, searched_text, windows_of
@@ -24,10 +24,9 @@ from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.criterion import ChainFit, Model, Trace
 from it2hys.identification.effect_coordinates import BY_RECORD
-from it2hys.identification.explained import explained_by_model, explained_by_voltage
 from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.intervals import intervals_of
-from it2hys.identification.inverse import applied_voltage, ask_inverse, noise_of_inverse
+from it2hys.identification.judgement import Judgement, judge
 from it2hys.identification.preparation import (
     check_rule_count,
     check_sample_times,
@@ -35,6 +34,7 @@ from it2hys.identification.preparation import (
     prepare,
 )
 from it2hys.identification.result import Identification, RecordResult
+from it2hys.identification.starts import clues
 from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.identification.usability import widest_range
 from it2hys.model import compiled
@@ -43,7 +43,6 @@ from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
 from it2hys.records import Record
 from it2hys.records.feedback import find_feedback
-from it2hys.records.figures_of_merit import max_relative_error, rms_error
 from it2hys.support.processes import parallel_map
 from it2hys.support.progress import Progress
 
@@ -223,7 +222,7 @@ class _Session:
         }
         self._has_offset = self._options.offsets is True
         traces = self._searched()
-        bench = Bench(traces, traces, self._scaling, self._extent)
+        bench = Bench(traces, self._scaling, self._extent, traces)
         start = Model(dict(given), effects, np.zeros(len(traces)), own)
         return bench.fit_own(start, traces)
 
@@ -284,7 +283,7 @@ class _Session:
         parts = not deciding
         traces, deciding = set_aside(traces) if parts else steps_aside(traces, deciding)
         deciding = [within(t, self._extent.voltage) for t in deciding]
-        return Bench(traces, deciding, self._scaling, self._extent, parts)
+        return Bench(traces, self._scaling, self._extent, deciding, parts)
 
     def _declare(self, bench: Bench, base: Model) -> Model:
         """Return the model with the declared effects."""
@@ -525,70 +524,3 @@ def _at_rest(parameters: ParameterSet) -> ParameterSet:
     if excess(high) <= 0.0:
         return parameters.replace(initialDisplacement=high)
     return parameters.replace(initialDisplacement=float(brentq(excess, low, high)))
-
-
-def judged_samples(trace: Trace) -> np.ndarray:
-    """Return the samples behind the lead-in whose errors count, a mask of shape (N,)."""
-    return trace.judged & (np.arange(len(trace.y)) >= trace.lead)
-
-
-def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) -> Judgement:
-    """Return the errors of both FMUs on a record, begun with a start."""
-    begun = parameters.replace(**start)
-    e_mr, e_rms, y = _errors(trace, begun, offset)
-    # the phase of what is picked up is nothing that a stage or its model could be told
-    told = parameters.replace(
-        **{n: v for n, v in start.items() if n == "hum.phase"},
-        initialDisplacement=float(trace.y[0]) - offset,
-    )
-    return Judgement(
-        name=trace.name,
-        role=trace.role,
-        e_mr=e_mr,
-        e_rms=e_rms,
-        start=start,
-        offset=offset,
-        lead=trace.lead,
-        lead_in=trace.lead * float(parameters["sampleTime"]),
-        noise=trace.noise,
-        cold_start=_errors(trace, told, offset)[1],
-        inverse=_judge_inverse(trace, begun, offset),
-        explained=explained_by_model(trace.y, y, judged_samples(trace)),
-        voltage_share=explained_by_voltage(trace.drive.voltage, trace.y, judged_samples(trace)),
-        y=y,
-        used=judged_samples(trace),
-        out_of_range=compiled.chain_out_of_range(
-            begun, trace.drive.voltage, trace.drive.force, trace.drive.temperature
-        ),
-    )
-
-
-def _judge_inverse(trace: Trace, parameters: ParameterSet, offset: float) -> InverseJudgement:
-    """Return how the inverse does on the measured displacement, up to the band of the record."""
-    reference, drive = trace.references.band, trace.drive
-    judged = trace.judged & reference.inside
-    asked, saturated = ask_inverse(parameters, drive, reference.displacement - offset)
-    applied = applied_voltage(parameters, drive)
-    noise = noise_of_inverse(parameters, drive, trace.references)
-    (low, high), (lowest, highest) = parameters.voltage_range, parameters.displacement_range
-    e_rms = rms_error(applied[judged], asked[judged])
-    return InverseJudgement(
-        e_rms=e_rms,
-        e_displacement=e_rms * (highest - lowest) / (high - low),
-        noise=float(np.sqrt(np.mean(noise[judged] ** 2))),
-        band=reference.band,
-        delay=float(parameters["delay.time"]),
-        saturated=float(np.mean(saturated[judged])),
-        asked=np.where(judged, asked, np.nan),
-        applied=applied,
-    )
-
-
-def _errors(trace: Trace, parameters: ParameterSet, offset: float) -> tuple[float, float, np.ndarray]:
-    """Return (24), (25) behind the lead-in, and the reading."""
-    drive = trace.drive
-    _, reading = compiled.chain_free_run(parameters, drive.voltage, drive.force, drive.temperature)
-    y, used = reading + offset, judged_samples(trace)
-    if not np.all(np.isfinite(y)):
-        return np.inf, np.inf, y
-    return max_relative_error(trace.y[used], y[used]), rms_error(trace.y[used], y[used]), y

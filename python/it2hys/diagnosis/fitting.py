@@ -8,27 +8,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from it2hys.diagnosis.residuals import LeftOver, left_over
-from it2hys.effects import Clue, Clues, Extent
-from it2hys.effects.hum import phases
+from it2hys.effects import Extent
 from it2hys.effects.statistics import StepResponse, readable
 from it2hys.identification.criteria import Series
-from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
-from it2hys.identification.effect_coordinates import BY_RECORD, Coordinate
+from it2hys.identification.criterion import ChainFit, Model, Trace, minimise
+from it2hys.identification.effect_coordinates import BY_RECORD
 from it2hys.identification.inverse import inverse_error, noise_of_inverse
-from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.result import Options
 from it2hys.identification.rule_search import search_rules
-from it2hys.identification.scaling import Scaling, moved
-from it2hys.identification.uncertainty import correlation_time
+from it2hys.identification.scaling import moved
+from it2hys.identification.starts import (
+    SAMPLED,
+    Starts,
+    shifts,
+    with_histories,
+)
 from it2hys.model.chain import EFFECTS
-from it2hys.model.compiled import Drive
 from it2hys.model.parameters import RULE_FIELDS
 from it2hys.model.variables import load_table
 
-#: Effects whose sampled form may differ from the truth by a part of a sample: how the voltage is held
-#: and when the reading is taken is not in the records. A delay of up to a sample goes with them.
-SAMPLED = ("lag", "resonance", "slew")
-_SHORTEST = 1e-3
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
@@ -48,42 +46,16 @@ _SETTLING_ANEW = 60
 _ALIKE = 1.02
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
-#: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
-_TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
 #: While models are searched for, no range limits an inverse.
 UNLIMITED = {
     "displacementMin": -np.inf, "displacementMax": np.inf, "voltageMin": -np.inf, "voltageMax": np.inf,
 }  # fmt: skip
-#: Histories from which what belongs to a record is fitted.
-_HISTORIES = 3
-#: By how much, in twice the logarithm of the likelihood, a history with an excursion has to be better
-#: than one without: a probability of 1 % by chance (chi squared, one more parameter).
-_EXCURSION = 6.6
 
 
 def off_values() -> dict[str, float]:
     """Return the parameters of all effects where these are off."""
     known = load_table().parameters()
     return {name: v.start for name, v in known.items() if v.effect and v.group is None}
-
-
-def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
-    """Return what of a model's effects is fitted."""
-    counts, result = load_table().counts, []
-    for effect in model.effects:
-        options = {"count": int(model.values[counts[effect]["variable"]])} if effect in counts else {}
-        starts = EFFECTS[effect].starts(extent, **options)
-        result += [Coordinate.of(name, start) for name, start in starts.items()]
-    result.append(Coordinate("initialDisplacement", extent.displacement, logarithmic=False))
-    if _shifts(model):
-        bounds = (_SHORTEST * extent.sample_time, extent.sample_time)
-        result.append(Coordinate("delay.time", bounds, logarithmic=False))
-    return result
-
-
-def _shifts(model: Model) -> bool:
-    """Return whether a delay of up to a sample belongs to a model without it being an effect."""
-    return "delay" not in model.effects and any(e in SAMPLED for e in model.effects)
 
 
 def _shifted(model: Model, share: float) -> Model:
@@ -116,7 +88,7 @@ def is_delay(model: Model, effect: str) -> bool:
     It is if it has done most of its work in that delay.
     """
     shift, values = model.values["delay.time"], model.values
-    if not _shifts(model):
+    if not shifts(model):
         return False
     if effect == "lag":
         return values["lag.timeConstant"] < 0.5 * shift
@@ -138,7 +110,7 @@ def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Mo
             own[name] = np.broadcast_to(guess.get(name, 0.0), model.offsets.shape).copy()
     values = {**model.values, **{n: v for n, v in guess.items() if n not in BY_RECORD}}
     result = replace(model, values=values, effects=(*model.effects, effect), own=own)
-    if _shifts(result) and not values["delay.time"]:
+    if shifts(result) and not values["delay.time"]:
         values["delay.time"] = 0.5 * extent.sample_time
     return result
 
@@ -151,7 +123,7 @@ def without_effect(model: Model, effect: str) -> Model:
     own = {n: v for n, v in model.own.items() if known[n].effect != effect}
     effects = tuple(e for e in model.effects if e != effect)
     result = replace(model, values=values, effects=effects, own=own)
-    if "delay" not in effects and not _shifts(result):
+    if "delay" not in effects and not shifts(result):
         values["delay.time"] = 0.0
     return result
 
@@ -218,40 +190,24 @@ class Errors:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class Bench(Starts):
     """The records, and how models are fitted to and judged on them.
 
     Parameters
     ----------
-    traces : list of Trace
-        Records that are fitted.
     deciding : list of Trace
         Records, or parts of them, that decide between models.
-    scaling : Scaling
-    extent : Extent
     parts : bool
         Whether `deciding` are parts of the same records, which were not fitted.
     """
 
-    traces: list[Trace]
     deciding: list[Trace]
-    scaling: Scaling
-    extent: Extent
     parts: bool = False
 
     @property
     def floor(self) -> float:
         """Noise of the records that decide, m rms."""
         return float(np.sqrt(np.mean([t.noise**2 for t in self.deciding])))
-
-    def clues(self, model: Model) -> Clues:
-        """Return what a model leaves over of the training records."""
-        return clues(model, self.traces, self.extent)
-
-    def criterion(self, model: Model) -> ChainCriterion:
-        """Return the joint criterion of everything, from a model."""
-        fitted = fitted_coordinates(model, self.extent)
-        return ChainCriterion(self.traces, model, fitted, self.scaling)
 
     def fit(self, model: Model, iterations: int, strength: float = 1.0) -> ChainFit:
         """Fit everything jointly from a model; `strength` is that of the penalties for a poor core."""
@@ -284,7 +240,7 @@ class Bench:
         if fit is None:
             return None
         fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
-        if effect in SAMPLED and _shifts(fit.model):
+        if effect in SAMPLED and shifts(fit.model):
             fits += [self.fit(_shifted(fit.model, share), _SETTLING) for share in _SHIFTS]
         return self.preferred([f for f in fits if f])
 
@@ -442,81 +398,6 @@ class Bench:
         waiting = self.criterion(model).guarded(1.0).holding(["effects"])
         return self.fit(minimise(waiting, _SETTLING).model, _SETTLING_ANEW)
 
-    def fit_own(self, model: Model, traces: Sequence[Trace], known: int = 0) -> Model:
-        """Return the model with what belongs to records fitted to these ones, all else held.
-
-        The first `known` of them are the records that the model was fitted to.
-        """
-        kept = [_of_record(model, i) for i in range(known)]
-        return _joined([*kept, *(self._fit_own_to_one(model, t) for t in traces[known:])])
-
-    def with_lead_in(self, model: Model, trace: Trace) -> Trace:
-        """Return a record with a lead-in that is as long as the model's start needs.
-
-        Histories that the lead-in cannot tell apart do not differ by more than the error behind it.
-        """
-        fitted = self._fit_own_to_one(model, trace)
-        used = trace.weight > 0.0
-        criterion = self._of_start(fitted, replace(trace, weight=1.0 * used))
-        linear = criterion.jacobian(criterion.pack(fitted))
-        if linear is None:  # a run on its way to infinity
-            return trace
-        rows = linear[0][:, criterion.start_columns]
-        misfit = self._misfit(model)
-        error = trace.noise**2 + misfit.power
-        lead = lead_in_length(
-            rows * self.scaling.y_unit,
-            used,
-            trace.noise,
-            misfit,
-            lambda lead: self._disagreement(model, replace(trace, lead=lead)) <= error,
-        )
-        used[:lead] = False
-        return replace(trace, lead=lead, judged=used)
-
-    def _disagreement(self, model: Model, trace: Trace) -> float:
-        """Return by how much histories that the lead-in cannot tell apart differ behind it, m^2."""
-        best, *others = self._starts(model, trace, most=len(_TURNS) + 1)
-        behind = trace.weight > 0.0
-        behind[: trace.lead] = False
-        run = best.predict(trace, 0)
-        squares = [np.mean((other.predict(trace, 0) - run)[behind] ** 2) for other in others]
-        return float(max(squares, default=0.0))
-
-    def _misfit(self, model: Model) -> Misfit:
-        """Return what a model misses of the training records."""
-        residuals = [
-            clue.residual - np.mean(clue.residual[clue.used]) for clue in self.clues(model).records
-        ]
-        return Misfit.of(residuals, [t.noise for t in self.traces])
-
-    def _of_start(self, model: Model, trace: Trace) -> ChainCriterion:
-        """Return the criterion of what belongs to one record, all else held."""
-        fitted = [c for c in fitted_coordinates(model, self.extent) if c.name in BY_RECORD]
-        return ChainCriterion([trace], model, fitted, self.scaling).holding(["rules"])
-
-    def _fit_own_to_one(self, model: Model, trace: Trace) -> Model:
-        """Return the model of one record, its start fitted on the lead-in."""
-        return self._starts(model, trace)[0]
-
-    def _starts(self, model: Model, trace: Trace, most: int = _HISTORIES) -> list[Model]:
-        """Return the model of one record with starts fitted on the lead-in from likely histories.
-
-        The likeliest comes first, and with it those that the lead-in cannot tell from it.
-        """
-        whole, trace = trace, lead_in(trace)
-        start = with_starts(model, [trace])
-        starts, excursions = [_as_trained(model, start), start], [False, False]
-        if "initialExcursion" in model.own:
-            histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
-            starts[1:] = [_with_history(start, history) for history in histories]
-            excursions[1:] = [excursion != 0.0 for _, excursion in histories]
-        fits = [minimise(self._of_start(s, trace), 30, 1e-8).model for s in starts]
-        errors = [(fit.predict(trace, 0) - trace.y)[trace.fitted] for fit in fits]
-        unlikely = _unlikeliness(errors, excursions)
-        order = np.argsort(unlikely, kind="stable")
-        return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * _EXCURSION]
-
     def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> Errors:
         """Return the errors on the judged samples of records, by default of those that decide.
 
@@ -571,130 +452,3 @@ class Bench:
     def _bounded(self, error: np.ndarray) -> np.ndarray:
         most = 10.0 * self.extent.displacement_span
         return np.clip(np.where(np.isfinite(error), error, most), -most, most)
-
-
-def lead_in(trace: Trace) -> Trace:
-    """Return the lead-in of a record, as a record of its own."""
-    first = slice(0, trace.lead)
-    drive = trace.drive
-    return replace(
-        trace,
-        drive=Drive(drive.voltage[first], drive.force[first], drive.temperature[first]),
-        y=trace.y[first],
-        weight=trace.weight[first],
-        judged=trace.weight[first] > 0.0,
-    )
-
-
-def _of_record(model: Model, index: int) -> Model:
-    own = {name: values[index : index + 1] for name, values in model.own.items()}
-    return replace(model, offsets=model.offsets[index : index + 1], own=own)
-
-
-def _as_trained(model: Model, start: Model) -> Model:
-    """Return the model of one record, begun as the first training record begins."""
-    own = {n: model.own[n][:1] if n != "hum.phase" else v for n, v in start.own.items()}
-    return replace(start, own=own)
-
-
-def _joined(models: Sequence[Model]) -> Model:
-    """Return one model with what belongs to the records of several, which are alike but for that."""
-    return replace(
-        models[0],
-        offsets=np.concatenate([m.offsets for m in models]),
-        own={name: np.concatenate([m.own[name] for m in models]) for name in models[0].own},
-    )
-
-
-def clues(model: Model, traces: Sequence[Trace], extent: Extent) -> Clues:
-    """Return what a model leaves over of records."""
-    records = [
-        Clue(
-            t.drive.voltage,
-            t.drive.force,
-            t.drive.temperature,
-            t.y - model.offsets[i],
-            t.y - model.predict(t, i),
-            t.weight > 0,
-        )
-        for i, t in enumerate(traces)
-    ]
-    return Clues(extent, records)
-
-
-def with_starts(model: Model, traces: Sequence[Trace]) -> Model:
-    """Return the model with guesses of what belongs to records, for records not seen before."""
-    count = len(traces)
-    model = replace(
-        model,
-        offsets=np.full(count, np.mean(model.offsets)),
-        own={name: np.zeros(count) for name in model.own},
-    )
-    begins = np.array([t.y[0] for t in traces]) - model.offsets
-    model = replace(model, own={**model.own, "initialDisplacement": begins})
-    if "initialExcursion" in model.own:
-        model = with_histories(model, traces)
-    if "hum.phase" in model.own:
-        quiet = replace(model, values={**model.values, "hum.amplitude": 0.0})
-        extent = Extent(model.values["sampleTime"], 0.0, (0.0, 0.0), (0.0, 0.0))
-        found = phases(clues(quiet, traces, extent), model.values["hum.frequency"])
-        model = replace(model, own={**model.own, "hum.phase": found})
-    return model
-
-
-def with_histories(model: Model, traces: Sequence[Trace]) -> Model:
-    """Return the model with the history before each record that suits it best, of a few likely ones."""
-    records = [
-        _with_history(_of_record(model, i), likely_histories(model, t, i)[0])
-        for i, t in enumerate(traces)
-    ]
-    return _joined(records)
-
-
-def _with_history(model: Model, history: tuple[float, float]) -> Model:
-    names = ("initialRestOffset", "initialExcursion")
-    values = {n: np.full(model.offsets.shape, v) for n, v in zip(names, history, strict=True)}
-    return replace(model, own={**model.own, **values})
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def likely_histories(
-    model: Model, trace: Trace, index: int, voltage: np.ndarray | None = None
-) -> list[tuple[float, float]]:
-    """Return offset of the rest and excursion before a record, in V, the likeliest first.
-
-    The stack was new or demagnetised at 0 V or at the record's first voltage, and may then have been
-    driven somewhere within or a little beyond the record's range, which is that of `voltage`.
-    """
-    voltage = trace.drive.voltage if voltage is None else voltage
-    low, high = voltage.min(), voltage.max()
-    turns = [low + share * (high - low) for share in _TURNS]
-    histories = [
-        (rest - voltage[0], turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)
-    ]
-    histories = list(dict.fromkeys(histories))
-    errors = [
-        (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
-        for history in histories
-    ]
-    if trace.has_offset:
-        errors = [error - np.mean(error) for error in errors]
-    unlikely = _unlikeliness(errors, [excursion != 0.0 for _, excursion in histories])
-    return [histories[i] for i in np.argsort(unlikely, kind="stable")]
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def _unlikeliness(errors: Sequence[np.ndarray], excursions: Sequence[bool]) -> np.ndarray:
-    """Return of histories how unlikely each is, by the errors on a record that is begun with it.
-
-    It is twice the negative logarithm of the likelihood, of as many samples as are independent. An
-    excursion has to earn its place: where a lead-in does not show it, it would show later.
-    """
-    power = np.array([np.mean(error**2) for error in errors])
-    power[~np.isfinite(power)] = np.inf
-    best = errors[int(np.argmin(power))]
-    if not np.isfinite(power.min()):
-        return power
-    independent = len(best) / correlation_time(best)
-    relative = power / max(power.min(), np.finfo(float).tiny)
-    return independent * np.log(relative) + _EXCURSION * np.array(excursions)

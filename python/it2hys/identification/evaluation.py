@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from it2hys.diagnosis.diagnose import judge
-from it2hys.diagnosis.fitting import Bench
 from it2hys.identification.criterion import Model, Trace
 from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.judgement import judge
 from it2hys.identification.lead_in import Misfit
 from it2hys.identification.prediction import judge_new
 from it2hys.identification.preparation import Prepared, check_sample_times, data_scaling, prepare
 from it2hys.identification.result import Options, RecordResult
+from it2hys.identification.starts import Starts
 from it2hys.identification.traces import extent_of, to_trace
 from it2hys.model.chain import active_effects
 from it2hys.model.parameters import ParameterSet
@@ -69,9 +69,9 @@ def _with_effects(
         if known[name].effect in (None, *effects)
     }
     extent = extent_of([p.record for p in prepared])
-    bench = Bench(traces, traces, data_scaling(prepared), extent)
+    starts = Starts(traces, data_scaling(prepared), extent)
     given = Model(dict(parameters), tuple(effects), np.zeros(len(traces)), own)
-    begun = bench.fit_own(given, traces)
+    begun = starts.fit_own(given, traces)
     return [
         _result(p, t, parameters, begun.start(i), float(begun.offsets[i]))
         for i, (p, t) in enumerate(zip(prepared, traces, strict=True))
