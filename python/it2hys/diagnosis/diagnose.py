@@ -25,17 +25,17 @@ from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.criterion import ChainFit, Model, Trace
 from it2hys.identification.effect_coordinates import BY_RECORD
 from it2hys.identification.findings import coarse_readings, record_findings
-from it2hys.identification.intervals import intervals_of
-from it2hys.identification.judgement import Judgement, judge
+from it2hys.identification.judgement import Judgement, judge_records
 from it2hys.identification.preparation import (
     check_rule_count,
     check_sample_times,
     data_scaling,
     prepare,
 )
-from it2hys.identification.result import Identification, RecordResult
+from it2hys.identification.result import Identification
 from it2hys.identification.starts import clues
 from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
+from it2hys.identification.uncertainty import assess
 from it2hys.identification.usability import widest_range
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
@@ -139,14 +139,14 @@ class _Session:
         self._excluded = _checked_effects("exclude", excluded, self._extent)
         if both := {*self._declared} & {*self._excluded}:
             raise InputError(f"{min(both)} is both declared and excluded")
-        prepared = [prepare(r, options) for r in train]
+        prepared = [prepare(r) for r in train]
         self._scaling = data_scaling(prepared)
         self._whole = [Window(i, 0, p) for i, p in enumerate(prepared)]
         self._windows = windows_of(prepared)
         self._prepared = [
             *(("train", p) for p in prepared),
-            *(("validation", prepare(r, options)) for r in validation),
-            *(("test", prepare(r, options)) for r in test),
+            *(("validation", prepare(r)) for r in validation),
+            *(("test", prepare(r)) for r in test),
         ]
         # one loop, gone through again and again, is any of these, or the core
         one_tone = holds_one_tone(prepared)
@@ -203,11 +203,11 @@ class _Session:
         )
 
     @staticmethod
-    def _begin(window: Window, records: Sequence[RecordResult]) -> float:
+    def _begin(window: Window, records: Sequence[Judgement]) -> float:
         """Return the displacement with which the paper's model begins a window."""
         result = records[window.record]
         if window.first == 0:
-            return result.initial_displacement
+            return result.start["initialDisplacement"]
         return float(window.prepared.record.displacement[0]) - result.offset
 
     def _given(self, given: ParameterSet) -> Model:
@@ -220,7 +220,6 @@ class _Session:
             for name in BY_RECORD
             if _effect_of(name) in (None, *effects)
         }
-        self._has_offset = self._options.offsets is True
         traces = self._searched()
         bench = Bench(traces, self._scaling, self._extent, traces)
         start = Model(dict(given), effects, np.zeros(len(traces)), own)
@@ -375,7 +374,7 @@ class _Session:
             after=after,
             evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
             stages=self._stages(search, node, fit, bench),
-            intervals=intervals_of(fit),
+            intervals=assess(fit).intervals,
             warnings=(*self._findings(after), *self._warnings),
             seconds=self._seconds,
         )
@@ -419,12 +418,7 @@ class _Session:
         return parameters.replace(**start)
 
     def _judgements(self, model: Model, bench: Bench, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
-        parameters = self._parameters(model, "judged")
-        fitted = bench.fit_own(model, traces)
-        return tuple(
-            judge(t, parameters, fitted.start(i), float(fitted.offsets[i]))
-            for i, t in enumerate(traces)
-        )
+        return judge_records(bench, model, self._parameters(model, "judged"), traces)
 
     def _stages(self, search: Search, node: Node, fit: ChainFit, bench: Bench) -> tuple[Stage, ...]:
         """Return the first model, those after each addition if there are any, and the last."""

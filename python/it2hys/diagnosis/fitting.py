@@ -10,8 +10,7 @@ import numpy as np
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.effects import Extent
 from it2hys.effects.statistics import StepResponse, readable
-from it2hys.identification.criteria import Series
-from it2hys.identification.criterion import ChainFit, Model, Trace, minimise
+from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
 from it2hys.identification.effect_coordinates import BY_RECORD
 from it2hys.identification.inverse import inverse_error, noise_of_inverse
 from it2hys.identification.result import Options
@@ -24,7 +23,7 @@ from it2hys.identification.starts import (
     with_histories,
 )
 from it2hys.model.chain import EFFECTS
-from it2hys.model.parameters import RULE_FIELDS
+from it2hys.model.compiled import Drive
 from it2hys.model.variables import load_table
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
@@ -145,15 +144,6 @@ def with_another_rule(model: Model, rule: int, distance: float) -> Model:
     twins = np.repeat(rules[rule : rule + 1], 2, axis=0)
     twins[:, 2] += [-distance, distance]
     return with_rules(model, np.vstack([rules[:rule], twins, rules[rule + 1 :]]))
-
-
-def with_rules(model: Model, rules: np.ndarray) -> Model:
-    """Return the model with other rules, SI units."""
-    values = {n: v for n, v in model.values.items() if not n.startswith("rule[")}
-    values["ruleCount"] = len(rules)
-    for i, rule in enumerate(rules, start=1):
-        values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
-    return replace(model, values=values)
 
 
 def behind_creep(model: Model, traces: Sequence[Trace]) -> Model:
@@ -375,20 +365,20 @@ class Bench(Starts):
 
         A base that was fitted while an effect was missing is a poor start once it is there.
         """
-        series = []
+        seen = []
         for i, t in enumerate(self.traces):
             reading, x, y = model.run(t, i)
             if not np.all(np.isfinite(reading)):
                 continue
             # the measurement less what the stages behind the core add to it
             target = t.y - model.offsets[i] - (reading - y)
+            core = replace(t, drive=Drive.of(x), y=target, has_offset=False)
             # what is set aside at the end has nothing to say here
-            kept = slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)
-            x, y, weight = self.scaling.x(x[kept]), self.scaling.y(target[kept]), t.weight[kept]
-            series.append(Series(x, y, weight, float(y[0])))
-        if series:
+            seen.append(core.part(slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)))
+        if seen:
             found = search_rules(
-                series,
+                seen,
+                self.scaling,
                 int(model.values["ruleCount"]),
                 Options(starts=starts),
                 [self.scaling.rules(model.rules)],

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from it2hys.effects import nonlinearity
 from it2hys.identification import rule_coordinates
-from it2hys.identification.criteria import Series
 from it2hys.identification.effect_coordinates import BY_RECORD, Coordinate
 from it2hys.identification.inverse import References
 from it2hys.identification.lead_in import START_PRIOR
@@ -28,7 +27,7 @@ from it2hys.identification.levenberg_marquardt import (
     levenberg_marquardt,
 )
 from it2hys.identification.scaling import Scaling
-from it2hys.identification.usability import Band, Guard
+from it2hys.identification.usability import Band, Course, Guard
 from it2hys.model import compiled
 from it2hys.model.parameters import RULE_FIELDS
 
@@ -70,6 +69,8 @@ class Trace:
         Weight of the record, in fits (part of `weight`) and where models are compared.
     references : References
         The measured displacement as an inverse is fed with it.
+    noise_method : str
+        How the noise was estimated.
     """
 
     name: str
@@ -83,6 +84,19 @@ class Trace:
     references: References
     has_offset: bool = False
     importance: float = 1.0
+    noise_method: str = ""
+
+    def part(self, kept: slice) -> Trace:
+        """Return a part of the record, as a record of its own."""
+        drive = self.drive
+        channels = (drive.voltage[kept], drive.force[kept], drive.temperature[kept])
+        return replace(
+            self,
+            drive=compiled.Drive(*channels),
+            y=self.y[kept],
+            weight=self.weight[kept],
+            judged=self.judged[kept],
+        )
 
     @cached_property
     def fitted(self) -> slice | np.ndarray:
@@ -137,6 +151,49 @@ class Model:
     def run(self, trace: Trace, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return reading, core's input and core's output of the free run over a record."""
         return compiled.chain_predict(self.packed(trace, index), trace.drive)
+
+
+def with_rules(model: Model, rules: np.ndarray) -> Model:
+    """Return the model with other rules, SI units."""
+    values = {n: v for n, v in model.values.items() if not n.startswith("rule[")}
+    values["ruleCount"] = len(rules)
+    for i, rule in enumerate(rules, start=1):
+        values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
+    return replace(model, values=values)
+
+
+def paper_model(
+    traces: Sequence[Trace],
+    scaling: Scaling,
+    rules: np.ndarray,
+    offsets: Sequence[float] | None = None,
+    begins: Sequence[float] | None = None,
+) -> Model:
+    """Return the paper's model, the chain with no effect on, of records.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+        R records.
+    scaling : Scaling
+    rules : ndarray, shape (L, 6)
+        Scaled.
+    offsets, begins : sequence of float, optional
+        Constant of each record and displacement before it, m. By default there is no constant, and a
+        record begins with its first reading.
+    """
+    offsets = np.zeros(len(traces)) if offsets is None else np.asarray(offsets, dtype=float)
+    begins = [t.y[0] for t in traces] - offsets if begins is None else np.asarray(begins)
+    values = {"sampleTime": traces[0].references.sample_time}
+    model = Model(values, (), offsets, {"initialDisplacement": begins})
+    return with_rules(model, scaling.physical_rules(rules))
+
+
+def paper_problem(traces: Sequence[Trace], model: Model, scaling: Scaling) -> ChainCriterion:
+    """Return the criterion of a model with no effect on: its rules, and how the records begin."""
+    travel = (float(scaling.displacement(-1.0)), float(scaling.displacement(1.0)))
+    begin = Coordinate("initialDisplacement", travel, logarithmic=False)
+    return ChainCriterion(traces, model, [begin], scaling)
 
 
 class ChainCriterion:
@@ -238,6 +295,11 @@ class ChainCriterion:
         names = ["offsets", *(c.name for c in self._own)]
         return np.concatenate([np.arange(self._places[n].start, self._places[n].stop) for n in names])
 
+    @property
+    def first_start(self) -> list[tuple[str, float, int]]:
+        """Name, unit in SI and place of the coordinates that belong to the first record alone."""
+        return [(c.name, c.unit, self._places[c.name].start) for c in self._own]
+
     def unpack(self, point: np.ndarray) -> Model:
         """Return the model of the coordinates."""
         scaling, places = self.scaling, self._places
@@ -260,17 +322,41 @@ class ChainCriterion:
     @np.errstate(over="ignore", invalid="ignore")
     def guarded(self, strength: float) -> ChainCriterion:
         """Return the criterion with penalties for rules that are unusable where the core works."""
-        series = []
+        courses = []
         for i, trace in enumerate(self.traces):
             _, x, y = self.model.run(trace, i)
             x, y = self.scaling.x(x), self.scaling.y(y)
             if np.all(np.abs(y) < _DIVERGED):
-                series.append(Series(x, y, np.ones(len(x)), 0.0))
+                courses.append((x, y, np.ones(len(x), dtype=bool)))
+        return self._guarded(Band.of_data(courses), strength) if courses else copy(self)
+
+    def guarded_by_data(self, strength: float, offsets: np.ndarray) -> ChainCriterion:
+        """Return the criterion with penalties for rules that are unusable where the data are.
+
+        Of a model with no effect on: its core gets the voltage, and the measured displacement, less a
+        record's constant in m, is what it is to put out.
+        """
+        return self._guarded(self.data_band(offsets), strength)
+
+    def data_band(self, offsets: np.ndarray) -> Band:
+        """Return the band of the fitted samples, the records' constants in m taken off."""
+        return Band.of_data(self.data_courses(offsets))
+
+    def data_courses(self, offsets: np.ndarray) -> list[Course]:
+        """Return voltage and displacement, constants taken off, scaled, and which are fitted."""
+        return [
+            (self.scaling.x(t.drive.voltage), self.scaling.y(t.y - offset), t.weight > 0.0)
+            for t, offset in zip(self.traces, offsets, strict=True)
+        ]
+
+    def _guarded(self, band: Band, strength: float) -> ChainCriterion:
         result = copy(self)
-        if series:
-            band = Band.of_data(series, np.zeros(len(series)))
-            result._guard = Guard(band, strength * np.sqrt(self.samples))
+        result._guard = Guard(band, strength * np.sqrt(self.samples))
         return result
+
+    def rules(self, point: np.ndarray) -> np.ndarray:
+        """Return the scaled rules, shape (L, 6), of the coordinates."""
+        return rule_coordinates.to_rules(point[self._places["rules"]])
 
     def holding(self, names: Sequence[str]) -> ChainCriterion:
         """Return the criterion with groups of coordinates ("rules", "effects") held by the bounds."""
@@ -294,8 +380,38 @@ class ChainCriterion:
         parts.append(self._roughness @ point)
         parts.append(self._falling(point))
         if self._guard is not None:
-            parts.append(self._guard.residual(rule_coordinates.to_rules(point[self._places["rules"]])))
+            parts.append(self._guard.residual(self.rules(point)))
         return np.concatenate(parts)
+
+    def residual_or_nan(self, point: np.ndarray) -> np.ndarray:
+        """Return the weighted residuals, NaN in all places where a run is no longer finite."""
+        values = self.residual(point)
+        if values is not None:
+            return values
+        fitted = sum(np.count_nonzero(t.weight > 0.0) for t in self.traces)
+        penalties = 0 if self.band is None else 4 * len(self.band.y)
+        priors = len(self._guess) + len(self._roughness) + len(self._steepness)
+        return np.full(fitted + priors + penalties, np.nan)
+
+    def full_jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the Jacobian of all residuals, priors and penalties too, and those, or None."""
+        return joined(self._blocks(point))
+
+    def unconstrained(self) -> ChainCriterion:
+        """Return the criterion without penalties: for a solver that holds constraints."""
+        result = copy(self)
+        result._guard, result._steepness = None, self._steepness[:0]
+        return result
+
+    @property
+    def band(self) -> Band | None:
+        """Where the penalties ask for contraction and invertibility."""
+        return self._guard.band if self._guard else None
+
+    @property
+    def curve_slopes(self) -> np.ndarray:
+        """The slope of the static curve, less 1, by the coordinates, (K, P); no rows if not fitted."""
+        return self._steepness / np.sqrt(self.samples)
 
     def _smoothness(self) -> np.ndarray:
         """Return the rows, (K, P), that make a density of play operators cost that is not smooth.
@@ -304,7 +420,7 @@ class ChainCriterion:
         weight by itself: weights that go up and down fit them, and fail on others.
         """
         names = [c.name for c in self.common]
-        count = int(self.model.values["playCount"])
+        count = int(self.model.values.get("playCount", 0))
         if count < 3 or "play[1].weight" not in names:
             return np.zeros((0, len(self._guess)))
         thresholds = [self.model.values[f"play[{j}].threshold"] for j in range(1, count + 1)]
@@ -364,8 +480,7 @@ class ChainCriterion:
         falling = self._falling(point)
         yield -self._steepness * (falling > 0.0)[:, None], falling, every
         if self._guard is not None:
-            rules = rule_coordinates.to_rules(point[self._places["rules"]])
-            by_rules, penalties = self._guard.linearise(rules)
+            by_rules, penalties = self._guard.linearise(self.rules(point))
             yield by_rules, penalties, every[: self.rule_size]
 
     def _record_blocks(self, point: np.ndarray) -> Iterator[Block | None]:
@@ -399,7 +514,7 @@ class ChainCriterion:
     def _by_coordinates(self, point: np.ndarray) -> np.ndarray:
         """Return what the C core differentiates by, by the coordinates, without what records own."""
         places, size = self._places, self.rule_size
-        rules = rule_coordinates.to_rules(point[places["rules"]])
+        rules = self.rules(point)
         scaled = rule_coordinates.chain_rule(np.eye(size), rules)
         slopes = [c.slope(v) for c, v in zip(self.common, point[places["effects"]], strict=True)]
         result = np.zeros((size + len(self.common) + len(self._own), len(point)))
@@ -435,13 +550,20 @@ class ChainFit:
 
 def minimise(criterion: ChainCriterion, max_iterations: int, tolerance: float = 1e-6) -> ChainFit:
     """Minimise the criterion by Levenberg-Marquardt from the model that it was made with."""
-    minimum = levenberg_marquardt(
+    start = criterion.pack(criterion.model)
+    return ChainFit(criterion, minimise_from(criterion, start, max_iterations, tolerance))
+
+
+def minimise_from(
+    criterion: ChainCriterion, start: np.ndarray, max_iterations: int, tolerance: float = 1e-6
+) -> Minimum:
+    """Minimise the criterion by Levenberg-Marquardt from coordinates, shape (P,)."""
+    return levenberg_marquardt(
         criterion.residual,
         criterion.linearise,
-        np.clip(criterion.pack(criterion.model), criterion.lower, criterion.upper),
+        np.clip(start, criterion.lower, criterion.upper),
         criterion.lower,
         criterion.upper,
         tolerance=tolerance,
         max_iterations=max_iterations,
     )
-    return ChainFit(criterion, minimum)

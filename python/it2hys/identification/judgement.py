@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from it2hys.identification.criterion import Trace
+from it2hys.identification.criterion import Model, Trace
 from it2hys.identification.explained import explained_by_model, explained_by_voltage
 from it2hys.identification.inverse import applied_voltage, ask_inverse, noise_of_inverse
+from it2hys.identification.starts import Starts
 from it2hys.model import compiled
+from it2hys.model.chain import active_effects
 from it2hys.model.parameters import ParameterSet
 from it2hys.records.figures_of_merit import max_relative_error, rms_error
 
@@ -47,6 +50,23 @@ class InverseJudgement:
 
 
 @dataclass(frozen=True, eq=False)
+class OneStep:
+    """How the paper's model predicts the next reading from the measured one.
+
+    Parameters
+    ----------
+    e_mr, e_rms : float
+        (24) as a fraction and (25) in m.
+    y : ndarray, shape (N,)
+        Predictions, the record's constant included, m.
+    """
+
+    e_mr: float
+    e_rms: float
+    y: np.ndarray = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False)
 class Judgement:
     """How a model does on one record, in free run.
 
@@ -79,6 +99,10 @@ class Judgement:
         The model's reading on all samples, offset included, m.
     out_of_range : ndarray of bool, shape (N,)
         Where the run is beyond what the model holds for (`outOfRange` of the plant FMU).
+    noise_method : str
+        How the noise was estimated.
+    one_step : OneStep or None
+        None for a model with effects: a reading alone does not give the states that they have.
     """
 
     name: str
@@ -97,6 +121,27 @@ class Judgement:
     voltage_share: float
     y: np.ndarray = field(repr=False)
     out_of_range: np.ndarray = field(repr=False)
+    noise_method: str
+    one_step: OneStep | None
+
+
+def judge_records(
+    starts: Starts, model: Model, parameters: ParameterSet, traces: Sequence[Trace]
+) -> tuple[Judgement, ...]:
+    """Return the errors of a model on records, each begun as its lead-in tells.
+
+    Parameters
+    ----------
+    starts : Starts
+    model : Model
+    parameters : ParameterSet
+        The model as packaged.
+    traces : sequence of Trace
+    """
+    fitted = starts.fit_own(model, traces)
+    return tuple(
+        judge(t, parameters, fitted.start(i), float(fitted.offsets[i])) for i, t in enumerate(traces)
+    )
 
 
 def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) -> Judgement:
@@ -127,12 +172,26 @@ def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) ->
         out_of_range=compiled.chain_out_of_range(
             begun, trace.drive.voltage, trace.drive.force, trace.drive.temperature
         ),
+        noise_method=trace.noise_method,
+        one_step=None if active_effects(parameters) else _one_step(trace, begun, offset),
     )
 
 
 def judged_samples(trace: Trace) -> np.ndarray:
     """Return the samples behind the lead-in whose errors count, a mask of shape (N,)."""
     return trace.judged & (np.arange(len(trace.y)) >= trace.lead)
+
+
+def _one_step(trace: Trace, parameters: ParameterSet, offset: float) -> OneStep:
+    measured = trace.y - offset
+    previous = np.concatenate([[parameters["initialDisplacement"]], measured[:-1]])
+    limits = parameters.displacement_range
+    y = compiled.one_step(parameters.rules, previous, trace.drive.voltage, limits) + offset
+    # a reading that is not to be trusted spoils the prediction of the next sample as well
+    used = judged_samples(trace)
+    paired = used & np.concatenate([[False], used[:-1]])
+    pairs = trace.y[paired], y[paired]
+    return OneStep(max_relative_error(*pairs), rms_error(*pairs), y)
 
 
 def _judge_inverse(trace: Trace, parameters: ParameterSet, offset: float) -> InverseJudgement:

@@ -15,7 +15,6 @@ from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.uncertainty import correlation_time
 from it2hys.model.chain import EFFECTS
-from it2hys.model.compiled import Drive
 from it2hys.model.variables import load_table
 
 #: Effects whose sampled form may differ from the truth by a part of a sample: how the voltage is held
@@ -153,15 +152,8 @@ class Starts:
 
 def lead_in(trace: Trace) -> Trace:
     """Return the lead-in of a record, as a record of its own."""
-    first = slice(0, trace.lead)
-    drive = trace.drive
-    return replace(
-        trace,
-        drive=Drive(drive.voltage[first], drive.force[first], drive.temperature[first]),
-        y=trace.y[first],
-        weight=trace.weight[first],
-        judged=trace.weight[first] > 0.0,
-    )
+    part = trace.part(slice(0, trace.lead))
+    return replace(part, judged=part.weight > 0.0)
 
 
 def _of_record(model: Model, index: int) -> Model:
@@ -205,7 +197,7 @@ def with_starts(model: Model, traces: Sequence[Trace]) -> Model:
     count = len(traces)
     model = replace(
         model,
-        offsets=np.full(count, np.mean(model.offsets)),
+        offsets=np.where([t.has_offset for t in traces], np.mean(model.offsets), 0.0),
         own={name: np.zeros(count) for name in model.own},
     )
     begins = np.array([t.y[0] for t in traces]) - model.offsets

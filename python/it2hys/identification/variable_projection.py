@@ -14,8 +14,8 @@ from scipy.linalg import qr, solve_triangular
 from scipy.optimize import lsq_linear
 
 from it2hys.identification import rule_coordinates
-from it2hys.identification.criteria import normalised_memberships, one_step_gradient
 from it2hys.identification.levenberg_marquardt import Linearisation, Minimum, levenberg_marquardt
+from it2hys.identification.one_step import normalised_memberships, one_step_gradient
 
 _ANTECEDENT = slice(0, 3)
 _CONSEQUENT = slice(3, 6)
