@@ -184,7 +184,7 @@ def paper_model(
     """
     offsets = np.zeros(len(traces)) if offsets is None else np.asarray(offsets, dtype=float)
     begins = [t.y[0] for t in traces] - offsets if begins is None else np.asarray(begins)
-    values = {"sampleTime": traces[0].references.sample_time}
+    values = {"sampleTime": traces[0].references.sample_time, "playCount": 0}
     model = Model(values, (), offsets, {"initialDisplacement": begins})
     return with_rules(model, scaling.physical_rules(rules))
 
@@ -230,6 +230,8 @@ class ChainCriterion:
         self._guess = self.pack(model)
         self._roughness = self._smoothness()
         self._steepness = self._slopes()
+        self._prior = self._prior_weights()
+        self._own_knobs = [c.knob(0.0) for c in self._own]
 
     def _layout(self) -> dict[str, slice]:
         sizes = {
@@ -376,9 +378,12 @@ class ChainCriterion:
             if not np.all(np.abs(error) < _DIVERGED):
                 return None
             parts.append((trace.weight * error)[trace.fitted])
-        parts.append(self._prior_weights() * (point - self._guess))
-        parts.append(self._roughness @ point)
-        parts.append(self._falling(point))
+        held = self._prior > 0.0
+        parts.append((self._prior * (point - self._guess))[held])
+        if len(self._roughness):
+            parts.append(self._roughness @ point)
+        if len(self._steepness):
+            parts.append(self._falling(point))
         if self._guard is not None:
             parts.append(self._guard.residual(self.rules(point)))
         return np.concatenate(parts)
@@ -390,7 +395,7 @@ class ChainCriterion:
             return values
         fitted = sum(np.count_nonzero(t.weight > 0.0) for t in self.traces)
         penalties = 0 if self.band is None else 4 * len(self.band.y)
-        priors = len(self._guess) + len(self._roughness) + len(self._steepness)
+        priors = np.count_nonzero(self._prior) + len(self._roughness) + len(self._steepness)
         return np.full(fitted + priors + penalties, np.nan)
 
     def full_jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
@@ -420,7 +425,7 @@ class ChainCriterion:
         weight by itself: weights that go up and down fit them, and fail on others.
         """
         names = [c.name for c in self.common]
-        count = int(self.model.values.get("playCount", 0))
+        count = int(self.model.values["playCount"])
         if count < 3 or "play[1].weight" not in names:
             return np.zeros((0, len(self._guess)))
         thresholds = [self.model.values[f"play[{j}].threshold"] for j in range(1, count + 1)]
@@ -474,11 +479,14 @@ class ChainCriterion:
     def _blocks(self, point: np.ndarray) -> Iterator[Block | None]:
         """Yield records, priors and penalties; None where a run is no longer finite."""
         yield from self._record_blocks(point)
-        weights, every = self._prior_weights(), np.eye(len(point))
-        yield np.diag(weights), weights * (point - self._guess), every
-        yield self._roughness, self._roughness @ point, every
-        falling = self._falling(point)
-        yield -self._steepness * (falling > 0.0)[:, None], falling, every
+        every, held = np.eye(len(point)), self._prior > 0.0
+        weights = self._prior[held]
+        yield np.diag(weights), weights * (point - self._guess)[held], every[held]
+        if len(self._roughness):
+            yield self._roughness, self._roughness @ point, every
+        if len(self._steepness):
+            falling = self._falling(point)
+            yield -self._steepness * (falling > 0.0)[:, None], falling, every
         if self._guard is not None:
             by_rules, penalties = self._guard.linearise(self.rules(point))
             yield by_rules, penalties, every[: self.rule_size]
@@ -487,7 +495,7 @@ class ChainCriterion:
         model, places = self.unpack(point), self._places
         common = point[places["effects"]]
         knobs = [c.knob(v) for c, v in zip(self.common, common, strict=True)]
-        knobs += [c.knob(0.0) for c in self._own]
+        knobs += self._own_knobs
         to_point = self._by_coordinates(point)
         for i, trace in enumerate(self.traces):
             rows = trace.fitted
