@@ -138,7 +138,12 @@ class Model:
 
     def packed(self, trace: Trace, index: int) -> np.ndarray:
         """Return the parameters for one record as the C core takes them."""
-        return compiled.pack_chain({**self.values, **self.start(index)})
+        return compiled.pack_chain(self.start(index), self._shared)
+
+    @cached_property
+    def _shared(self) -> np.ndarray:
+        """What all records share, packed."""
+        return compiled.pack_chain(self.values)
 
     def start(self, index: int) -> dict[str, float]:
         """Return the parameters with which the plant FMU begins one record."""

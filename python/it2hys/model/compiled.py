@@ -278,15 +278,19 @@ def _places() -> dict[str, tuple[int, bool]]:
         places[name.value.decode()] = (offset, bool(integer.value))
 
 
-def pack_chain(parameters: Mapping[str, float | int | bool]) -> np.ndarray:
+def pack_chain(
+    parameters: Mapping[str, float | int | bool], others: np.ndarray | None = None
+) -> np.ndarray:
     """Return `struct chain_parameters` as an array; what is not given is 0, which is off.
 
     Parameters
     ----------
     parameters : Mapping
         Values by FMU variable name, such as a `ParameterSet`; nothing is checked here.
+    others : ndarray, optional
+        Packed values that the given ones are put into a copy of, instead.
     """
-    packed = np.zeros(_library().it2core_chain_size() // 8)
+    packed = np.zeros(_library().it2core_chain_size() // 8) if others is None else others.copy()
     integers, places = packed.view(np.int32), _places()
     for name, value in parameters.items():
         offset, integer = places[name]
