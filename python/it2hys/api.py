@@ -20,11 +20,12 @@ from it2hys.cosimulation import simulation
 from it2hys.cosimulation.slave import Slave
 from it2hys.errors import InputError
 from it2hys.fmu import packaging
+from it2hys.model.casadi_chain import casadi_chain
 from it2hys.model.parameters import ParameterSet, read_ssv
 from it2hys.records import Record, check_response, check_roles, read_record
 from it2hys.support.progress import progress_bar
 
-__all__ = ["diagnose", "identify", "package", "simulate", "sweep", "track"]
+__all__ = ["casadi_chain", "diagnose", "identify", "package", "simulate", "sweep", "track"]
 
 #: A data frame of polars or pandas, or a mapping of columns.
 Frame = Any
@@ -107,6 +108,7 @@ def diagnose(
     workers: int = 1,
     invert_displacement: bool = False,
     exclude: Sequence[str] = (),
+    sensor_curve: bool = False,
 ) -> diagnosis.Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -132,6 +134,9 @@ def diagnose(
         As for `identify`.
     exclude : sequence of str
         Effects that are kept out of the model.
+    sensor_curve : bool
+        That a static curve, where one is found, is the sensor's: FMUs that `package` writes are then
+        without it.
 
     Returns
     -------
@@ -182,6 +187,7 @@ def diagnose(
             progress,
             workers,
             exclude,
+            sensor_curve,
         )
 
 
@@ -221,7 +227,9 @@ def package(
     ['IT2Plant.fmu', 'IT2Inverse.fmu', 'parameters.ssv']
     >>> folder.cleanup()
     """
-    if isinstance(parameters, identification.Identification | diagnosis.Diagnosis):
+    if isinstance(parameters, diagnosis.Diagnosis):
+        parameters = parameters.packaged
+    elif isinstance(parameters, identification.Identification):
         parameters = parameters.parameters
     elif not isinstance(parameters, ParameterSet):
         parameters = read_ssv(parameters)

@@ -84,6 +84,11 @@ def _parser() -> argparse.ArgumentParser:
         metavar="EFFECT,...",
         help="effects that are kept out of the model",
     )
+    diagnose.add_argument(
+        "--sensor-curve",
+        action="store_true",
+        help="a static curve, where one is found, is the sensor's: the FMUs are without it",
+    )
     diagnose.add_argument("--rules", type=int, metavar="L", help="number of rules (default: 3)")
     diagnose.add_argument("--seed", type=int, default=0, help="seed of the random starts")
     _add_workers(diagnose)
@@ -317,6 +322,7 @@ def _diagnose(options: argparse.Namespace) -> int:
             options=settings,
             progress=progress,
             workers=options.workers,
+            sensor_curve=options.sensor_curve,
         )
     records = [*train, *validate, *test]
     report = write_diagnosis(diagnosis, records, options.output)

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from it2hys.identification.criteria import FreeRun, OneStep, Series, one_step_gradient
+from it2hys.identification.estimators import METHODS, CostCallback, cost, gradient, minimise
 from scipy import signal
 
 from it2hys.errors import InputError
 from it2hys.identification import Identification, Options, identify
-from it2hys.identification.criteria import FreeRun, OneStep, Series, one_step_gradient
-from it2hys.identification.estimators import METHODS, CostCallback, cost, gradient, minimise
+from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.excerpts import excerpt
 from it2hys.identification.levenberg_marquardt import Linearisation, levenberg_marquardt
 from it2hys.identification.noise import estimate_noise, find_period
@@ -381,6 +382,29 @@ def test_one_amplitude_at_one_frequency_is_warned_of():
     found = identify([single], rules=1)
     assert any("one amplitude at one frequency" in text for text in found.warnings)
     assert any("lacks something" in text for text in found.warnings)
+
+
+@pytest.mark.parametrize(
+    ("envelope", "expected"),
+    [
+        (lambda t: np.ones_like(t), True),
+        (lambda t: np.minimum(t / 0.05, 1.0), True),  # let in over one period
+        (lambda t: np.minimum((1.0 - t) / 0.3, 1.0), False),  # dies away: nested minor loops
+        (lambda t: np.where(t < 0.5, 1.0, 0.6), False),
+    ],
+)
+def test_one_tone_is_one_amplitude_but_for_a_few_turns(envelope, expected):
+    t = np.arange(10_000) * 1e-4
+    voltage = 50.0 + 50.0 * envelope(t) * np.sin(2 * np.pi * 20.0 * t)
+    noise = 0.05 * np.random.default_rng(0).standard_normal(len(t))
+    single = Record("a", t, voltage + noise, 1e-7 * voltage, 1e-4)
+    assert holds_one_tone([prepare(single, Options())]) is expected
+
+
+def test_steps_are_no_tone():
+    t = np.arange(10_000) * 1e-4
+    square = Record("a", t, 50.0 + 50.0 * np.sign(np.sin(2 * np.pi * 20.0 * t + 0.1)), 1e-6 * t, 1e-4)
+    assert not holds_one_tone([prepare(square, Options())])
 
 
 def test_a_test_record_beyond_the_training_range_is_warned_of():

@@ -10,22 +10,22 @@ import numpy as np
 from scipy.optimize import brentq
 
 from it2hys.diagnosis.deciding import steps_aside
-from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
+from it2hys.diagnosis.evidence import EVIDENCE
+from it2hys.diagnosis.evidence.statistics import FEWEST
 from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench
 from it2hys.diagnosis.next_experiment import deciding_experiment
 from it2hys.diagnosis.outcome import Diagnosis, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
+from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.selection import Node, Search
 from it2hys.diagnosis.windows import Window, searched_text, windows_of
-from it2hys.effects import Extent
-from it2hys.effects.statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.criterion import ChainFit, Model, Trace
 from it2hys.identification.effect_coordinates import BY_RECORD
 from it2hys.identification.findings import coarse_readings, record_findings
-from it2hys.identification.judgement import Judgement, judge_records
+from it2hys.identification.judgement import Judgement, judge_records, judged_samples
 from it2hys.identification.preparation import (
     check_rule_count,
     check_sample_times,
@@ -42,7 +42,9 @@ from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
 from it2hys.records import Record
+from it2hys.records.clues import Clue, Extent
 from it2hys.records.feedback import find_feedback
+from it2hys.records.units import DEFAULT_UNITS
 from it2hys.support.processes import parallel_map
 from it2hys.support.progress import Progress
 
@@ -50,9 +52,9 @@ from it2hys.support.progress import Progress
 #: more does better than the effect is tried in the search.
 RULES = 3
 #: Effects that a loop of one amplitude and one frequency cannot tell apart.
-ONE_LOOP = ("delay", "lag", "play")
+ONE_LOOP = tuple(name for name, e in EVIDENCE.items() if e.of_any_loop)
 #: Effects that a controller's slow correction looks like.
-REGULATED = ("creep",)
+REGULATED = tuple(name for name, e in EVIDENCE.items() if e.of_a_controller)
 #: Iterations of the last fit.
 _FINAL = 150
 #: Samples at zero voltage, to within a share of its range, with which a record at rest begins.
@@ -74,6 +76,7 @@ def diagnose(
     progress: Progress | None = None,
     workers: int = 1,
     excluded: Sequence[str] = (),
+    sensor_curve: bool = False,
 ) -> Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -99,6 +102,8 @@ def diagnose(
         Processes that share the fits. The result does not depend on it.
     excluded : sequence of str
         Effects that are not tried.
+    sensor_curve : bool
+        That a static curve, where one is found, is the sensor's and no part of the stage.
 
     Returns
     -------
@@ -115,7 +120,7 @@ def diagnose(
     check_rule_count(rules)
     session = _Session(train, validation, test, declared, excluded, options or Options(), progress)
     with parallel_map(workers) as each:
-        return session.run(model, rules, each)
+        return replace(session.run(model, rules, each), has_sensor_curve=sensor_curve)
 
 
 class _Session:
@@ -356,9 +361,9 @@ class _Session:
             self._excluded,
             self._regulated,
         )
-        judged = [within(t, self._extent.voltage) for t in self._traces("train", "validation")]
+        judged = [within(t, self._extent.voltage) for t in traces if t.role != "test"]
         base = self._on_whole(base, bench)
-        left = self._left_over(bench, fit.model, judged, len(self._train))
+        left = self._left_over(whole, fit.model, judged, len(self._train))
         after = self._judgements(fit.model, bench, traces)
         return Diagnosis(
             parameters=parameters,
@@ -366,7 +371,7 @@ class _Session:
             effects=named,
             declared=self._declared,
             unexplained=left.significant,
-            left_over=(*left.sentences, *self._seen_in_tests(bench, fit.model)),
+            left_over=(*left.sentences, *self._seen_in_tests(whole, fit.model, traces)),
             indistinguishable=groups,
             experiments=tuple(deciding_experiment(group) for group in groups),
             noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
@@ -385,12 +390,14 @@ class _Session:
         return [*record_findings(records), *coarse_readings(records, [j.noise for j in after], after)]
 
     def _left_over(self, bench: Bench, model: Model, traces: Sequence[Trace], known: int) -> LeftOver:
-        fitted = bench.fit_own(model, traces, known)
-        return left_over(clues(fitted, traces, self._extent), [t.noise for t in traces])
+        """Judge what is left of records behind their lead-ins: how they begin is not judged."""
+        seen = clues(bench.fit_own(model, traces, known), traces, self._extent)
+        records = [_behind_lead_in(c, t) for c, t in zip(seen.records, traces, strict=True)]
+        return left_over(replace(seen, records=records), [t.noise for t in traces])
 
-    def _seen_in_tests(self, bench: Bench, model: Model) -> list[str]:
+    def _seen_in_tests(self, bench: Bench, model: Model, traces: Sequence[Trace]) -> list[str]:
         """Describe what is left of the test records if it is more than noise; that decides nothing."""
-        traces = [within(t, self._extent.voltage) for t in self._traces("test")]
+        traces = [within(t, self._extent.voltage) for t in traces if t.role == "test"]
         traces = [t for t in traces if np.count_nonzero(t.weight) >= FEWEST]
         seen = self._left_over(bench, model, traces, 0) if traces else None
         if seen is None or not seen.significant:
@@ -408,7 +415,7 @@ class _Session:
             "voltageMin": float(min(v.min() for v in voltages)),
             "voltageMax": float(max(v.max() for v in voltages)),
         }
-        parameters = ParameterSet(_with_rising_thresholds(values), name).validate()
+        parameters = ParameterSet(_ordered(values), name).validate()
         if not _begins_at_rest(self._train[0], parameters.voltage_range):
             return _at_rest(parameters)
         start = model.start(0)
@@ -457,8 +464,11 @@ def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple
     for name in names:
         if name not in EFFECTS:
             raise InputError(f"--{option} {name}: no such effect; known are {', '.join(EFFECTS)}")
-    if option == "declared" and "load" in names and extent.force is None:
-        raise InputError("--declared load: no training record has a force channel (force_N)")
+    for name in names if option == "declared" else ():
+        channel = EVIDENCE[name].channel
+        if channel and getattr(extent, channel) is None:
+            column = f"{channel} channel ({channel}_{DEFAULT_UNITS[channel]})"
+            raise InputError(f"--declared {name}: no training record has a {column}")
     return tuple(e for e in EFFECTS if e in names)
 
 
@@ -471,16 +481,11 @@ def _passed_on(identification: Identification) -> list[str]:
     return [w for w in identification.warnings if "training records" in w and "lacks" not in w]
 
 
-def _with_rising_thresholds(values: dict) -> dict:
-    """Return the values with play operators in the order of their thresholds, as the inverse wants."""
-    count = int(values.get("playCount", 0))
-    pairs = sorted(
-        (values[f"play[{j}].threshold"], values[f"play[{j}].weight"]) for j in range(1, count + 1)
-    )
-    ordered = dict(values)
-    for j, (threshold, weight) in enumerate(pairs, start=1):
-        ordered[f"play[{j}].threshold"], ordered[f"play[{j}].weight"] = threshold, weight
-    return ordered
+def _ordered(values: dict) -> dict:
+    """Return the values with the effects' elements in the order that the inverse wants."""
+    for effect in EFFECTS.values():
+        values = effect.ordered(values)
+    return values
 
 
 def _zero_of(parameters: ParameterSet) -> float:
@@ -518,3 +523,9 @@ def _at_rest(parameters: ParameterSet) -> ParameterSet:
     if excess(high) <= 0.0:
         return parameters.replace(initialDisplacement=high)
     return parameters.replace(initialDisplacement=float(brentq(excess, low, high)))
+
+
+def _behind_lead_in(clue: Clue, trace: Trace) -> Clue:
+    """Return what is left of a record behind its lead-in, or of all of it where that is too little."""
+    used = clue.used & judged_samples(trace)
+    return replace(clue, used=used) if np.count_nonzero(used) >= FEWEST else clue

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.residuals import LeftOver, left_over
-from it2hys.effects import Extent
-from it2hys.effects.statistics import StepResponse, readable
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
 from it2hys.identification.effect_coordinates import BY_RECORD
 from it2hys.identification.inverse import inverse_error, noise_of_inverse
@@ -18,26 +17,24 @@ from it2hys.identification.rule_search import search_rules
 from it2hys.identification.scaling import moved
 from it2hys.identification.starts import (
     SAMPLED,
+    SHIFT,
+    SHIFTING,
     Starts,
     shifts,
     with_histories,
 )
-from it2hys.model.chain import EFFECTS
 from it2hys.model.compiled import Drive
-from it2hys.model.variables import load_table
+from it2hys.model.variables import load_table, off_values
+from it2hys.records.clues import Extent
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
-IMITATED = ("delay", "lag", "nonlinearity")
+IMITATED = tuple(name for name, e in EVIDENCE.items() if e.imitated)
 _ANEW, _ANEW_STARTS = 6, 1
-#: Delays from new rules are tried up to so many times what steps show, and from that much less on.
-_NEAR_STEPS = 2.0
 #: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
 #: noise is not known better. What looks so has more than this probability to.
 _REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
-#: A resonance damped by more than this smooths, it does not ring.
-_DAMPED = 0.4
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
 _SETTLING_ANEW = 60
@@ -51,16 +48,10 @@ UNLIMITED = {
 }  # fmt: skip
 
 
-def off_values() -> dict[str, float]:
-    """Return the parameters of all effects where these are off."""
-    known = load_table().parameters()
-    return {name: v.start for name, v in known.items() if v.effect and v.group is None}
-
-
 def _shifted(model: Model, share: float) -> Model:
     """Return the model with a delay of a share of a sample."""
-    delay = share * model.values["sampleTime"]
-    return replace(model, values={**model.values, "delay.time": delay})
+    shift = share * model.values["sampleTime"]
+    return replace(model, values={**model.values, SHIFT: shift})
 
 
 def is_sampling(model: Model, effect: str) -> bool:
@@ -70,15 +61,7 @@ def is_sampling(model: Model, effect: str) -> bool:
     """
     if not any(e in SAMPLED and e != effect for e in model.effects):
         return False
-    sample_time = model.values["sampleTime"]
-    if effect == "delay":
-        return model.values["delay.time"] <= sample_time
-    if effect == "lag":
-        return model.values["lag.timeConstant"] <= sample_time
-    if effect == "resonance":
-        slow = 2.0 * np.pi * model.values["resonance.frequency"] * sample_time < 1.0
-        return model.values["resonance.damping"] > _DAMPED and not slow
-    return False
+    return EVIDENCE[effect].is_within_a_sample(model.values)
 
 
 def is_delay(model: Model, effect: str) -> bool:
@@ -86,18 +69,7 @@ def is_delay(model: Model, effect: str) -> bool:
 
     It is if it has done most of its work in that delay.
     """
-    shift, values = model.values["delay.time"], model.values
-    if not shifts(model):
-        return False
-    if effect == "lag":
-        return values["lag.timeConstant"] < 0.5 * shift
-    if effect == "resonance":
-        decay = 2.0 * np.pi * values["resonance.damping"] * values["resonance.frequency"]
-        return decay * shift > 2.0
-    if effect == "slew":
-        # steps of the whole range take two such delays
-        return 2.0 * values["slew.rate"] * shift > values["voltageMax"] - values["voltageMin"]
-    return False
+    return shifts(model) and EVIDENCE[effect].is_done_within(model.values, model.values[SHIFT])
 
 
 def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Model:
@@ -109,33 +81,28 @@ def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Mo
             own[name] = np.broadcast_to(guess.get(name, 0.0), model.offsets.shape).copy()
     values = {**model.values, **{n: v for n, v in guess.items() if n not in BY_RECORD}}
     result = replace(model, values=values, effects=(*model.effects, effect), own=own)
-    if shifts(result) and not values["delay.time"]:
-        values["delay.time"] = 0.5 * extent.sample_time
+    if shifts(result) and not values[SHIFT]:
+        values[SHIFT] = 0.5 * extent.sample_time
     return result
 
 
 def without_effect(model: Model, effect: str) -> Model:
     """Return the model with an effect switched off."""
-    known, off = load_table().parameters(), off_values()
+    known = load_table().parameters()
     values = {n: v for n, v in model.values.items() if known[n].effect != effect}
-    values.update({n: v for n, v in off.items() if known[n].effect == effect})
+    values.update(off_values([effect]))
     own = {n: v for n, v in model.own.items() if known[n].effect != effect}
     effects = tuple(e for e in model.effects if e != effect)
     result = replace(model, values=values, effects=effects, own=own)
-    if "delay" not in effects and not shifts(result):
-        values["delay.time"] = 0.0
+    if SHIFTING not in effects and not shifts(result):
+        values[SHIFT] = 0.0
     return result
 
 
-def with_slower_creep(model: Model, extent: Extent) -> Model:
-    """Return the model with one creep term more, slower than the others if the records allow."""
-    count = int(model.values["creepCount"]) + 1
-    slowest = max(model.values[f"creep[{i}].timeConstant"] for i in range(1, count))
-    term = {
-        f"creep[{count}].gain": 1e-3,
-        f"creep[{count}].timeConstant": min(3.0 * slowest, extent.duration),
-    }
-    return replace(model, values={**model.values, **term, "creepCount": count})
+def extended(model: Model, effect: str, extent: Extent) -> Model | None:
+    """Return the model with one element more of an effect; None where that is no variant of it."""
+    more = EVIDENCE[effect].extended(model.values, extent)
+    return None if more is None else replace(model, values={**model.values, **more})
 
 
 def with_another_rule(model: Model, rule: int, distance: float) -> Model:
@@ -146,13 +113,11 @@ def with_another_rule(model: Model, rule: int, distance: float) -> Model:
     return with_rules(model, np.vstack([rules[:rule], twins, rules[rule + 1 :]]))
 
 
-def behind_creep(model: Model, traces: Sequence[Trace]) -> Model:
-    """Return the model with its core moved so that creep leaves the mean reading where it is.
+def behind_gain(model: Model, total: float, traces: Sequence[Trace]) -> Model:
+    """Return the model with its core moved so that a gain leaves the mean reading where it is.
 
-    Otherwise the readings would be off by creep's share of their mean stroke.
+    Otherwise the readings would be off by what it adds to their mean stroke.
     """
-    count = int(model.values["creepCount"])
-    total = sum(model.values[f"creep[{i}].gain"] for i in range(1, count + 1))
     readings = [(t.y - o)[t.judged] for t, o in zip(traces, model.offsets, strict=True)]
     distance = (
         total
@@ -256,7 +221,7 @@ class Bench(Starts):
         It may do nothing there: such as the limit at one end, where only that at the other was found.
         """
         idle = self._idle(fit, effect)
-        guesses = EFFECTS[effect].guesses(self.clues(fit.model)) if idle else []
+        guesses = EVIDENCE[effect].guesses(self.clues(fit.model)) if idle else []
         values = {tuple(guess[name] for name in idle) for guess in guesses if {*idle} <= {*guess}}
         return [
             replace(fit.model, values={**fit.model.values, **dict(zip(idle, v, strict=True))})
@@ -280,23 +245,14 @@ class Bench(Starts):
         Where the rules imitate the effect, no descent leads to where the effect does it.
         """
         trials = self._guessed(model, effect)
-        if effect == "delay":
-            trials = self._near_steps(model, trials)
+        kept = EVIDENCE[effect].promising(self.clues(model), [t.values for t in trials])
+        trials = [trials[i] for i in kept]
         spread = np.unique(np.linspace(0, len(trials) - 1, _ANEW).round().astype(int))
         fits = [self.reshaped(trials[i], _ANEW_STARTS) for i in spread]
         return self.preferred(fits) if fits else None
 
-    def _near_steps(self, model: Model, trials: list[Model]) -> list[Model]:
-        """Return the delays that are near the one that the response to steps shows, if it shows any."""
-        seen = readable(self.clues(model))
-        if seen is None:
-            return trials
-        delay = StepResponse(seen).dynamics("delay").parameter * self.extent.sample_time
-        near = [t for t in trials if 1.0 / _NEAR_STEPS <= t.values["delay.time"] / delay <= _NEAR_STEPS]
-        return near or trials
-
     def _guessed(self, model: Model, effect: str) -> list[Model]:
-        guesses = EFFECTS[effect].guesses(self.clues(model))
+        guesses = EVIDENCE[effect].guesses(self.clues(model))
         return [self._prepared(with_effect(model, effect, g, self.extent), effect) for g in guesses]
 
     def leaves_noise(self, fit: ChainFit) -> bool:
@@ -334,9 +290,9 @@ class Bench(Starts):
         return self.fit(best.model, _SETTLING)
 
     def _prepared(self, model: Model, effect: str) -> Model:
-        if effect == "creep":
-            model = behind_creep(model, self.traces)
-        return with_histories(model, self.traces) if "initialExcursion" in model.own else model
+        if gain := EVIDENCE[effect].gain_at_rest(model.values):
+            model = behind_gain(model, gain, self.traces)
+        return with_histories(model, self.traces)
 
     @np.errstate(over="ignore", invalid="ignore")
     def _projected_costs(self, model: Model, trials: list[Model]) -> np.ndarray:

@@ -8,6 +8,10 @@ import numpy as np
 
 from it2hys.identification.judgement import Judgement
 from it2hys.model.parameters import ParameterSet
+from it2hys.model.stages import EFFECTS
+from it2hys.model.variables import load_table
+
+_CURVE_POINTS = 201
 
 
 @dataclass(frozen=True)
@@ -88,6 +92,8 @@ class Diagnosis:
     warnings : tuple of str
     seconds : dict of str to float
         Duration of each phase, s.
+    has_sensor_curve : bool
+        Whether the static curve is known to be the sensor's.
     """
 
     parameters: ParameterSet
@@ -106,3 +112,28 @@ class Diagnosis:
     intervals: dict[str, tuple[float, float]]
     warnings: tuple[str, ...]
     seconds: dict[str, float]
+    has_sensor_curve: bool = False
+
+    @property
+    def packaged(self) -> ParameterSet:
+        """The set that the FMUs carry: without the static curve where that is the sensor's.
+
+        Their displacement is then the stage's, which a straight sensor would read.
+        """
+        known, curves = load_table().parameters(), self.sensor_curves
+        return self.parameters.replace(**{n: v.start for n, v in known.items() if v.effect in curves})
+
+    @property
+    def sensor_curves(self) -> tuple[str, ...]:
+        """Static curves that were found and are the sensor's."""
+        found = (n for n, e in EFFECTS.items() if e.is_static and e.is_on(self.parameters))
+        return tuple(found) if self.has_sensor_curve else ()
+
+    def sensor_curve(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return displacements over the range of the model, and what the sensor reads there, m."""
+        displacement = np.linspace(*self.parameters.displacement_range, _CURVE_POINTS)
+        reading = displacement
+        for name in self.sensor_curves:
+            curve = EFFECTS[name]
+            reading = np.array([float(curve.step(self.parameters, [], y, None)[0]) for y in reading])
+        return displacement, reading

@@ -80,11 +80,12 @@ def format_record(parameters: ParameterSet, name: str, within: str | None = None
 def format_base() -> str:
     """Return the record that every parameter set extends: the table's parameters, declared."""
     parameters = load_table().parameters().values()
+    example = next(v.name for v in parameters if v.effect and v.group is None)
     info = (
         "<p>\nWhat identifies an actuator, plant and inverse alike. Names are those of the FMUs'\n"
         "parameters, with a vector for every column of a structured one: "
         "<code>ruleCentre[l]</code>\nis the FMUs' <code>rule[l].centre</code>, "
-        "<code>lagTimeConstant</code> their <code>lag.timeConstant</code>.\n"
+        f"<code>{field(example)}</code> their <code>{example}</code>.\n"
         "The rules have no default. Effects are off by default, see\n"
         '<a href="modelica://IT2Hysteresis.UsersGuide.Effects">Effects</a>.\n</p>'
     )

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from it2hys.identification.criterion import Model, Trace
+from it2hys.identification.effect_coordinates import OF_READING
 from it2hys.identification.explained import explained_by_model, explained_by_voltage
 from it2hys.identification.inverse import applied_voltage, ask_inverse, noise_of_inverse
 from it2hys.identification.starts import Starts
 from it2hys.model import compiled
-from it2hys.model.chain import active_effects
 from it2hys.model.parameters import ParameterSet
+from it2hys.model.stages import EFFECTS, active_effects
 from it2hys.records.figures_of_merit import max_relative_error, rms_error
 
 
@@ -31,19 +32,19 @@ class InverseJudgement:
         What the noise of the reference alone makes of it, V rms.
     band : float
         Highest frequency of the reference, Hz.
-    delay : float
+    latency : float
         By which the stage is later than the inverse's voltage, s; compensated.
     saturated : float
         Share of the samples at which the inverse could not follow.
     asked, applied : ndarray, shape (N,)
-        V; the applied voltage later by the delay. NaN in `asked` where nothing is judged.
+        V; the applied voltage later by the latency. NaN in `asked` where nothing is judged.
     """
 
     e_rms: float
     e_displacement: float
     noise: float
     band: float
-    delay: float
+    latency: float
     saturated: float
     asked: np.ndarray = field(repr=False)
     applied: np.ndarray = field(repr=False)
@@ -94,7 +95,7 @@ class Judgement:
         How the inverse does on the measured displacement.
     explained, voltage_share : float
         Share of the displacement's variance that the free run explains, and that a generous predictor
-        from the voltage alone does (`diagnosis.explained`).
+        from the voltage alone does (`identification.explained`).
     y : ndarray, shape (N,)
         The model's reading on all samples, offset included, m.
     out_of_range : ndarray of bool, shape (N,)
@@ -150,7 +151,7 @@ def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) ->
     e_mr, e_rms, y = _errors(trace, begun, offset)
     # the phase of what is picked up is nothing that a stage or its model could be told
     told = parameters.replace(
-        **{n: v for n, v in start.items() if n == "hum.phase"},
+        **{n: v for n, v in start.items() if n in OF_READING},
         initialDisplacement=float(trace.y[0]) - offset,
     )
     return Judgement(
@@ -208,7 +209,7 @@ def _judge_inverse(trace: Trace, parameters: ParameterSet, offset: float) -> Inv
         e_displacement=e_rms * (highest - lowest) / (high - low),
         noise=float(np.sqrt(np.mean(noise[judged] ** 2))),
         band=reference.band,
-        delay=float(parameters["delay.time"]),
+        latency=float(sum(EFFECTS[e].latency(parameters) for e in active_effects(parameters))),
         saturated=float(np.mean(saturated[judged])),
         asked=np.where(judged, asked, np.nan),
         applied=applied,

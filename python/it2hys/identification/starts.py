@@ -2,51 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from it2hys.effects import Clue, Clues, Extent
-from it2hys.effects.hum import phases
 from it2hys.identification.criterion import ChainCriterion, Model, Trace, minimise
-from it2hys.identification.effect_coordinates import BY_RECORD, Coordinate
+from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING, Coordinate
 from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.uncertainty import correlation_time
-from it2hys.model.chain import EFFECTS
-from it2hys.model.variables import load_table
+from it2hys.model.effect import History
+from it2hys.model.stages import EFFECTS
+from it2hys.records.clues import Clue, Clues, Extent
 
-#: Effects whose sampled form may differ from the truth by a part of a sample: how the voltage is held
-#: and when the reading is taken is not in the records. A delay of up to a sample goes with them.
-SAMPLED = ("lag", "resonance", "slew")
+#: Effects whose sampled form may differ from the truth by a part of a sample.
+SAMPLED = tuple(name for name, e in EFFECTS.items() if e.sampled)
+#: The effect that shifts the voltage, up to a sample of which goes with those, and its parameter.
+SHIFTING, SHIFT = next((name, e.shift) for name, e in EFFECTS.items() if e.shift)
 _SHORTEST = 1e-3
-#: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
-_TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
-#: Histories from which what belongs to a record is fitted.
-_HISTORIES = 3
-#: By how much, in twice the logarithm of the likelihood, a history with an excursion has to be better
-#: than one without: a probability of 1 % by chance (chi squared, one more parameter).
+#: Histories from which what belongs to a record is fitted, and those that a lead-in has to tell apart.
+_HISTORIES, _COMPARED = 3, 7
+#: By how much, in twice the logarithm of the likelihood, a history that has to show has to be better
+#: than one that does not: a probability of 1 % by chance (chi squared, one more parameter).
 _EXCURSION = 6.6
 
 
 def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
     """Return what of a model's effects is fitted."""
-    counts, result = load_table().counts, []
+    result = []
     for effect in model.effects:
-        options = {"count": int(model.values[counts[effect]["variable"]])} if effect in counts else {}
-        starts = EFFECTS[effect].starts(extent, **options)
+        starts = EFFECTS[effect].starts_of(model.values, extent)
         result += [Coordinate.of(name, start) for name, start in starts.items()]
     result.append(Coordinate("initialDisplacement", extent.displacement, logarithmic=False))
     if shifts(model):
         bounds = (_SHORTEST * extent.sample_time, extent.sample_time)
-        result.append(Coordinate("delay.time", bounds, logarithmic=False))
+        result.append(Coordinate(SHIFT, bounds, logarithmic=False))
     return result
 
 
 def shifts(model: Model) -> bool:
     """Return whether a delay of up to a sample belongs to a model without it being an effect."""
-    return "delay" not in model.effects and any(e in SAMPLED for e in model.effects)
+    return SHIFTING not in model.effects and any(e in SAMPLED for e in model.effects)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +106,7 @@ class Starts:
 
     def _disagreement(self, model: Model, trace: Trace) -> float:
         """Return by how much histories that the lead-in cannot tell apart differ behind it, m^2."""
-        best, *others = self._starts(model, trace, most=len(_TURNS) + 1)
+        best, *others = self._starts(model, trace, most=_COMPARED)
         behind = trace.weight > 0.0
         behind[: trace.lead] = False
         run = best.predict(trace, 0)
@@ -138,14 +136,11 @@ class Starts:
         """
         whole, trace = trace, lead_in(trace)
         start = with_starts(model, [trace])
-        starts, excursions = [_as_trained(model, start), start], [False, False]
-        if "initialExcursion" in model.own:
-            histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
-            starts[1:] = [_with_history(start, history) for history in histories]
-            excursions[1:] = [excursion != 0.0 for _, excursion in histories]
+        histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
+        starts = [_as_trained(model, start), *(_with_history(start, h) for h in histories)]
         fits = [minimise(self._of_start(s, trace), 30, 1e-8).model for s in starts]
         errors = [(fit.predict(trace, 0) - trace.y)[trace.fitted] for fit in fits]
-        unlikely = _unlikeliness(errors, excursions)
+        unlikely = _unlikeliness(errors, [False, *(h.has_to_show for h in histories)])
         order = np.argsort(unlikely, kind="stable")
         return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * _EXCURSION]
 
@@ -163,7 +158,7 @@ def _of_record(model: Model, index: int) -> Model:
 
 def _as_trained(model: Model, start: Model) -> Model:
     """Return the model of one record, begun as the first training record begins."""
-    own = {n: model.own[n][:1] if n != "hum.phase" else v for n, v in start.own.items()}
+    own = {n: model.own[n][:1] if n not in OF_READING else v for n, v in start.own.items()}
     return replace(start, own=own)
 
 
@@ -202,14 +197,19 @@ def with_starts(model: Model, traces: Sequence[Trace]) -> Model:
     )
     begins = np.array([t.y[0] for t in traces]) - model.offsets
     model = replace(model, own={**model.own, "initialDisplacement": begins})
-    if "initialExcursion" in model.own:
-        model = with_histories(model, traces)
-    if "hum.phase" in model.own:
-        quiet = replace(model, values={**model.values, "hum.amplitude": 0.0})
-        extent = Extent(model.values["sampleTime"], 0.0, (0.0, 0.0), (0.0, 0.0))
-        found = phases(clues(quiet, traces, extent), model.values["hum.frequency"])
-        model = replace(model, own={**model.own, "hum.phase": found})
+    model = with_histories(model, traces)
+    extent = Extent(model.values["sampleTime"], 0.0, (0.0, 0.0), (0.0, 0.0))
+    for effect in model.effects:
+        found = EFFECTS[effect].found_in_records(
+            model.values, partial(_left_with, model, traces, extent)
+        )
+        model = replace(model, own={**model.own, **found})
     return model
+
+
+def _left_with(model: Model, traces: Sequence[Trace], extent: Extent, values: Mapping) -> Clues:
+    """Return what is left over of records with other values."""
+    return clues(replace(model, values=values), traces, extent)
 
 
 def with_histories(model: Model, traces: Sequence[Trace]) -> Model:
@@ -221,35 +221,37 @@ def with_histories(model: Model, traces: Sequence[Trace]) -> Model:
     return _joined(records)
 
 
-def _with_history(model: Model, history: tuple[float, float]) -> Model:
-    names = ("initialRestOffset", "initialExcursion")
-    values = {n: np.full(model.offsets.shape, v) for n, v in zip(names, history, strict=True)}
+def _with_history(model: Model, history: History) -> Model:
+    values = {n: np.full(model.offsets.shape, v) for n, v in history.values.items()}
     return replace(model, own={**model.own, **values})
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def likely_histories(
     model: Model, trace: Trace, index: int, voltage: np.ndarray | None = None
-) -> list[tuple[float, float]]:
-    """Return offset of the rest and excursion before a record, in V, the likeliest first.
+) -> list[History]:
+    """Return what may have been before a record, the likeliest first; its range is that of `voltage`.
 
-    The stack was new or demagnetised at 0 V or at the record's first voltage, and may then have been
-    driven somewhere within or a little beyond the record's range, which is that of `voltage`.
+    Where the effects remember nothing, there is one history, which says nothing.
     """
     voltage = trace.drive.voltage if voltage is None else voltage
-    low, high = voltage.min(), voltage.max()
-    turns = [low + share * (high - low) for share in _TURNS]
-    histories = [
-        (rest - voltage[0], turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)
-    ]
-    histories = list(dict.fromkeys(histories))
+    histories = [History({}, False)]
+    for effect in model.effects:
+        own = EFFECTS[effect].histories(voltage) or [History({}, False)]
+        histories = [
+            History({**h.values, **o.values}, h.has_to_show or o.has_to_show)
+            for h in histories
+            for o in own
+        ]
+    if len(histories) == 1:
+        return histories
     errors = [
         (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
         for history in histories
     ]
     if trace.has_offset:
         errors = [error - np.mean(error) for error in errors]
-    unlikely = _unlikeliness(errors, [excursion != 0.0 for _, excursion in histories])
+    unlikely = _unlikeliness(errors, [h.has_to_show for h in histories])
     return [histories[i] for i in np.argsort(unlikely, kind="stable")]
 
 

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from it2hys.cosimulation.simulation import track
+from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.outcome import Diagnosis, Judgement
 from it2hys.fmu.packaging import make_directory, package
+from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING
 from it2hys.identification.explained import low_shares
 from it2hys.model import compiled
-from it2hys.model.chain import EFFECTS
 from it2hys.model.variables import load_table
 from it2hys.records import Record
 from it2hys.records.figures_of_merit import (
@@ -48,6 +49,8 @@ from it2hys.support.progress import Progress
 _REFERENCE_DURATION, SAMPLE_TIME = 0.15, 1e-4
 #: Records whose residuals are drawn for every step of the loop.
 _DRAWN = 2
+#: File of the sensor's curve.
+SENSOR_CURVE = "sensor_curve.csv"
 #: What the model before is called where no more is known of it.
 START = "starting model"
 #: What to do where the model, or its inverse, is of no use.
@@ -95,7 +98,9 @@ def write_diagnosis(
         The report.
     """
     directory = make_directory(directory)
-    package(diagnosis.parameters, directory)
+    package(diagnosis.packaged, directory)
+    if diagnosis.sensor_curves:
+        _write_sensor_curve(diagnosis, directory / SENSOR_CURVE)
     train = [r for r, j in zip(records, diagnosis.after, strict=True) if j.role == "train"]
     lines = straight_line_errors(records, diagnosis.after)
     if first is None:
@@ -211,7 +216,31 @@ def details(diagnosis: Diagnosis) -> list[str]:
         )
     else:
         texts.append("What is left cannot be told from noise. " + " ".join(diagnosis.left_over))
-    return texts + [f"Note: {warning}" for warning in diagnosis.warnings]
+    return texts + _curve_texts(diagnosis) + [f"Note: {warning}" for warning in diagnosis.warnings]
+
+
+def _curve_texts(diagnosis: Diagnosis) -> list[str]:
+    """Return what is said of a static curve that is the sensor's."""
+    if not diagnosis.has_sensor_curve:
+        return []
+    if not diagnosis.sensor_curves:
+        return ["The sensor was said to have a static curve, but these records show none."]
+    displacement, reading = diagnosis.sensor_curve()
+    bow = float(np.max(np.abs(reading - displacement)))
+    return [
+        f"The static curve is the sensor's, as --sensor-curve says: it reads up to {bow * UM:.3g} µm "
+        f"off a straight line between the ends of its range. {SENSOR_CURVE} holds it. The errors in "
+        "this report are those of readings. The FMUs are without it: their displacement and reference "
+        "are the stage's own, so take a reading back through the curve before you compare."
+    ]
+
+
+def _write_sensor_curve(diagnosis: Diagnosis, path: Path) -> None:
+    displacement, reading = diagnosis.sensor_curve()
+    rows = [
+        f"{y * UM!r},{r * UM!r}" for y, r in zip(displacement.tolist(), reading.tolist(), strict=True)
+    ]
+    write_atomically(path, ("\n".join(["displacement_um,reading_um", *rows]) + "\n").encode())
 
 
 def found(diagnosis: Diagnosis, start: str = START) -> str:
@@ -221,7 +250,7 @@ def found(diagnosis: Diagnosis, start: str = START) -> str:
         start += f" with {', '.join(diagnosis.declared)} declared"
     if not diagnosis.effects:
         return f"No effect was found that {start} lacks."
-    *others, last = (f"{effect} ({EFFECTS[effect].MEANING})" for effect in diagnosis.effects)
+    *others, last = (f"{effect} ({EVIDENCE[effect].meaning})" for effect in diagnosis.effects)
     named = f"{', '.join(others)} and {last}" if others else last
     return f"Found and added to {start}: {named}."
 
@@ -385,7 +414,7 @@ def _tracking_section(diagnosis: Diagnosis, records: Sequence[Record], directory
     plant = directory / "IT2Plant.fmu"
     new = track(directory / "IT2Inverse.fmu", plant, reference, start)
     voltage, limited = compiled.chain_inverse_run(diagnosis.base.replace(**start), reference)
-    old, _ = compiled.chain_free_run(diagnosis.parameters.replace(**start), voltage)
+    old, _ = compiled.chain_free_run(diagnosis.packaged.replace(**start), voltage)
     rows = [
         [
             name,
@@ -429,8 +458,8 @@ def _tracking_section(diagnosis: Diagnosis, records: Sequence[Record], directory
 
 def at_rest(displacement: float) -> dict[str, float]:
     """Return the parameters of a run that begins at rest at a displacement, m."""
-    rest = dict.fromkeys(("initialRestOffset", "initialExcursion", "initialCreep"), 0.0)
-    return {"initialDisplacement": float(displacement), **rest}
+    rest = {name: 0.0 for name in BY_RECORD if name not in OF_READING}
+    return {**rest, "initialDisplacement": float(displacement)}
 
 
 def scaled_reference(records: Sequence[Record]) -> np.ndarray:

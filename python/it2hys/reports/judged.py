@@ -60,7 +60,7 @@ def judgement_json(judgement: Judgement) -> dict:
         "inverse_e_rms_V": finite_or_none(judgement.inverse.e_rms),
         "inverse_e_rms_um": finite_or_none(judgement.inverse.e_displacement * UM),
         "inverse_noise_rms_V": finite_or_none(judgement.inverse.noise),
-        "inverse_delay_s": judgement.inverse.delay,
+        "inverse_delay_s": judgement.inverse.latency,
         "inverse_band_Hz": judgement.inverse.band,
         "samples_out_of_range": int(np.count_nonzero(judgement.out_of_range)),
     }
@@ -96,7 +96,7 @@ def inverse_table(models: Mapping[str, Sequence[Judgement]]) -> Table:
             *(f"{results[i].inverse.e_rms:.4g}" for results in models.values()),
             f"{a.inverse.noise:.2g}",
             *(f"{results[i].inverse.e_displacement * UM:.4f}" for results in models.values()),
-            f"{a.inverse.delay * 1e3:.4g}", f"{a.inverse.band:.3g}",
+            f"{a.inverse.latency * 1e3:.4g}", f"{a.inverse.band:.3g}",
             f"{100 * a.inverse.saturated:.2g}",
         ]
         for i, a in enumerate(last)
