@@ -337,7 +337,7 @@ class ChainCriterion:
             x, y = self.scaling.x(x), self.scaling.y(y)
             if np.all(np.abs(y) < _DIVERGED):
                 courses.append((x, y, np.ones(len(x), dtype=bool)))
-        return self._guarded(Band.of_data(courses), strength) if courses else copy(self)
+        return self.guarded_over(Band.of_data(courses), strength) if courses else copy(self)
 
     def guarded_by_data(self, strength: float, offsets: np.ndarray) -> ChainCriterion:
         """Return the criterion with penalties for rules that are unusable where the data are.
@@ -345,7 +345,7 @@ class ChainCriterion:
         Of a model with no effect on: its core gets the voltage, and the measured displacement, less a
         record's constant in m, is what it is to put out.
         """
-        return self._guarded(self.data_band(offsets), strength)
+        return self.guarded_over(self.data_band(offsets), strength)
 
     def data_band(self, offsets: np.ndarray) -> Band:
         """Return the band of the fitted samples, the records' constants in m taken off."""
@@ -358,7 +358,8 @@ class ChainCriterion:
             for t, offset in zip(self.traces, offsets, strict=True)
         ]
 
-    def _guarded(self, band: Band, strength: float) -> ChainCriterion:
+    def guarded_over(self, band: Band, strength: float) -> ChainCriterion:
+        """Return the criterion with penalties for rules that are unusable over a band."""
         result = copy(self)
         result._guard = Guard(band, strength * np.sqrt(self.samples))
         return result

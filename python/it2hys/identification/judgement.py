@@ -13,8 +13,8 @@ from it2hys.identification.explained import explained_by_model, explained_by_vol
 from it2hys.identification.inverse import applied_voltage, ask_inverse, noise_of_inverse
 from it2hys.identification.starts import Starts
 from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
-from it2hys.model.stages import EFFECTS, active_effects
 from it2hys.records.figures_of_merit import max_relative_error, rms_error
 
 

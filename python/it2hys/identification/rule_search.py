@@ -214,6 +214,17 @@ def _search(
     return found
 
 
+def drawn_starts(
+    traces: Sequence[Trace], scaling: Scaling, rules: np.ndarray, seed: int
+) -> tuple[ChainCriterion, Iterator[tuple[np.ndarray, float]]]:
+    """Return the guarded problem of the paper's model from scaled rules, and starts for it.
+
+    See `draw_starts`.
+    """
+    problem = _problem(traces, scaling, rules)
+    return problem, draw_starts(problem, np.random.default_rng(seed))
+
+
 def draw_starts(
     criterion: ChainCriterion, generator: np.random.Generator
 ) -> Iterator[tuple[np.ndarray, float]]:
