@@ -104,7 +104,8 @@ class CasadiProblem:
     lbx, ubx, lbg, ubg : ndarray
         Bounds of x, (P,), and of g.
     hessian : casadi.Function
-        (x, p, lam_f, lam_g) -> lam_f J^T J, upper triangle: Gauss-Newton's, as `hess_lag`.
+        (x, p, lam_f, lam_g) -> lam_f J^T J, of Gauss and Newton; as `hess_lag` IPOPT wants its upper
+        triangle.
     residuals : Residuals
         Kept alive: CasADi does not own it.
     """
@@ -160,9 +161,9 @@ def casadi_problem(criterion: ChainCriterion, band: Band | None = None) -> Casad
     hessian = ca.Function(
         "gauss_newton",
         [x, ca.MX.sym("p", 0), factor, multipliers],
-        [ca.triu(factor * ca.mtimes(jacobian.T, jacobian))],
+        [factor * ca.mtimes(jacobian.T, jacobian)],
         ["x", "p", "lam_f", "lam_g"],
-        ["triu_hess_gamma_x_x"],
+        ["hess_gamma_x_x"],
     )
     problem = {"x": x, "f": 0.5 * ca.sumsqr(r), "g": g}
     return CasadiProblem(problem, free.lower, free.upper, lower, upper, hessian, residuals)

@@ -198,8 +198,9 @@ def paper_model(
 
 def paper_problem(traces: Sequence[Trace], model: Model, scaling: Scaling) -> ChainCriterion:
     """Return the criterion of a model with no effect on: its rules, and how the records begin."""
-    travel = (float(scaling.displacement(-1.0)), float(scaling.displacement(1.0)))
-    begin = Coordinate("initialDisplacement", travel, logarithmic=False)
+    # so that 1 is half the travel, as it is for the displacements of the rules
+    reach = (float(scaling.displacement(-5.0)), float(scaling.displacement(5.0)))
+    begin = Coordinate("initialDisplacement", reach, logarithmic=False)
     return ChainCriterion(traces, model, [begin], scaling)
 
 

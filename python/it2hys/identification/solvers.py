@@ -164,12 +164,14 @@ def _ipopt(
 ) -> Minimum:
     """IPOPT on the problem as CasADi states it: contraction and invertibility as hard constraints."""
     stated = casadi_problem(criterion)
+    arguments = stated.hessian.mx_in()
+    upper = ca.Function("upper", arguments, [ca.triu(stated.hessian(*arguments))])
     solver = ca.nlpsol(
         "identify",
         "ipopt",
         stated.problem,
         {
-            "hess_lag": stated.hessian,
+            "hess_lag": upper,
             "print_time": False,
             "show_eval_warnings": False,
             "ipopt": {
