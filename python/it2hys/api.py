@@ -40,6 +40,9 @@ def identify(
     rules: int | None = None,
     seed: int = 0,
     invert_displacement: bool = False,
+    solver: str = identification.SOLVERS[0],
+    starts: int = 36,
+    max_iterations: int = 600,
 ) -> identification.Identification:
     """Identify the paper's model from records.
 
@@ -56,6 +59,10 @@ def identify(
         Of the random starts.
     invert_displacement : bool
         Flip the sign of the displacement of all records: that of a sensor which counts the other way.
+    solver : str
+        What fits the whole records, of `identification.SOLVERS`.
+    starts, max_iterations : int
+        Limits of the number of starts, and of the iterations of a fit on the whole records.
 
     Returns
     -------
@@ -86,7 +93,8 @@ def identify(
     """
     records = _records(train, validate, test, invert_displacement)
     with progress_bar(quiet=True) as progress:
-        return identification.identify(*records, rules, identification.Options(seed=seed), progress)
+        options = identification.Options(seed, starts, max_iterations, solver)
+        return identification.identify(*records, rules, options, progress)
 
 
 def diagnose(

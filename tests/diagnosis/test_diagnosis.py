@@ -13,8 +13,8 @@ import pytest
 from diagnosis.cases import Case, short, suite
 
 from it2hys.diagnosis import Diagnosis, diagnose
+from it2hys.diagnosis.outcome import Judgement
 from it2hys.diagnosis.residuals import left_over
-from it2hys.diagnosis.result import Judgement
 from it2hys.errors import InputError
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS

@@ -9,11 +9,12 @@ from effects import signals, surroundings, with_effects
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from it2hys.diagnosis.coordinates import BY_RECORD
-from it2hys.diagnosis.criterion import ChainCriterion, Model, Trace, minimise
-from it2hys.diagnosis.fitting import fitted_coordinates, with_effect, without_effect
-from it2hys.diagnosis.inverse import References
+from it2hys.diagnosis.fitting import with_effect, without_effect
+from it2hys.identification.criterion import ChainCriterion, Model, Trace, minimise
+from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.inverse import References
 from it2hys.identification.scaling import Scaling
+from it2hys.identification.starts import fitted_coordinates
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.effects import nonlinearity

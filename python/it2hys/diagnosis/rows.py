@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.result import Evidence
+from it2hys.diagnosis.outcome import Evidence
 from it2hys.diagnosis.selection import CLEAR_GAIN, LEVEL, Node, Search, Trial
 from it2hys.model.chain import EFFECTS
 from it2hys.records.clues import Clues

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.stats import chi2
 
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
-from it2hys.diagnosis.criterion import SOFT, ChainFit, Model
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import (
     IMITATED,
@@ -22,6 +21,7 @@ from it2hys.diagnosis.fitting import (
     is_sampling,
     without_effect,
 )
+from it2hys.identification.criterion import SOFT, ChainFit, Model
 from it2hys.model.chain import EFFECTS
 
 #: One rule more: what the core can absorb is no effect.
