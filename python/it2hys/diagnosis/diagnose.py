@@ -41,6 +41,7 @@ from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
+from it2hys.policy import COVERAGE, STARTS
 from it2hys.records import Record
 from it2hys.records.clues import Clue, Extent
 from it2hys.records.feedback import find_feedback
@@ -57,12 +58,6 @@ ONE_LOOP = tuple(name for name, e in EVIDENCE.items() if e.of_any_loop)
 REGULATED = tuple(name for name, e in EVIDENCE.items() if e.of_a_controller)
 #: Iterations of the last fit.
 _FINAL = 150
-#: Samples at zero voltage, to within a share of its range, with which a record at rest begins.
-_STANDING, _SLACK = 5, 0.02
-#: Largest ratio of the travel of a given model to that of the records, either way.
-_SAME_UNIT = 3.0
-#: Share of its range by which records may go beyond a given model's.
-_BEYOND = 0.25
 
 
 def diagnose(
@@ -245,7 +240,7 @@ class _Session:
                 f"{self._extent.sample_time:g} s: resample them, or identify a model at their rate"
             )
         low, high = given.voltage_range
-        beyond = _BEYOND * (high - low)
+        beyond = COVERAGE.beyond_model * (high - low)
         record_low, record_high = self._extent.voltage
         if record_low < low - beyond or record_high > high + beyond:
             raise InputError(
@@ -255,7 +250,7 @@ class _Session:
         travel = given.displacement_range[1] - given.displacement_range[0]
         share = (record_high - record_low) / (high - low)
         ratio = self._extent.displacement_span / (share * travel)
-        if not 1.0 / _SAME_UNIT < ratio < _SAME_UNIT:
+        if not 1.0 / COVERAGE.same_unit < ratio < COVERAGE.same_unit:
             raise InputError(
                 f"{name} moves {1e6 * share * travel:.4g} um over the records' voltages, the records "
                 f"{1e6 * self._extent.displacement_span:.4g} um: another unit of the displacement?"
@@ -505,8 +500,8 @@ def _zero_of(parameters: ParameterSet) -> float:
 def _begins_at_rest(record: Record, voltage_range: tuple[float, float]) -> bool:
     """Return whether a record begins at zero voltage, or as near to it as its range goes, and stays."""
     low, high = voltage_range
-    first = record.voltage[:_STANDING]
-    return bool(np.all(np.abs(first - np.clip(0.0, low, high)) <= _SLACK * (high - low)))
+    first = record.voltage[: STARTS.standing]
+    return bool(np.all(np.abs(first - np.clip(0.0, low, high)) <= STARTS.slack * (high - low)))
 
 
 def _at_rest(parameters: ParameterSet) -> ParameterSet:

@@ -25,6 +25,7 @@ from it2hys.identification.starts import (
 )
 from it2hys.model.compiled import Drive
 from it2hys.model.variables import load_table, off_values
+from it2hys.policy import NOISE
 from it2hys.records.clues import Extent
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
@@ -32,9 +33,6 @@ _SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
 IMITATED = tuple(name for name, e in EVIDENCE.items() if e.imitated)
 _ANEW, _ANEW_STARTS = 6, 1
-#: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
-#: noise is not known better. What looks so has more than this probability to.
-_REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
 _SETTLING_ANEW = 60
@@ -258,14 +256,14 @@ class Bench(Starts):
     def leaves_noise(self, fit: ChainFit) -> bool:
         """Return whether nothing but noise is left over of the training records."""
         left = self._left_over(fit)
-        return left.size <= _REACHED or (left.size <= _NEARLY and left.p_value > _BY_CHANCE)
+        return left.size <= NOISE.reached or (left.size <= NOISE.nearly and left.p_value > NOISE.level)
 
     def is_near_noise(self, fit: ChainFit) -> bool:
         """Return whether hardly more than noise is left over, whatever it looks like, of any record."""
-        if self._left_over(fit).size > _NEARLY:
+        if self._left_over(fit).size > NOISE.nearly:
             return False
         deciding = np.concatenate(self.errors(fit.model).free)
-        return bool(np.sqrt(np.mean(deciding**2)) <= _NEARLY * self.floor)
+        return bool(np.sqrt(np.mean(deciding**2)) <= NOISE.nearly * self.floor)
 
     def _left_over(self, fit: ChainFit) -> LeftOver:
         return left_over(self.clues(fit.model), [t.noise for t in self.traces])

@@ -3,7 +3,7 @@
     minimise    1/2 r(x)^T r(x)                                              (23), with priors
     subject to  |dy(k)/dy(k-1)| of (10) below 1 over the band of the data    contraction
                 dy(k)/dx(k) of (10), the denominator of (30), positive       invertibility
-                the slope of the static curve at least `LEAST_SLOPE`         monotone curve
+                the slope of the static curve at least `PHYSICS.curve_slope`  monotone curve
                 lower <= x <= upper
 
 r is a CasADi function that runs the compiled chain, with its exact Jacobian; the constraints are
@@ -17,9 +17,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from it2hys.identification.criterion import LEAST_SLOPE, ChainCriterion
-from it2hys.identification.usability import LARGEST_CONTRACTION, Band
+from it2hys.identification.criterion import ChainCriterion
+from it2hys.identification.usability import Band
 from it2hys.model.it2 import usability_function
+from it2hys.policy import CORE, PHYSICS
 
 #: Least dy(k)/dx(k) of (10), scaled.
 _SMALLEST_SLOPE = 1e-6
@@ -176,7 +177,7 @@ def _contraction_and_slope(x: ca.MX, rule_count: int, band: Band) -> list[_Held]
     """Return dy(k)/dy(k-1) and dy(k)/dx(k) of (10) over a band as expressions with their bounds."""
     values = usability_function(rule_count, len(band.y))(_rules(x, rule_count), *band.rows)
     count = len(band.y)
-    largest = np.full(3 * count, LARGEST_CONTRACTION)
+    largest = np.full(3 * count, CORE.contraction)
     return [
         (ca.vec(values[:3, :].T), -largest, largest),
         (values[3, :].T, np.full(count, _SMALLEST_SLOPE), np.full(count, np.inf)),
@@ -188,7 +189,7 @@ def _rising_curve(x: ca.MX, criterion: ChainCriterion) -> list[_Held]:
     rows = criterion.curve_slopes
     if not len(rows):
         return []
-    least = np.full(len(rows), LEAST_SLOPE)
+    least = np.full(len(rows), PHYSICS.curve_slope)
     return [(1.0 + ca.mtimes(ca.DM(rows), x), least, np.full(len(rows), np.inf))]
 
 

@@ -8,18 +8,7 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from it2hys.identification.preparation import Prepared
-
-#: Share of the training range by which another record may exceed it.
-_RANGE_SLACK = 0.02
-#: Share of the drive's power below which its spectrum ends.
-_POWER_TAIL = 0.01
-#: Share of the drive's span that makes a turn of its way back, and a step of a change in one sample.
-_TURN, _STEP = 0.02, 0.25
-#: Ends of loops that differ by less than this share of the span are the same, and so are periods whose
-#: ratio is smaller.
-_SAME_END, _SAME_PERIOD = 0.05, 1.2
-#: So many turns of another kind, or this share of all, leave a drive one tone.
-_FEW_TURNS, _SHARE_OF_TURNS = 3, 0.05
+from it2hys.policy import COVERAGE
 
 
 def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> list[str]:
@@ -32,7 +21,7 @@ def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> 
             "extrapolated. Add a record with minor loops or another frequency."
         )
     low, high = _voltage_range(train)
-    slack = _RANGE_SLACK * (high - low)
+    slack = COVERAGE.range_slack * (high - low)
     fastest = max(_highest_frequency(p) for p in train)
     for p in others:
         below, above = _voltage_range([p])
@@ -60,10 +49,10 @@ def holds_one_tone(prepared: Sequence[Prepared]) -> bool:
     turns = np.vstack([_turns(p) for p in prepared])
     if len(turns) == 0:
         return True
-    tolerance = np.array([_SAME_END, _SAME_END, np.log(_SAME_PERIOD)])
+    tolerance = np.array([COVERAGE.same_end, COVERAGE.same_end, np.log(COVERAGE.same_period)])
     commonest = np.median(turns, axis=0)
     others = np.count_nonzero(np.any(np.abs(turns - commonest) > tolerance, axis=1))
-    return bool(others <= max(_FEW_TURNS, _SHARE_OF_TURNS * len(turns)))
+    return bool(others <= max(COVERAGE.few_turns, COVERAGE.share_of_turns * len(turns)))
 
 
 def _voltage_range(prepared: Sequence[Prepared]) -> tuple[float, float]:
@@ -73,7 +62,7 @@ def _voltage_range(prepared: Sequence[Prepared]) -> tuple[float, float]:
 
 def _has_steps(prepared: Prepared) -> bool:
     x = prepared.record.voltage
-    return bool(np.any(np.abs(np.diff(x)) > _STEP * np.ptp(x)))
+    return bool(np.any(np.abs(np.diff(x)) > COVERAGE.step * np.ptp(x)))
 
 
 def _turns(prepared: Prepared) -> np.ndarray:
@@ -85,7 +74,7 @@ def _turns(prepared: Prepared) -> np.ndarray:
     x = prepared.record.voltage[prepared.skip :]
     span = np.ptp(x)
     turns = np.sort(
-        np.concatenate([find_peaks(sign * x, prominence=_TURN * span)[0] for sign in (1, -1)])
+        np.concatenate([find_peaks(sign * x, prominence=COVERAGE.turn * span)[0] for sign in (1, -1)])
     )
     ends = np.column_stack([x[turns[:-1]], x[turns[1:]]]) / span
     duration = np.diff(turns) * prepared.record.sample_time
@@ -98,4 +87,4 @@ def _highest_frequency(prepared: Prepared) -> float:
     power = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(len(x)))) ** 2
     share = np.cumsum(power) / np.sum(power)
     frequencies = np.fft.rfftfreq(len(x), prepared.record.sample_time)
-    return float(frequencies[np.searchsorted(share, 1.0 - _POWER_TAIL)])
+    return float(frequencies[np.searchsorted(share, 1.0 - COVERAGE.power_tail)])

@@ -17,7 +17,6 @@ import numpy as np
 from it2hys.identification import rule_coordinates
 from it2hys.identification.effect_coordinates import BY_RECORD, Coordinate
 from it2hys.identification.inverse import References
-from it2hys.identification.lead_in import START_PRIOR
 from it2hys.identification.levenberg_marquardt import (
     Block,
     Linearisation,
@@ -32,16 +31,10 @@ from it2hys.model.effect import Effect
 from it2hys.model.parameters import RULE_FIELDS
 from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
+from it2hys.policy import CORE, PHYSICS, STARTS
 
 #: Beyond so many half ranges a run is on its way to infinity.
 _DIVERGED = 1e3
-#: What is not smooth of an effect (`Effect.roughness`), of the inverse of this, costs as much as
-#: one sample that is off by the noise: for few loops, and for many.
-STIFF, SOFT = 2000.0, 200.0
-#: Least slope of the static curve: with less its inverse would enlarge noise too much.
-LEAST_SLOPE = 0.1
-#: Share of the travel by which the start of a record may be off its first reading.
-_NEAR = 0.1
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3
 
@@ -123,14 +116,14 @@ class Model:
     own : Mapping of str to ndarray, shape (R,)
         Values of parameters that differ from record to record.
     smoothness : float
-        With which what an effect has of a density is held smooth, STIFF or SOFT.
+        With which what an effect has of a density is held smooth, CORE.stiff or CORE.soft.
     """
 
     values: Mapping[str, float | int]
     effects: tuple[str, ...]
     offsets: np.ndarray
     own: Mapping[str, np.ndarray]
-    smoothness: float = STIFF
+    smoothness: float = CORE.stiff
 
     @property
     def rules(self) -> np.ndarray:
@@ -276,10 +269,10 @@ class ChainCriterion:
         begins = np.array([t.y[0] for t in self.traces]) - self.model.offsets
         effect = load_table().parameters()[coordinate.name].effect
         if effect is None:
-            near = _NEAR * (high - low)
+            near = STARTS.near * (high - low)
             return begins - near, begins + near
         least, most = self._travel()
-        near = _NEAR * (most - least)
+        near = STARTS.near * (most - least)
         travel = least - near, most + near
         return EFFECTS[effect].bounds_of_record(coordinate.name, (low, high), begins, travel)
 
@@ -449,14 +442,14 @@ class ChainCriterion:
 
     def _falling(self, point: np.ndarray) -> np.ndarray:
         """Return by how much the static curve rises less than it must, where it does."""
-        least = np.sqrt(self.samples) * (LEAST_SLOPE - 1.0)
+        least = np.sqrt(self.samples) * (PHYSICS.curve_slope - 1.0)
         return np.maximum(least - self._steepness @ point, 0.0)
 
     def _prior_weights(self) -> np.ndarray:
         weights = np.zeros(len(self._guess))
         weights[self._places["effects"]] = _EFFECT_PRIOR
         for c in self._own:
-            weights[self._places[c.name]] = START_PRIOR * self._noise()
+            weights[self._places[c.name]] = STARTS.prior * self._noise()
         return weights
 
     def _noise(self) -> float:

@@ -38,16 +38,11 @@ from it2hys.identification.weights import weigh
 from it2hys.model import compiled
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.stages import EFFECTS
+from it2hys.policy import COVERAGE, NOISE
 from it2hys.records import Record
 from it2hys.records.figures_of_merit import noise_size, times_the_noise
 from it2hys.support.progress import Progress
 
-#: Offsets are kept if they lower the mean squared error by this share.
-_OFFSET_GAIN = 0.1
-#: Free-run error over noise from which on the report says that the model lacks something.
-_LACKING = 1.5
-#: A lead counts as explained if its errors, mean and largest, are not above the rest's by more.
-_EXPLAINED = 1.5
 #: Errors below this share of half the travel count as none.
 _RESOLUTION = 1e-6
 #: Rounds of disturbing the best fit: for a model that lacks something, and for one that does not.
@@ -198,7 +193,7 @@ class _Session:
         fit = self._reweigh(fit)
         # an error of a few per cent of the noise decides what the model does on other records,
         # where the noise is all there is; a model that lacks something is not worth the time
-        reaches_noise = fit.rms * self._scaling.y_unit < _LACKING * self._noise()
+        reaches_noise = fit.rms * self._scaling.y_unit < NOISE.lacking * self._noise()
         rounds = _THOROUGH_ROUNDS if reaches_noise else _ROUNDS
 
         def tell(share: float, text: str) -> None:
@@ -221,7 +216,7 @@ class _Session:
         """Do without offsets unless they lower the error by far."""
         traces = [plain_trace(p, "train") for p in self._train]
         plain = refit(fit, traces, self._options)
-        if plain.minimum.cost * (1.0 - _OFFSET_GAIN) > fit.minimum.cost:
+        if plain.minimum.cost * (1.0 - COVERAGE.offset_gain) > fit.minimum.cost:
             return fit
         self._has_offset = False
         return plain
@@ -230,7 +225,7 @@ class _Session:
         """Fit again with the records weighted by noise and novelty, if these differ."""
         noise, unit = self._noise(), self._scaling.y_unit
         misfit = np.sqrt(max((fit.rms * unit) ** 2 - noise**2, 0.0))
-        if misfit < _LACKING * noise:
+        if misfit < NOISE.lacking * noise:
             misfit = 0.0
         traces = weigh(fit.criterion.traces, self._train, misfit, unit)
         return fit if traces is None else refit(fit, traces, self._options)
@@ -355,15 +350,15 @@ def _explains_lead(prepared: Prepared, fit: RuleFit, offset: float) -> bool:
     lead, rest = error[in_lead & used], error[~in_lead & used]
     floor = _RESOLUTION * fit.criterion.scaling.y_unit
     return bool(
-        np.sqrt(np.mean(lead**2)) <= _EXPLAINED * np.sqrt(np.mean(rest**2)) + floor
-        and np.max(lead, initial=0.0) <= _EXPLAINED * np.max(rest) + floor
+        np.sqrt(np.mean(lead**2)) <= COVERAGE.explained_lead * np.sqrt(np.mean(rest**2)) + floor
+        and np.max(lead, initial=0.0) <= COVERAGE.explained_lead * np.max(rest) + floor
     )
 
 
 def _with_lack(identification: Identification) -> Identification:
     """Add a warning that says plainly how far the error is above the noise."""
     ratio = identification.error_over_noise
-    if not ratio > _LACKING:
+    if not ratio > NOISE.lacking:
         return identification
     error = ratio * identification.noise_rms
     text = (

@@ -19,20 +19,14 @@ from it2hys.model import compiled
 from it2hys.model.compiled import Drive
 from it2hys.model.stages import BEFORE_CORE
 from it2hys.model.variables import off_values
+from it2hys.policy import REFERENCE
 
-#: The displacement stands out of the noise where its power density is so many times the noise's.
-_STANDS_OUT = 10.0
 #: Segments that the power density is averaged over, at least.
 _SEGMENTS = 8
-#: Widest band of a reference, as a share of the sampling frequency.
-_WIDEST = 0.2
 #: Order of the filter, which is run both ways, so that it has no phase.
 _ORDER = 4
 #: Periods of the band's end that a filter needs to settle at either end of a record.
 _SETTLING = 2.0
-#: Where the filter takes so many times the noise away, it takes motion away: the displacement is left
-#: as it is there, and for a period of the band's end beside.
-_LEAVES = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +74,7 @@ class References:
     @cached_property
     def wide(self) -> Reference:
         """Up to a fifth of the sampling frequency."""
-        return self._up_to(_WIDEST / self.sample_time)
+        return self._up_to(REFERENCE.widest / self.sample_time)
 
     @cached_property
     def band(self) -> Reference:
@@ -98,8 +92,8 @@ class References:
         length = max(16, len(self.whole) // _SEGMENTS)
         frequency, density = signal.welch(self.whole, rate, nperseg=length)
         floor = max(2.0 * self.noise**2 / rate, np.finfo(float).tiny)
-        above = frequency[density > _STANDS_OUT * floor]
-        return float(np.clip(np.max(above, initial=0.0), 4.0 * rate / length, _WIDEST * rate))
+        above = frequency[density > REFERENCE.stands_out * floor]
+        return float(np.clip(np.max(above, initial=0.0), 4.0 * rate / length, REFERENCE.widest * rate))
 
     def filtered(self, band: float) -> np.ndarray:
         """Return the displacement up to a frequency in Hz, without a phase."""
@@ -110,7 +104,7 @@ class References:
         filtered = self.filtered(band)
         # a filter rings before and after a step: play would take that for turning points
         period = int(np.ceil(1.0 / (band * self.sample_time)))
-        leaves = np.abs(filtered - self.whole) > _LEAVES * self.noise
+        leaves = np.abs(filtered - self.whole) > REFERENCE.leaves * self.noise
         leaves = ndimage.binary_dilation(leaves, iterations=period)
         edge = int(_SETTLING * period)
         inside = np.ones(len(filtered), dtype=bool)

@@ -11,11 +11,10 @@ from it2hys.identification.criterion import ChainFit, Trace, minimise, paper_mod
 from it2hys.identification.result import SOLVERS, IdentificationError, Options, OrderTrial
 from it2hys.identification.rule_search import fit_rules
 from it2hys.identification.scaling import Scaling
+from it2hys.policy import COVERAGE
 
 #: Share of every training record set aside where there are no validation records.
 _SET_ASIDE = 0.3
-#: A smaller model is taken if its error is within this share, and a standard error, of the best.
-_TOLERANCE = 0.02
 #: Largest number of rules that is tried.
 _MOST = 6
 #: Starts, besides one from the next smaller model, and last iterations of each trial.
@@ -93,7 +92,7 @@ def choose_rule_count(
         fits.append(fit.rules)
         trials.append(OrderTrial(count, _error(fit.rules, decisive, scaling)))
         # two numbers in a row without a gain: more rules do not help
-        if count >= 3 and _best(trials[-2:]) > (1.0 - _TOLERANCE) * _best(trials[:-2]):
+        if count >= 3 and _best(trials[-2:]) > (1.0 - COVERAGE.order_tolerance) * _best(trials[:-2]):
             break
     best = _best(trials)
     if not np.isfinite(best):
@@ -102,7 +101,7 @@ def choose_rule_count(
         )
     samples = sum(np.count_nonzero(s.weight) for s in decisive)
     # an rms of n independent errors has the relative standard error 1 / sqrt(2 n)
-    limit = best * (1.0 + _TOLERANCE + 1.0 / np.sqrt(2.0 * samples))
+    limit = best * (1.0 + COVERAGE.order_tolerance + 1.0 / np.sqrt(2.0 * samples))
     chosen = next(rules for rules, t in zip(fits, trials, strict=True) if t.e_rms <= limit)
     return chosen, tuple(trials)
 

@@ -12,15 +12,8 @@ from it2hys.identification.noise import NoiseEstimate, estimate_noise
 from it2hys.identification.rule_coordinates import RULE_SIZE
 from it2hys.identification.scaling import Scaling
 from it2hys.model.variables import load_table
+from it2hys.policy import COVERAGE, STARTS
 from it2hys.records import Record
-
-#: Least share of a record's samples that can be trusted.
-_TRUSTED = 0.5
-#: Samples that a record which begins in motion is given to fall in, at most and as a share of it; and
-#: the first change of the voltage, as a share of its range, from which on it does.
-_FALLING_IN, _FALLING_IN_SHARE, _AT_REST = 100, 0.05, 1e-3
-#: Fewest samples for every parameter of the model.
-SAMPLES_PER_PARAMETER = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +50,7 @@ def prepare(record: Record) -> Prepared:
         If most of the samples are not to be trusted.
     """
     x, y, trusted = record.voltage, record.displacement, ~record.outliers
-    if np.mean(trusted) < _TRUSTED:
+    if np.mean(trusted) < COVERAGE.trusted:
         raise InputError(
             f"record '{record.name}': {np.count_nonzero(record.outliers)} of {len(record)} samples "
             "are clipped, stuck, spikes or filled in; a record needs at least half of its "
@@ -69,8 +62,8 @@ def prepare(record: Record) -> Prepared:
 
 def _falling_in(voltage: np.ndarray) -> int:
     """Return how many samples are left out at first: a model begins at rest, a record need not."""
-    in_motion = abs(voltage[1] - voltage[0]) > _AT_REST * np.ptp(voltage)
-    return min(_FALLING_IN, int(_FALLING_IN_SHARE * len(voltage))) if in_motion else 0
+    in_motion = abs(voltage[1] - voltage[0]) > STARTS.in_motion * np.ptp(voltage)
+    return min(STARTS.falling_in, int(STARTS.falling_in_share * len(voltage))) if in_motion else 0
 
 
 def check_rule_count(rule_count: int | None) -> None:
@@ -97,7 +90,7 @@ def largest_rule_count(prepared: Sequence[Prepared]) -> int:
         If they have too few for a single rule.
     """
     samples = sum(int(np.count_nonzero(p.used)) for p in prepared)
-    count = (samples // SAMPLES_PER_PARAMETER - 1) // RULE_SIZE
+    count = (samples // COVERAGE.samples_per_parameter - 1) // RULE_SIZE
     if count < 1:
         raise InputError(too_short(1, prepared))
     return count
@@ -109,7 +102,8 @@ def too_short(rule_count: int, prepared: Sequence[Prepared]) -> str:
     parameters = RULE_SIZE * rule_count + 1
     return (
         f"a model of L = {rule_count} has {parameters} parameters (6 L + 1), which need "
-        f"{SAMPLES_PER_PARAMETER * parameters} samples; the training records have {samples} usable"
+        f"{COVERAGE.samples_per_parameter * parameters} samples; the training records have "
+        f"{samples} usable"
     )
 
 

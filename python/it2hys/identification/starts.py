@@ -15,18 +15,15 @@ from it2hys.identification.scaling import Scaling
 from it2hys.identification.uncertainty import correlation_time
 from it2hys.model.effect import History
 from it2hys.model.stages import EFFECTS
+from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clue, Clues, Extent
 
 #: Effects whose sampled form may differ from the truth by a part of a sample.
 SAMPLED = tuple(name for name, e in EFFECTS.items() if e.sampled)
 #: The effect that shifts the voltage, up to a sample of which goes with those, and its parameter.
 SHIFTING, SHIFT = next((name, e.shift) for name, e in EFFECTS.items() if e.shift)
-_SHORTEST = 1e-3
 #: Histories from which what belongs to a record is fitted, and those that a lead-in has to tell apart.
 _HISTORIES, _COMPARED = 3, 7
-#: By how much, in twice the logarithm of the likelihood, a history that has to show has to be better
-#: than one that does not: a probability of 1 % by chance (chi squared, one more parameter).
-_EXCURSION = 6.6
 
 
 def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
@@ -37,7 +34,7 @@ def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
         result += [Coordinate.of(name, start) for name, start in starts.items()]
     result.append(Coordinate("initialDisplacement", extent.displacement, logarithmic=False))
     if shifts(model):
-        bounds = (_SHORTEST * extent.sample_time, extent.sample_time)
+        bounds = (PHYSICS.shortest_shift * extent.sample_time, extent.sample_time)
         result.append(Coordinate(SHIFT, bounds, logarithmic=False))
     return result
 
@@ -142,7 +139,7 @@ class Starts:
         errors = [(fit.predict(trace, 0) - trace.y)[trace.fitted] for fit in fits]
         unlikely = _unlikeliness(errors, [False, *(h.has_to_show for h in histories)])
         order = np.argsort(unlikely, kind="stable")
-        return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * _EXCURSION]
+        return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * PHYSICS.excursion]
 
 
 def lead_in(trace: Trace) -> Trace:
@@ -269,4 +266,4 @@ def _unlikeliness(errors: Sequence[np.ndarray], excursions: Sequence[bool]) -> n
         return power
     independent = len(best) / correlation_time(best)
     relative = power / max(power.min(), np.finfo(float).tiny)
-    return independent * np.log(relative) + _EXCURSION * np.array(excursions)
+    return independent * np.log(relative) + PHYSICS.excursion * np.array(excursions)

@@ -21,6 +21,7 @@ from it2hys.identification import rule_coordinates
 from it2hys.identification.one_step import normalised_memberships
 from it2hys.model import compiled
 from it2hys.model.it2 import usability_jacobian
+from it2hys.policy import CORE
 
 #: Input and output of a core over a record, scaled, and which samples are used, each of shape (N,).
 Course = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -29,13 +30,6 @@ Course = tuple[np.ndarray, np.ndarray, np.ndarray]
 _GRID = 193
 #: Points of the grid on which the fitted model is verified.
 _FINE_GRID = 1537
-#: The penalties begin here, so that the finer grid of the final check is passed too.
-LARGEST_CONTRACTION = 0.998
-#: Smallest dy/dx as a share of its mean over the range.
-SMALLEST_SLOPE = 0.05
-#: Margin beyond the range of the data in which the conditions are asked for, as a share of it:
-#: of the displacements and, at each of them, of the voltages.
-MARGIN = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +64,7 @@ class Band:
         low, high = data_range(courses)
         y = np.concatenate([y[:-1][used[:-1]] for _, y, used in courses])
         x = np.concatenate([x[1:][used[:-1]] for x, _, used in courses])
-        margin, reserve = MARGIN * (high - low), MARGIN * np.ptp(x)
+        margin, reserve = CORE.margin * (high - low), CORE.margin * np.ptp(x)
         grid = np.linspace(low - margin, high + margin, _GRID)
         nearest = np.rint((y - grid[0]) / (grid[1] - grid[0])).astype(int)
         x_low, x_high = np.full(_GRID, np.inf), np.full(_GRID, -np.inf)
@@ -126,7 +120,7 @@ class Guard:
         """Return penalties and their derivatives by the values of the grid, row by row."""
         values = usability_values(rules, self.band)
         contraction, slope = values[:3], values[3]
-        excess = np.maximum(np.abs(contraction) - LARGEST_CONTRACTION, 0.0)
+        excess = np.maximum(np.abs(contraction) - CORE.contraction, 0.0)
         # relative to dy/dx of order (1 - contraction): a scaled loop has unit height and width
         lack = np.maximum(_smallest_slope(slope) - slope, 0.0)
         signs = np.vstack([np.sign(contraction) * (excess > 0), -1.0 * (lack > 0)])
@@ -157,7 +151,7 @@ def usability_values(rules: np.ndarray, band: Band) -> np.ndarray:
 
 
 def _smallest_slope(slope: np.ndarray) -> float:
-    return SMALLEST_SLOPE * max(abs(float(slope.mean())), 1e-6)
+    return CORE.slope * max(abs(float(slope.mean())), 1e-6)
 
 
 def data_range(courses: Sequence[Course]) -> tuple[float, float]:
@@ -211,7 +205,7 @@ def widest_range(rules: np.ndarray, low: float, high: float) -> tuple[float, flo
     """
     if compiled.check(rules, low, high):
         return None
-    margin = MARGIN * (high - low)
+    margin = CORE.margin * (high - low)
     for share in np.linspace(1.0, 0.0, 21):
         below = low - share * margin
         if not compiled.check(rules, below, high):

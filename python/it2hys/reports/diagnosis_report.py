@@ -11,12 +11,13 @@ import numpy as np
 from it2hys.cosimulation.simulation import track
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.outcome import Diagnosis, Judgement
-from it2hys.diagnosis.selection import BUDGET, COMPARISONS, LEVEL
+from it2hys.diagnosis.selection import COMPARISONS, LEVEL
 from it2hys.fmu.packaging import make_directory, package
 from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING
 from it2hys.identification.explained import low_shares
 from it2hys.model import compiled
 from it2hys.model.variables import load_table
+from it2hys.policy import SEARCH
 from it2hys.records import Record
 from it2hys.records.figures_of_merit import (
     Errors,
@@ -347,7 +348,7 @@ def evidence_section(diagnosis: Diagnosis) -> Section:
             "free-run error on the records that decide, and the probability of that by chance (block "
             "bootstrap). An effect stays only if the gain is large enough to matter, and so unlikely "
             f"by chance (p below {LEVEL:.1g}) that a whole search, of up to {COMPARISONS} comparisons, "
-            f"names anything by chance in {100 * BUDGET:.0f} % of the cases at most."
+            f"names anything by chance in {100 * SEARCH.budget:.0f} % of the cases at most."
         ],
         [evidence_table(diagnosis)],
     )
