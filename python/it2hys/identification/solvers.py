@@ -25,6 +25,8 @@ _TOLERANCE = 1e-6
 _BOX = 1.0
 #: Armijo's condition: share of the decrease promised by the gradient that a step must bring.
 _SUFFICIENT = 1e-4
+#: SciPy's status of L-BFGS-B for a limit of iterations or evaluations.
+_LIMIT_REACHED = 1
 #: Stands for an infinite cost where a method subtracts costs.
 _HUGE = 1e12
 
@@ -111,7 +113,10 @@ def _quasi_newton(
         },
     )
     end = cost(criterion, found.x)
-    return Minimum(found.x, end, found.success, found.nit, found.nfev, found.message)
+    # a line search that finds nothing lower (status 2) has arrived for all that rounding allows
+    stopped = found.status == _LIMIT_REACHED
+    message = "no further descent" if found.status > _LIMIT_REACHED else found.message
+    return Minimum(found.x, end, not stopped, found.nit, found.nfev, message)
 
 
 def _gradient_descent(

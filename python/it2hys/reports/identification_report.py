@@ -98,7 +98,8 @@ def write_identification(
     if not identification.converged:
         raise InputError(
             f"the fit did not converge ({identification.message}); no parameter set is written. "
-            "Try fewer rules, or records that cover the range better"
+            "Try more iterations (--max-iterations), fewer rules, or records that cover the range"
+            " better"
         )
     directory = make_directory(directory)
     package(identification.parameters, directory)
