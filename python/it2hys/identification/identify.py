@@ -38,7 +38,7 @@ from it2hys.identification.weights import weigh
 from it2hys.model import compiled
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.stages import EFFECTS
-from it2hys.policy import COVERAGE, NOISE
+from it2hys.policy import CORE, COVERAGE, NOISE
 from it2hys.records import Record
 from it2hys.records.figures_of_merit import noise_size, times_the_noise
 from it2hys.support.progress import Progress
@@ -317,7 +317,7 @@ class _Session:
     def _warnings(self, fit: RuleFit, usable: tuple[float, float]) -> list[str]:
         warnings = coverage_warnings(self._train, [p for _, p in self._others])
         low, high = (self._scaling.displacement(v) for v in usability.data_range(fit.courses))
-        margin = 0.99 * usability.MARGIN * (high - low)
+        margin = 0.99 * CORE.margin * (high - low)
         if usable[0] > low - margin or usable[1] < high + margin:
             warnings.append(
                 "Beyond the range of the training records the model soon stops contracting or "
