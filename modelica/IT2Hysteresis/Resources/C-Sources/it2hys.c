@@ -1,4 +1,4 @@
-/* it2hys.c: generated from fmu_src by python -m it2hys.amalgamation. */
+/* it2hys.c: generated from fmu_src by python -m it2hys.fmu.amalgamation. */
 #if !defined _WIN32 && !defined _GNU_SOURCE
 #define _GNU_SOURCE /* dladdr */
 #endif

@@ -1,4 +1,4 @@
-/* it2hys.h: generated from fmu_src by python -m it2hys.amalgamation. */
+/* it2hys.h: generated from fmu_src by python -m it2hys.fmu.amalgamation. */
 #ifndef IT2HYS_H
 #define IT2HYS_H
 
@@ -573,7 +573,7 @@ HIDDEN_END
 #define CHAIN_EVERY_STAGE(STAGE) CHAIN_STAGES(STAGE, STAGE, STAGE, STAGE, STAGE)
 #define CHAIN_SKIP(name, NAME, side)
 
-/* Names are those of the variable table (python/it2hys/variables.toml). */
+/* Names are those of the variable table (python/it2hys/model/variables.toml). */
 struct chain_parameters {
     double sampleTime;
     double initialDisplacement;
