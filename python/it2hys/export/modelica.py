@@ -107,8 +107,8 @@ def format_base() -> str:
 def format_values() -> str:
     """Return the record that makes one vector of a set, which the C sources read by the same table.
 
-    It is no function: rumoca, in which the library is tested, hands no record to a function whose vectors
-    are as long as one of its fields says.
+    It is no function: rumoca, in which the library is tested, hands none to a function of which a field
+    says how long a vector is.
     """
     rows = [v for v in load_table().parameters().values() if v.index in (None, 1)]
     counts = {group: field(entry["variable"]) for group, entry in load_table().counts.items()}
