@@ -88,7 +88,7 @@ def test_an_edit_of_a_python_file_installs_nothing_anew(installed):
 
 
 @pytest.mark.parametrize(
-    "name", ["fmu_src/core/chain.c", "python/it2hys/variables.toml", "scenarios/demo.toml"]
+    "name", ["fmu_src/core/chain.c", "python/it2hys/model/variables.toml", "scenarios/demo.toml"]
 )
 def test_an_edit_of_what_is_compiled_or_copied_does(installed, name):
     touch(installed / name)

@@ -11,9 +11,11 @@ from it2hys.identification.uncertainty import correlation_time
 
 #: Blocks are so many correlation times of the difference long ...
 _BLOCK = 4.0
-#: ... but no record is cut into fewer than this many: fewer have no spread to speak of.
-_FEWEST_BLOCKS = 8
-_RESAMPLES = 4000
+#: ... but no record is cut into fewer than this many: fewer have no spread to speak of; nor into more
+#: than that many, which would tell nothing more and take time.
+_FEWEST_BLOCKS, _MOST_BLOCKS = 8, 250
+#: Draws: the least probability that can be told is one over this.
+_RESAMPLES = 10_000
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,6 @@ def _block_means(squares: np.ndarray) -> np.ndarray:
     """Return means over blocks of the squared errors of one record, shape (B, 2)."""
     count = len(squares)
     length = int(_BLOCK * correlation_time(squares[:, 0] - squares[:, 1]))
-    length = int(np.clip(length, 1, max(1, count // _FEWEST_BLOCKS)))
+    length = int(np.clip(length, -(-count // _MOST_BLOCKS), max(1, count // _FEWEST_BLOCKS)))
     whole = squares[: count // length * length]
     return whole.reshape(-1, length, 2).mean(axis=1)

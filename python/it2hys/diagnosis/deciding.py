@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from it2hys.diagnosis.criterion import Trace
+from it2hys.identification.criterion import Trace
 
 #: A step is a change from one sample to the next of this share of the range of the training voltages.
 _STEP = 0.05

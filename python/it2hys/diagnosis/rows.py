@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.result import Evidence
+from it2hys.diagnosis.outcome import Evidence
 from it2hys.diagnosis.selection import CLEAR_GAIN, LEVEL, Node, Search, Trial
 from it2hys.model.chain import EFFECTS
 from it2hys.records.clues import Clues
@@ -144,7 +144,7 @@ def _why(effect: str, trial: Trial, verdict: Verdict) -> str:
 
 def _reason(trial: Trial) -> str:
     c = trial.comparison
-    is_chance = c.p_value * len(EFFECTS) > LEVEL
+    is_chance = c.p_value > LEVEL
     if not is_chance and trial.sampling:
         return "it acts within a sample, no more than a delay or how the signals were sampled would"
     if not is_chance and c.gain > CLEAR_GAIN:

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.stats import chi2
 
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
-from it2hys.diagnosis.criterion import SOFT, ChainFit, Model
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import (
     IMITATED,
@@ -22,12 +21,11 @@ from it2hys.diagnosis.fitting import (
     is_sampling,
     without_effect,
 )
+from it2hys.identification.criterion import SOFT, ChainFit, Model
 from it2hys.model.chain import EFFECTS
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"
-#: Level of significance, over all effects tried.
-LEVEL = 0.01
 #: Least share by which the error has to fall ...
 LEAST_GAIN = 0.05
 #: ... which has to be more than this, in the effect's own way, or else more than the other share of
@@ -59,6 +57,11 @@ BEAM, BEAM_RATIO = 3, 2.0
 DEPTH = 4
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
+#: Probability that a search names anything by chance: its budget of false discoveries, spent in equal
+#: parts (Bonferroni) on as many comparisons as a search can make at most, all on the same samples.
+BUDGET = 0.05
+COMPARISONS = DEPTH * BEAM * (len(EFFECTS) + 1)
+LEVEL = BUDGET / COMPARISONS
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,14 +228,7 @@ class Search:
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
             fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / node.fit.minimum.cost))
-            accepted = not sampling and (
-                self._waits(node, child, gains, len(EFFECTS))
-                or (
-                    self._predicts(child, gains, len(EFFECTS))
-                    and self._fits_better(node, child, fitted, gains.free.gain)
-                    and self._is_of_its_kind(node, addition, gains.free)
-                )
-            )
+            accepted = not sampling and self._accepts(node, child, addition, gains, fitted)
             trial = Trial(
                 node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted
             )
@@ -243,6 +239,14 @@ class Search:
             elif child.fit.minimum.cost < _PROMISING * node.fit.minimum.cost and not sampling:
                 self._promising.append(child)
         return grown
+
+    def _accepts(self, node: Node, child: Node, addition: str, gains: Gains, fitted: float) -> bool:
+        """Return whether a model with an addition is better by more than chance, and by enough."""
+        return self._waits(node, child, gains) or (
+            self._predicts(child, gains)
+            and self._fits_better(node, child, fitted, gains.free.gain)
+            and self._is_of_its_kind(node, addition, gains.free)
+        )
 
     def _report(self, node: Node, addition: str) -> None:
         self.report(" + ".join(["model", *sorted(node.added), addition]))
@@ -295,19 +299,19 @@ class Search:
         if ratio <= 1.0:
             return False
         statistic = node.fit.criterion.samples * np.log(ratio)
-        return bool(chi2.sf(statistic, max(added, 1)) * len(EFFECTS) < LEVEL)
+        return bool(chi2.sf(statistic, max(added, 1)) <= LEVEL)
 
-    def _improves(self, before: Node, after: Node, tried: int) -> bool:
+    def _improves(self, before: Node, after: Node) -> bool:
         """Return whether a pair of model and inverse is better by more than chance.
 
         The free run gets better and does not spoil the inverse; or, with a delay, the inverse gets
         better by far and the free run not worse.
         """
         gains = Gains.of(before.errors, after.errors)
-        return self._predicts(after, gains, tried) or self._waits(before, after, gains, tried)
+        return self._predicts(after, gains) or self._waits(before, after, gains)
 
-    def _predicts(self, after: Node, gains: Gains, tried: int) -> bool:
-        return self.is_better(gains.free, tried) and not self._spoils(after, gains)
+    def _predicts(self, after: Node, gains: Gains) -> bool:
+        return self.is_better(gains.free) and not self._spoils(after, gains)
 
     def _spoils(self, after: Node, gains: Gains) -> bool:
         """Return whether the inverse gets worse by more than its answer to the reference's noise.
@@ -319,17 +323,17 @@ class Search:
         return gains.band.after > _NOISY * self.bench.noise_of_inverse(after.fit.model)
 
     @staticmethod
-    def _waits(before: Node, after: Node, gains: Gains, tried: int) -> bool:
+    def _waits(before: Node, after: Node, gains: Gains) -> bool:
         return (
             WAITING in after.effects - before.effects
             and gains.wide.gain > INVERSE_GAIN
-            and gains.wide.p_value * tried <= LEVEL
+            and gains.wide.p_value <= LEVEL
             and gains.free.gain > -_EQUAL
         )
 
-    def is_better(self, comparison: Comparison, tried: int) -> bool:
+    def is_better(self, comparison: Comparison) -> bool:
         """Return whether a gain is more than chance, and enough to speak of."""
-        if comparison.gain < LEAST_GAIN or comparison.p_value * tried > LEVEL:
+        if comparison.gain < LEAST_GAIN or comparison.p_value > LEVEL:
             return False
         return comparison.gain > CLEAR_GAIN or self._share(comparison) > LEAST_SHARE
 
@@ -399,12 +403,10 @@ class Search:
     def _predicts_better(one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
         gains = Gains.of(other.errors, one.errors)
-        return any(
-            g.gain > _TELLING and g.p_value * len(EFFECTS) < LEVEL for g in (gains.free, gains.band)
-        )
+        return any(g.gain > _TELLING and g.p_value <= LEVEL for g in (gains.free, gains.band))
 
     def _beats(self, one: Node, other: Node) -> bool:
-        return one is not other and self._improves(other, one, 1)
+        return one is not other and self._improves(other, one)
 
 
 def _rms(errors: list[np.ndarray]) -> float:

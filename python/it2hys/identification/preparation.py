@@ -1,17 +1,15 @@
-"""From measured records to the scaled series that the criteria work on."""
+"""What is found in measured records before any fit: what is left out, noise, scaling."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from it2hys.errors import InputError
-from it2hys.identification.coordinates import RULE_SIZE
-from it2hys.identification.criteria import Series
 from it2hys.identification.noise import NoiseEstimate, estimate_noise
-from it2hys.identification.result import Options
+from it2hys.identification.rule_coordinates import RULE_SIZE
 from it2hys.identification.scaling import Scaling
 from it2hys.model.variables import load_table
 from it2hys.records import Record
@@ -50,13 +48,13 @@ class Prepared:
         return mask
 
 
-def prepare(record: Record, options: Options) -> Prepared:
+def prepare(record: Record) -> Prepared:
     """Find what of a record's begin is left out, and its noise.
 
     Raises
     ------
     InputError
-        If most of the samples are not to be trusted, or too many are to be skipped.
+        If most of the samples are not to be trusted.
     """
     x, y, trusted = record.voltage, record.displacement, ~record.outliers
     if np.mean(trusted) < _TRUSTED:
@@ -65,11 +63,7 @@ def prepare(record: Record, options: Options) -> Prepared:
             "are clipped, stuck, spikes or filled in; a record needs at least half of its "
             "displacements measured"
         )
-    skip = _falling_in(x) if options.skip is None else options.skip
-    if skip >= len(record) - 10:
-        raise InputError(
-            f"record '{record.name}': {skip} leading samples are to be skipped of {len(record)}"
-        )
+    skip = _falling_in(x)
     return Prepared(record, skip, estimate_noise(x[skip:], y[skip:], trusted[skip:]))
 
 
@@ -155,39 +149,3 @@ def data_scaling(prepared: Sequence[Prepared]) -> Scaling:
                 "trusted and belong to no start-up; give a record that goes on to move"
             )
     return Scaling.of_data(displacement, voltage)
-
-
-def to_series(prepared: Prepared, scaling: Scaling, weight: float = 1.0) -> Series:
-    """Return a record as a scaled series; samples not used get the weight 0."""
-    y = scaling.y(prepared.record.displacement)
-    used = y[prepared.used]
-    return Series(
-        scaling.x(prepared.record.voltage),
-        y,
-        weight * prepared.used,
-        float(np.clip(y[0], used.min(), used.max())),
-    )
-
-
-def guess_offsets(series: Sequence[Series]) -> list[Series]:
-    """Return the series, all but the first with an offset guessed from a static regression.
-
-    The regressors are powers of the voltage, those times the sign of its rate (the two branches of
-    a loop), and one constant per record.
-    """
-    blocks, targets = [], []
-    for i, s in enumerate(series):
-        branch = np.sign(np.gradient(s.x))
-        constants = np.zeros((len(s.x), len(series)))
-        constants[:, i] = 1.0
-        powers = np.column_stack(
-            [s.x, s.x**2, s.x**3, branch, branch * s.x, branch * s.x**2, constants]
-        )
-        used = s.weight > 0
-        blocks.append(powers[used])
-        targets.append(s.y[used])
-    constants = np.linalg.lstsq(np.vstack(blocks), np.concatenate(targets))[0][-len(series) :]
-    return [series[0]] + [
-        replace(s, has_offset=True, offset=float(c - constants[0]))
-        for s, c in zip(series[1:], constants[1:], strict=True)
-    ]

@@ -10,11 +10,14 @@ lower bound of what the voltage explains.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.signal import lfilter
 
-from it2hys.diagnosis.result import Judgement
+if TYPE_CHECKING:
+    from it2hys.identification.judgement import Judgement
+
 
 #: Samples that are looked at, in the middle of a longer record.
 _MOST = 20_000

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from it2hys.diagnosis.criterion import Trace
-from it2hys.diagnosis.inverse import References
 from it2hys.errors import InputError
+from it2hys.identification.criterion import Trace
+from it2hys.identification.inverse import References
 from it2hys.identification.preparation import Prepared
+from it2hys.identification.scaling import Scaling
 from it2hys.identification.weights import repetitions
 from it2hys.model.compiled import Drive
 from it2hys.records import Record
@@ -31,8 +32,29 @@ _SLACK = 0.01
 _FEWEST_DECIDING = 200
 
 
+def plain_trace(prepared: Prepared, role: str, has_offset: bool = False) -> Trace:
+    """Return a record as a trace with equal weights of all trusted samples, all of them judged."""
+    record, used = prepared.record, prepared.used
+    references = References(
+        record.displacement, ~record.outliers, prepared.noise.rms, record.sample_time
+    )
+    return Trace(
+        record.name,
+        role,
+        Drive.of(record.voltage, record.force, record.temperature),
+        references.whole,
+        1.0 * used,
+        used,
+        prepared.skip,
+        prepared.noise.rms,
+        references,
+        has_offset,
+        noise_method=prepared.noise.method,
+    )
+
+
 def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
-    """Return a record as a trace.
+    """Return a record as a search for effects sees it.
 
     All trusted samples of a training record are fitted and judged, those before its first swing with a
     small weight; of another record those behind the lead-in are judged.
@@ -50,19 +72,28 @@ def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
     else:
         lead = max(lead, min(swing, int(_LONGEST_LEAD * len(record))))
         judged[:lead] = False
-    return Trace(
-        record.name,
-        role,
-        Drive.of(record.voltage, record.force, record.temperature),
-        record.displacement,
-        weights,
-        judged,
-        lead,
-        prepared.noise.rms,
-        References(record.displacement, ~record.outliers, prepared.noise.rms, record.sample_time),
-        has_offset,
-        weight,
-    )
+    trace = plain_trace(prepared, role, has_offset)
+    return replace(trace, weight=weights, judged=judged, lead=lead, importance=weight)
+
+
+def guess_offsets(traces: Sequence[Trace], scaling: Scaling) -> np.ndarray:
+    """Return constants of the records beside the first one's, from a static regression, m, (R,).
+
+    The regressors are powers of the voltage, those times the sign of its rate (the two branches of
+    a loop), and one constant per record.
+    """
+    blocks, targets = [], []
+    for i, t in enumerate(traces):
+        x = scaling.x(t.drive.voltage)
+        branch = np.sign(np.gradient(x))
+        constants = np.zeros((len(x), len(traces)))
+        constants[:, i] = 1.0
+        powers = np.column_stack([x, x**2, x**3, branch, branch * x, branch * x**2, constants])
+        used = t.weight > 0
+        blocks.append(powers[used])
+        targets.append(t.y[used])
+    constants = np.linalg.lstsq(np.vstack(blocks), np.concatenate(targets))[0][-len(traces) :]
+    return constants - constants[0]
 
 
 def _swing(voltage: np.ndarray) -> int:
