@@ -45,7 +45,7 @@ from it2hys.policy import COVERAGE, STARTS
 from it2hys.records import Record
 from it2hys.records.clues import Clue, Extent
 from it2hys.records.feedback import find_feedback
-from it2hys.records.units import DEFAULT_UNITS
+from it2hys.records.units import UNITS
 from it2hys.support.processes import parallel_map
 from it2hys.support.progress import Progress
 
@@ -462,7 +462,7 @@ def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple
     for name in names if option == "declared" else ():
         channel = EVIDENCE[name].channel
         if channel and getattr(extent, channel) is None:
-            column = f"{channel} channel ({channel}_{DEFAULT_UNITS[channel]})"
+            column = f"{channel} channel ({channel}_{next(iter(UNITS[channel]))})"
             raise InputError(f"--declared {name}: no training record has a {column}")
     return tuple(e for e in EFFECTS if e in names)
 

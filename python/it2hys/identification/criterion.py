@@ -30,7 +30,7 @@ from it2hys.model import compiled
 from it2hys.model.effect import Effect
 from it2hys.model.parameters import RULE_FIELDS
 from it2hys.model.stages import EFFECTS
-from it2hys.model.variables import load_table, off_values
+from it2hys.model.variables import load_table
 from it2hys.policy import CORE, PHYSICS, STARTS
 
 #: Beyond so many half ranges a run is on its way to infinity.
@@ -184,7 +184,7 @@ def paper_model(
     """
     offsets = np.zeros(len(traces)) if offsets is None else np.asarray(offsets, dtype=float)
     begins = [t.y[0] for t in traces] - offsets if begins is None else np.asarray(begins)
-    values = {"sampleTime": traces[0].references.sample_time, **off_values(EFFECTS)}
+    values = {"sampleTime": traces[0].references.sample_time}
     model = Model(values, (), offsets, {"initialDisplacement": begins})
     return with_rules(model, scaling.physical_rules(rules))
 

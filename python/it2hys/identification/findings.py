@@ -35,11 +35,6 @@ def record_findings(records: Sequence[Record]) -> list[str]:
     return [*unused_columns(records), *said]
 
 
-def in_closed_loop(records: Sequence[Record]) -> list[str]:
-    """Return the names of the records whose voltage answers the displacement."""
-    return [r.name for r in records if find_feedback(r) is not None]
-
-
 def _feedback_sentence(record: Record) -> str:
     found = find_feedback(record)
     if found is None:
