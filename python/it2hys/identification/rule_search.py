@@ -149,8 +149,8 @@ def fit_rules(
         for m in _distinct([m for m, _ in found])[:_CONTINUED]
         if m.cost <= found[0][0].cost * (1.0 + _NEAR)
     ]
-    settle = partial(minimise_from, problem, max_iterations=_SETTLING)
-    best = min(each(settle, points), key=lambda m: m.cost)
+    settling = replace(options, max_iterations=min(_SETTLING, options.max_iterations))
+    best = min(each(partial(solve, problem, options=settling), points), key=lambda m: m.cost)
     best = solve(problem, best.coordinates, options)
     starts = tuple(
         Start(one_step * scaling.y_unit, rms_of(m.cost, brief.samples) * scaling.y_unit)

@@ -265,5 +265,7 @@ def _unlikeliness(errors: Sequence[np.ndarray], excursions: Sequence[bool]) -> n
     if not np.isfinite(power.min()):
         return power
     independent = len(best) / correlation_time(best)
-    relative = power / max(power.min(), np.finfo(float).tiny)
+    # a run without an error is no more than as good as one without a noticeable one
+    power = np.maximum(power, np.finfo(float).tiny)
+    relative = power / power.min()
     return independent * np.log(relative) + PHYSICS.excursion * np.array(excursions)
