@@ -21,7 +21,7 @@ CBUILD := build/c
 COMPILED := $(shell find fmu_src scenarios -type f -not -path 'fmu_src/tests/*' -not -path 'fmu_src/fuzz/*' \
         -not -path 'fmu_src/bench/*' -not -path '*/__pycache__/*') \
         $(addprefix python/it2hys/,$(addprefix model/,variables.toml controller.toml variables.py ssv.py) \
-        $(addprefix fmu/,codegen.py amalgamation.py single_precision.py))
+        $(addprefix fmu/,codegen.py amalgamation.py))
 
 .DEFAULT_GOAL := help
 

@@ -1,11 +1,8 @@
 #include "chain.h"
 
-#include <float.h>
-#include <math.h>
-
 /* Values of a range are the same if no more than this share of it is between them, or last digits. */
-#define SAME 1e-10
-#define LAST_DIGITS (64.0 * DBL_EPSILON)
+#define SAME REAL(1e-10)
+#define LAST_DIGITS (64 * REAL_EPSILON)
 
 /* --- the list ---------------------------------------------------------------------------------- */
 
@@ -74,8 +71,8 @@ static void arrive(struct chain_state *state)
 }
 
 /* From the output at rest of a stage to its input, back over those from number `end` - 1 to `first`. */
-static double rest(const struct chain *chain, int first, int end, struct chain_state *state, double y,
-                   const struct chain_parameters *parameters)
+static real rest(const struct chain *chain, int first, int end, struct chain_state *state, real y,
+                 const struct chain_parameters *parameters)
 {
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
@@ -89,8 +86,8 @@ static double rest(const struct chain *chain, int first, int end, struct chain_s
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters)
 {
-    *state = (struct chain_state){ .core = { 0.0 } };
-    const double y =
+    *state = (struct chain_state){ .core = { 0 } };
+    const real y =
         rest(chain, chain->before, chain->behind, state, parameters->initialDisplacement, parameters);
     it2_reset(&state->core, y);
     if (!chain->effects)
@@ -101,8 +98,8 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
 
 /* --- forwards ---------------------------------------------------------------------------------- */
 
-double chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, double x,
-                  const struct chain_surroundings *around)
+real chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, real x,
+                const struct chain_surroundings *around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -111,16 +108,16 @@ double chain_walk(const struct chain *chain, int first, int end, struct chain_st
     return x;
 }
 
-double chain_step_effects(const struct chain *chain, struct chain_state *state, double voltage,
-                          const struct chain_surroundings *around)
+real chain_step_effects(const struct chain *chain, struct chain_state *state, real voltage,
+                        const struct chain_surroundings *around)
 {
-    const double x = chain_walk(chain, 0, chain->before, state, voltage, around);
-    const double y = it2_step(&chain->core, &state->core, x);
+    const real x = chain_walk(chain, 0, chain->before, state, voltage, around);
+    const real y = it2_step(&chain->core, &state->core, x);
 
     return chain_walk(chain, chain->before, chain->behind, state, y, around);
 }
 
-double chain_measure_effects(const struct chain *chain, double displacement, double time)
+real chain_measure_effects(const struct chain *chain, real displacement, real time)
 {
     const struct chain_surroundings around = { .time = time };
 
@@ -129,31 +126,31 @@ double chain_measure_effects(const struct chain *chain, double displacement, dou
 
 /* --- backwards --------------------------------------------------------------------------------- */
 
-static double within_reach(const struct chain *chain, double displacement)
+static real within_reach(const struct chain *chain, real displacement)
 {
-    return fmin(fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
+    return real_fmin(real_fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
 }
 
-static double within_voltages(const struct chain *chain, double x)
+static real within_voltages(const struct chain *chain, real x)
 {
     return clamp(x, chain->voltage.minimum, chain->voltage.maximum);
 }
 
-static bool is_near(double a, double b, struct it2_range range)
+static bool is_near(real a, real b, struct it2_range range)
 {
-    const double low = range.minimum, high = range.maximum;
+    const real low = range.minimum, high = range.maximum;
 
-    return fabs(a - b) <= SAME * (high - low) + LAST_DIGITS * fmax(fabs(low), fabs(high));
+    return real_fabs(a - b) <= SAME * (high - low) + LAST_DIGITS * real_fmax(real_fabs(low), real_fabs(high));
 }
 
-static inline bool other_voltage(const struct chain *chain, double a, double b)
+static inline bool other_voltage(const struct chain *chain, real a, real b)
 {
     return a != b && !is_near(a, b, chain->voltage);
 }
 
 bool chain_is_astray(const struct chain_state *state)
 {
-    const double *aimed = &state->core.y, *reached = &state->reached.core.y;
+    const real *aimed = &state->core.y, *reached = &state->reached.core.y;
 
     for (size_t i = 0; i < sizeof state->reached / sizeof *reached; i++)
         if (reached[i] != aimed[i])
@@ -167,8 +164,8 @@ static bool is_back(const struct chain *chain, const struct chain_state *state)
         return false;
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        const double *aimed = (const double *)((const char *)state + place->state);
-        const double *reached = (const double *)((const char *)state + place->reached);
+        const real *aimed = (const real *)((const char *)state + place->state);
+        const real *reached = (const real *)((const char *)state + place->reached);
         const struct it2_range range = place->side == CHAIN_BEFORE ? chain->voltage : chain->displacement;
         for (size_t k = 0; place->memory == CHAIN_AIMED && k < place->state_size / sizeof *aimed; k++)
             if (!is_near(reached[k], aimed[k], range))
@@ -184,8 +181,8 @@ static bool is_followed(const struct chain_place *place)
 }
 
 /* Takes the plant's way on from `x` over the stages from number `first` to before `end`. */
-static double follow(const struct chain *chain, int first, int end, struct chain_state *state, double x,
-                     const struct chain_surroundings *around)
+static real follow(const struct chain *chain, int first, int end, struct chain_state *state, real x,
+                   const struct chain_surroundings *around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -198,11 +195,11 @@ static double follow(const struct chain *chain, int first, int end, struct chain
 }
 
 /* The plant's way from what its amplifier lets through; returns whether it is where it was aimed at. */
-static bool follow_plant(const struct chain *chain, struct chain_state *state, double x,
+static bool follow_plant(const struct chain *chain, struct chain_state *state, real x,
                          const struct chain_surroundings *around)
 {
     x = follow(chain, 0, chain->before, state, x, around);
-    const double y = it2_step(&chain->core, &state->reached.core, x);
+    const real y = it2_step(&chain->core, &state->reached.core, x);
     follow(chain, chain->before, chain->behind, state, y, around);
     if (!is_back(chain, state))
         return false;
@@ -211,7 +208,7 @@ static bool follow_plant(const struct chain *chain, struct chain_state *state, d
 }
 
 /* The plant's way where nothing is cut off: `input` is what each stage was aimed to get. */
-static void follow_aim(const struct chain *chain, struct chain_state *state, const double input[],
+static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[],
                        const struct chain_surroundings *around)
 {
     for (int i = 0; i < chain->behind; i++) {
@@ -224,8 +221,8 @@ static void follow_aim(const struct chain *chain, struct chain_state *state, con
 }
 
 /* Back over the stages that do not limit, from number `end` - 1 to `first`; notes what each is to get. */
-static double solve(const struct chain *chain, int first, int end, struct chain_state *state, double y,
-                    const struct chain_surroundings *around, double input[])
+static real solve(const struct chain *chain, int first, int end, struct chain_state *state, real y,
+                  const struct chain_surroundings *around, real input[])
 {
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
@@ -240,10 +237,10 @@ static double solve(const struct chain *chain, int first, int end, struct chain_
 /* The nearest voltage to `wanted` that may be given. `*passed` is what the amplifier makes of it: something
  * else only while the amplifier, at rest at the start, is farther out of the range than it can come back in a
  * tick. */
-static double within_limits(const struct chain *chain, struct chain_state *state, double wanted, double *passed,
-                            unsigned *limits)
+static real within_limits(const struct chain *chain, struct chain_state *state, real wanted, real *passed,
+                          unsigned *limits)
 {
-    double x = wanted, allowed = wanted;
+    real x = wanted, allowed = wanted;
     bool followed = false;
 
     for (int i = chain->before - 1; i >= 0; i--) {
@@ -259,28 +256,28 @@ static double within_limits(const struct chain *chain, struct chain_state *state
             *limits |= CHAIN_AMPLIFIER;
         followed |= is_followed(place);
     }
-    const double voltage = within_voltages(chain, x);
+    const real voltage = within_voltages(chain, x);
     if (other_voltage(chain, voltage, x))
         *limits |= CHAIN_VOLTAGE_RANGE;
     *passed = followed ? x : voltage;
     return voltage;
 }
 
-static double inverse_with_effects(const struct chain *chain, struct chain_state *state, double displacement,
-                                   const struct chain_surroundings *around, unsigned *limits)
+static real inverse_with_effects(const struct chain *chain, struct chain_state *state, real displacement,
+                                 const struct chain_surroundings *around, unsigned *limits)
 {
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */
     const struct chain_surroundings later = { around->force, around->temperature,
                                               around->time + chain->latency };
-    double input[CHAIN_STAGE_COUNT] = { 0.0 };
-    double passed;
+    real input[CHAIN_STAGE_COUNT] = { 0 };
+    real passed;
     unsigned cut = 0;
 
-    const double aim = solve(chain, chain->before, chain->behind, state, displacement, &later, input);
-    const double x = it2_inverse(&chain->core, &state->core, aim);
-    const double wanted = solve(chain, 0, chain->before, state, x, around, input);
-    const double voltage = within_limits(chain, state, wanted, &passed, &cut);
+    const real aim = solve(chain, chain->before, chain->behind, state, displacement, &later, input);
+    const real x = it2_inverse(&chain->core, &state->core, aim);
+    const real wanted = solve(chain, 0, chain->before, state, x, around, input);
+    const real voltage = within_limits(chain, state, wanted, &passed, &cut);
     *limits |= cut;
     if (!astray && !cut)
         follow_aim(chain, state, input, around);
@@ -290,12 +287,12 @@ static double inverse_with_effects(const struct chain *chain, struct chain_state
 }
 
 /* Without effects; goes on from what the plant reaches. */
-static double inverse_of_core(const struct chain *chain, struct chain_state *state, double displacement,
-                              unsigned *limits)
+static real inverse_of_core(const struct chain *chain, struct chain_state *state, real displacement,
+                            unsigned *limits)
 {
-    const double before = state->core.y;
-    const double wanted = it2_inverse(&chain->core, &state->core, displacement);
-    const double voltage = within_voltages(chain, wanted);
+    const real before = state->core.y;
+    const real wanted = it2_inverse(&chain->core, &state->core, displacement);
+    const real voltage = within_voltages(chain, wanted);
 
     if (voltage == wanted)
         return voltage;
@@ -306,10 +303,10 @@ static double inverse_of_core(const struct chain *chain, struct chain_state *sta
     return voltage;
 }
 
-double chain_inverse(const struct chain *chain, struct chain_state *state, double displacement,
-                     const struct chain_surroundings *around, unsigned *limits)
+real chain_inverse(const struct chain *chain, struct chain_state *state, real displacement,
+                   const struct chain_surroundings *around, unsigned *limits)
 {
-    const double aim = within_reach(chain, displacement);
+    const real aim = within_reach(chain, displacement);
 
     *limits = aim != displacement ? CHAIN_REFERENCE_RANGE : 0u;
     return chain->effects ? inverse_with_effects(chain, state, aim, around, limits)
@@ -319,9 +316,9 @@ double chain_inverse(const struct chain *chain, struct chain_state *state, doubl
 /* --- at rest ----------------------------------------------------------------------------------- */
 
 /* The stages with a long memory hold, as they are; the others follow. */
-double chain_hold(const struct chain *chain, const struct chain_state *state)
+real chain_hold(const struct chain *chain, const struct chain_state *state)
 {
-    double x = it2_solve(&chain->core, state->core.y, state->core.y);
+    real x = it2_solve(&chain->core, state->core.y, state->core.y);
 
     for (int i = chain->before - 1; i >= 0; i--) {
         const struct chain_place *place = chain_active(chain, i);
@@ -332,9 +329,9 @@ double chain_hold(const struct chain *chain, const struct chain_state *state)
     return x;
 }
 
-double chain_equilibrium(const struct chain *chain, const struct chain_state *state)
+real chain_equilibrium(const struct chain *chain, const struct chain_state *state)
 {
-    double x = chain_hold(chain, state);
+    real x = chain_hold(chain, state);
 
     if (!isfinite(x)) /* nothing holds it there */
         return x;
