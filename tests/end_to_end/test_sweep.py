@@ -147,7 +147,7 @@ def test_a_dask_scheduler_that_does_not_answer_is_named_before_any_case_runs(
     scenario, tmp_path, capsys, monkeypatch
 ):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("it2hys.sweeps.workers.PATIENCE", "1s")
+    monkeypatch.setattr("it2hys.sweeps.pool.PATIENCE", "1s")
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):
         arguments = ["sweep", str(scenario), "-o", str(tmp_path / "out"), "--dask", address]
         assert main(arguments) == 2
