@@ -83,7 +83,7 @@ test: lint ctest hardened pytest installation
 lint: $(TOOLS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/clang-format --dry-run -Werror $$(find fmu_src -name "*.[ch]" -not -path "*/standard/*")
+	$(BIN)/clang-format --dry-run -Werror $$(find fmu_src -name "*.[ch]")
 
 ctest: $(TOOLS)
 	$(WITH_CC) $(BIN)/cmake -S fmu_src -B $(CBUILD) -G Ninja -DCMAKE_MAKE_PROGRAM="$(CURDIR)/$(BIN)/ninja" \
