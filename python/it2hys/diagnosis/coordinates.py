@@ -11,13 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from it2hys.effects import Start
-from it2hys.model.chain import BEFORE_CORE
-from it2hys.model.compiled import Knob
-from it2hys.model.variables import load_table
 
 _SHARE = 0.1
-#: Change of a coordinate for a difference quotient: its error is of the second order.
-_STEP = 1e-6
 #: Parameters whose value differs from record to record: how it begins, and a line's phase, which
 #: nothing in the voltage tells.
 BY_RECORD = (
@@ -70,8 +65,3 @@ class Coordinate:
     def slope(self, coordinate: float) -> float:
         """Return d value / d coordinate."""
         return self.value(coordinate) if self.logarithmic else self.unit
-
-    def knob(self, coordinate: float) -> Knob:
-        """Return what the C core needs to differentiate by the parameter."""
-        effect = load_table().parameters()[self.name].effect
-        return Knob(self.name, effect in BEFORE_CORE, _STEP * self.slope(coordinate))
