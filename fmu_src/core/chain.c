@@ -33,7 +33,7 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
     void *constants = (char *)chain + place->constants;
     const size_t end = place->state + place->state_size;
 
-    chain->active[chain->all++] = (unsigned char)i;
+    chain->active[chain->all++] = place;
     chain->before += place->side == CHAIN_BEFORE;
     chain->behind += place->side != CHAIN_READING;
     if (place->side == CHAIN_READING)
@@ -43,8 +43,10 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
     place->stage->prepare(constants, p);
     if (place->stage->latency)
         chain->latency += place->stage->latency(constants);
-    if (end > chain->state_in_use)
-        chain->state_in_use = end;
+    if (end > chain->walked)
+        chain->walked = end;
+    if (end > chain->retraced && place->stage->inverse)
+        chain->retraced = end;
 }
 
 void chain_prepare(struct chain *chain, const struct chain_parameters *p)
@@ -55,19 +57,28 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
     chain->displacement = range;
     chain->voltage = (struct it2_range){ p->voltageMin, p->voltageMax };
     it2_prepare(&chain->core, p->rule, p->ruleCount, range);
+    chain->walked = chain->retraced = sizeof(struct it2_state);
     for (int i = 0; i < CHAIN_STAGE_COUNT; i++)
         if (CHAIN_PLACES[i].stage->is_on(p))
             activate(chain, i, p);
-    const size_t least = chain->effects ? offsetof(struct chain_state, reached) + sizeof(struct chain_reached)
-                                        : sizeof(struct it2_state);
-    if (chain->state_in_use < least)
-        chain->state_in_use = least;
+    const size_t reached = offsetof(struct chain_state, reached) + sizeof(struct chain_reached);
+    if (chain->effects && chain->retraced < reached)
+        chain->retraced = reached;
+}
+
+/* The stage, with such a memory, is where it was aimed at. */
+static void arrive_at(const struct chain_place *place, struct chain_state *state)
+{
+    if (place->memory == CHAIN_AIMED)
+        copy_words((char *)state + place->reached, (const char *)state + place->state, place->state_size);
 }
 
 /* The plant is where it was aimed at. */
-static void arrive(struct chain_state *state)
+static void arrive(const struct chain *chain, struct chain_state *state)
 {
-    memcpy(&state->reached, state, sizeof state->reached);
+    state->reached.core = state->core;
+    for (int i = 0; i < chain->behind; i++)
+        arrive_at(chain_active(chain, i), state);
 }
 
 /* From the output at rest of a stage to its input, back over those from number `end` - 1 to `first`. */
@@ -93,7 +104,7 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
     if (!chain->effects)
         return;
     rest(chain, 0, chain->before, state, it2_solve(&chain->core, y, y), parameters);
-    arrive(state);
+    arrive(chain, state);
 }
 
 /* --- forwards ---------------------------------------------------------------------------------- */
@@ -203,7 +214,7 @@ static bool follow_plant(const struct chain *chain, struct chain_state *state, r
     follow(chain, chain->before, chain->behind, state, y, around);
     if (!is_back(chain, state))
         return false;
-    arrive(state);
+    arrive(chain, state);
     return true;
 }
 
@@ -216,8 +227,9 @@ static void follow_aim(const struct chain *chain, struct chain_state *state, con
         if (place->memory == CHAIN_LONG)
             place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
                                around);
+        arrive_at(place, state);
     }
-    arrive(state);
+    state->reached.core = state->core;
 }
 
 /* Back over the stages that do not limit, from number `end` - 1 to `first`; notes what each is to get. */

@@ -60,16 +60,19 @@ enum chain_effect {
 };
 /* clang-format on */
 
+struct chain_place;
+
 struct chain {
-    unsigned effects;                        /* that are on, between voltage and displacement (bits) */
-    unsigned reading;                        /* that are on, between displacement and measured */
-    unsigned char active[CHAIN_STAGE_COUNT]; /* stages that are on (enum chain_stage), in their order */
-    int before, behind, all;                 /* where in `active` those of each side end */
+    unsigned effects; /* that are on, between voltage and displacement (bits) */
+    unsigned reading; /* that are on, between displacement and measured */
+    const struct chain_place *active[CHAIN_STAGE_COUNT]; /* stages that are on, in their order */
+    int before, behind, all;                             /* where in `active` those of each side end */
     struct it2 core;
     struct it2_range displacement; /* that a reference is kept to */
     struct it2_range voltage;      /* that the inverse keeps to */
     real latency;                  /* of all stages, s */
-    size_t state_in_use;           /* bytes of struct chain_state, from its beginning */
+    /* bytes of struct chain_state, from its beginning, that each way needs */
+    size_t walked, retraced;
 #define CHAIN_CONSTANTS(name, NAME, side) struct name name;
     CHAIN_EVERY_STAGE(CHAIN_CONSTANTS)
 };
@@ -133,6 +136,14 @@ static inline bool chain_outside(real value, real minimum, real maximum)
     return !(value >= minimum - slack && value <= maximum + slack);
 }
 
+/* Copies a few numbers, one by one: a processor that reads two at a time what was just written one by one
+ * waits until it is in memory. Compilers make one copy of it only where the two cannot overlap. */
+static inline void copy_words(void *to, const void *from, size_t size)
+{
+    for (size_t i = 0; i < size; i += sizeof(real))
+        memcpy((char *)to + i, (const char *)from + i, sizeof(real));
+}
+
 HIDDEN_BEGIN
 
 extern const struct chain_place CHAIN_PLACES[CHAIN_STAGE_COUNT]; /* by enum chain_stage */
@@ -140,7 +151,7 @@ extern const struct chain_place CHAIN_PLACES[CHAIN_STAGE_COUNT]; /* by enum chai
 /* Of the stages that are on: where they are, their constants and their states. */
 static inline const struct chain_place *chain_active(const struct chain *chain, int i)
 {
-    return &CHAIN_PLACES[chain->active[i]];
+    return chain->active[i];
 }
 
 static inline const void *chain_constants_of(const struct chain *chain, const struct chain_place *place)
@@ -160,11 +171,6 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *parameter
  * initialCreep is 0, after the play operators' history of initialRestOffset and initialExcursion. */
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
-
-static inline void chain_copy(const struct chain *chain, struct chain_state *to, const struct chain_state *from)
-{
-    memcpy(to, from, chain->state_in_use);
-}
 
 /* Without effects, one branch is all that the chain adds to the core. */
 real chain_step_effects(const struct chain *chain, struct chain_state *state, real voltage,
@@ -220,7 +226,7 @@ extern const struct stage_analysis *const CHAIN_ANALYSES[CHAIN_STAGE_COUNT];
 
 static inline const struct stage_analysis *chain_analysis(const struct chain *chain, int i)
 {
-    return CHAIN_ANALYSES[chain->active[i]];
+    return CHAIN_ANALYSES[chain->active[i] - CHAIN_PLACES];
 }
 
 /* Derivatives of the constants of all active stages, by the stages' tangents. */

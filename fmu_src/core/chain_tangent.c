@@ -10,6 +10,17 @@ struct both {
     real d;
 };
 
+/* Copies what one stage is about to advance, at `at` of a state; returns where that is. A whole state is long,
+ * and little of it is in use. */
+static void *copied(struct chain_state *copy, const struct chain_state *state, const struct chain_place *place,
+                    size_t at)
+{
+    if (place->memory == CHAIN_NONE)
+        return NULL;
+    copy_words((char *)copy + at, (const char *)state + at, place->state_size);
+    return (char *)copy + at;
+}
+
 static real stage_tangent(const struct chain *chain, int i, const void *state, real x, void *d_state, real d_x,
                           const struct chain_surroundings *d_around)
 {
@@ -21,14 +32,16 @@ static real stage_tangent(const struct chain *chain, int i, const void *state, r
     return d_x;
 }
 
-/* Takes x on over the stages from number `first` to before `end`; advances `state` and `d`. */
-static struct both walk_tangent(const struct chain *chain, int first, int end, struct chain_state *state,
+/* Takes x on over the stages from number `first` to before `end`; advances `d`. */
+static struct both walk_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
                                 struct both x, const struct chain_surroundings *around, struct chain_state *d,
                                 const struct chain_surroundings *d_around)
 {
+    struct chain_state copy;
+
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        void *own = chain_state_of(state, place);
+        void *own = copied(&copy, state, place, place->state);
         x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, d_around);
         x.value = place->stage->step(chain_constants_of(chain, place), own, x.value, around);
     }
@@ -50,13 +63,11 @@ struct chain_point chain_step_tangent(const struct chain *chain, const struct ch
 {
     struct chain_point d = { .state = d_state };
     struct both x = { voltage, d_voltage };
-    struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
-    x = walk_tangent(chain, 0, chain->before, &copy, x, around, &d.state, d_around);
+    x = walk_tangent(chain, 0, chain->before, state, x, around, &d.state, d_around);
     x.d = core_tangent(chain, &state->core, x.value, &d.state.core, x.d);
-    x.value = it2_step(&chain->core, &copy.core, x.value);
-    x = walk_tangent(chain, chain->before, chain->behind, &copy, x, around, &d.state, d_around);
+    x.value = it2_evaluate(&chain->core, state->core.y, x.value);
+    x = walk_tangent(chain, chain->before, chain->behind, state, x, around, &d.state, d_around);
     d.output = x.d;
     return d;
 }
@@ -89,13 +100,13 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 {
     struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
         const void *constants = chain_constants_of(chain, place);
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->stage->inverse && !place->stage->limits) {
-            y.value = place->stage->inverse(constants, chain_state_of(&copy, place), y.value, around);
+            void *advanced = copied(&copy, state, place, place->state);
+            y.value = place->stage->inverse(constants, advanced, y.value, around);
             y.d = chain_analysis(chain, i)->inverse_tangent(constants, own, y.value, chain_state_of(d, place),
                                                             y.d, d_around);
         }
@@ -112,7 +123,6 @@ static struct both within_limits_tangent(const struct chain *chain, const struct
     struct chain_state copy;
     bool followed = false;
 
-    chain_copy(chain, &copy, state);
     for (int i = chain->before - 1; i >= 0; i--) {
         const struct chain_place *place = chain_active(chain, i);
         if (!place->stage->limits)
@@ -121,7 +131,7 @@ static struct both within_limits_tangent(const struct chain *chain, const struct
             x = within(chain->voltage, x, 0, 0);
             followed = true;
         }
-        void *own = chain_state_of(&copy, place);
+        void *own = copied(&copy, state, place, place->state);
         x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, &none);
         x.value = place->stage->inverse(chain_constants_of(chain, place), own, x.value, &none);
     }
@@ -141,11 +151,10 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
 {
     struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
         const size_t at = place->memory == CHAIN_AIMED ? place->reached : place->state;
-        void *own = place->memory == CHAIN_NONE ? NULL : (char *)&copy + at;
+        void *own = copied(&copy, state, place, at);
         void *d_own = place->memory == CHAIN_NONE ? NULL : (char *)d + at;
         if (!place->stage->inverse || (place->stage->limits && place->memory != CHAIN_NONE))
             continue;
@@ -225,7 +234,7 @@ struct chain_point chain_inverse_tangent(const struct chain *chain, const struct
     struct chain_state after;
     unsigned limits;
 
-    chain_copy(chain, &after, state);
+    memcpy(&after, state, chain->retraced);
     chain_inverse(chain, &after, displacement, around, &limits);
     if (limits & CHAIN_REFERENCE_RANGE)
         y = (struct both){ displacement < reach.minimum ? reach.minimum : reach.maximum, 0 };

@@ -64,9 +64,9 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
         return y;
     for (int i = 0; i < MOST_STEPS; i++) {
         const real excess = z - aim + nonlinearity_bow(&curve->coefficient, z) / curve->half_range;
-        const real newton = -excess / nonlinearity_slope(curve, z);
         if (real_fabs(excess) <= REAL_EPSILON)
             break;
+        const real newton = -excess / nonlinearity_slope(curve, z);
         if (excess > 0)
             high = z;
         else

@@ -50,7 +50,7 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
     void *constants = (char *)chain + place->constants;
     const size_t end = place->state + place->state_size;
 
-    chain->active[chain->all++] = (unsigned char)i;
+    chain->active[chain->all++] = place;
     chain->before += place->side == CHAIN_BEFORE;
     chain->behind += place->side != CHAIN_READING;
     if (place->side == CHAIN_READING)
@@ -60,8 +60,10 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
     place->stage->prepare(constants, p);
     if (place->stage->latency)
         chain->latency += place->stage->latency(constants);
-    if (end > chain->state_in_use)
-        chain->state_in_use = end;
+    if (end > chain->walked)
+        chain->walked = end;
+    if (end > chain->retraced && place->stage->inverse)
+        chain->retraced = end;
 }
 
 void chain_prepare(struct chain *chain, const struct chain_parameters *p)
@@ -72,19 +74,28 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
     chain->displacement = range;
     chain->voltage = (struct it2_range){ p->voltageMin, p->voltageMax };
     it2_prepare(&chain->core, p->rule, p->ruleCount, range);
+    chain->walked = chain->retraced = sizeof(struct it2_state);
     for (int i = 0; i < CHAIN_STAGE_COUNT; i++)
         if (CHAIN_PLACES[i].stage->is_on(p))
             activate(chain, i, p);
-    const size_t least = chain->effects ? offsetof(struct chain_state, reached) + sizeof(struct chain_reached)
-                                        : sizeof(struct it2_state);
-    if (chain->state_in_use < least)
-        chain->state_in_use = least;
+    const size_t reached = offsetof(struct chain_state, reached) + sizeof(struct chain_reached);
+    if (chain->effects && chain->retraced < reached)
+        chain->retraced = reached;
+}
+
+/* The stage, with such a memory, is where it was aimed at. */
+static void arrive_at(const struct chain_place *place, struct chain_state *state)
+{
+    if (place->memory == CHAIN_AIMED)
+        copy_words((char *)state + place->reached, (const char *)state + place->state, place->state_size);
 }
 
 /* The plant is where it was aimed at. */
-static void arrive(struct chain_state *state)
+static void arrive(const struct chain *chain, struct chain_state *state)
 {
-    memcpy(&state->reached, state, sizeof state->reached);
+    state->reached.core = state->core;
+    for (int i = 0; i < chain->behind; i++)
+        arrive_at(chain_active(chain, i), state);
 }
 
 /* From the output at rest of a stage to its input, back over those from number `end` - 1 to `first`. */
@@ -110,7 +121,7 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
     if (!chain->effects)
         return;
     rest(chain, 0, chain->before, state, it2_solve(&chain->core, y, y), parameters);
-    arrive(state);
+    arrive(chain, state);
 }
 
 /* --- forwards ---------------------------------------------------------------------------------- */
@@ -220,7 +231,7 @@ static bool follow_plant(const struct chain *chain, struct chain_state *state, r
     follow(chain, chain->before, chain->behind, state, y, around);
     if (!is_back(chain, state))
         return false;
-    arrive(state);
+    arrive(chain, state);
     return true;
 }
 
@@ -233,8 +244,9 @@ static void follow_aim(const struct chain *chain, struct chain_state *state, con
         if (place->memory == CHAIN_LONG)
             place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
                                around);
+        arrive_at(place, state);
     }
-    arrive(state);
+    state->reached.core = state->core;
 }
 
 /* Back over the stages that do not limit, from number `end` - 1 to `first`; notes what each is to get. */
@@ -421,6 +433,17 @@ struct both {
     real d;
 };
 
+/* Copies what one stage is about to advance, at `at` of a state; returns where that is. A whole state is long,
+ * and little of it is in use. */
+static void *copied(struct chain_state *copy, const struct chain_state *state, const struct chain_place *place,
+                    size_t at)
+{
+    if (place->memory == CHAIN_NONE)
+        return NULL;
+    copy_words((char *)copy + at, (const char *)state + at, place->state_size);
+    return (char *)copy + at;
+}
+
 static real stage_tangent(const struct chain *chain, int i, const void *state, real x, void *d_state, real d_x,
                           const struct chain_surroundings *d_around)
 {
@@ -432,14 +455,16 @@ static real stage_tangent(const struct chain *chain, int i, const void *state, r
     return d_x;
 }
 
-/* Takes x on over the stages from number `first` to before `end`; advances `state` and `d`. */
-static struct both walk_tangent(const struct chain *chain, int first, int end, struct chain_state *state,
+/* Takes x on over the stages from number `first` to before `end`; advances `d`. */
+static struct both walk_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
                                 struct both x, const struct chain_surroundings *around, struct chain_state *d,
                                 const struct chain_surroundings *d_around)
 {
+    struct chain_state copy;
+
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        void *own = chain_state_of(state, place);
+        void *own = copied(&copy, state, place, place->state);
         x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, d_around);
         x.value = place->stage->step(chain_constants_of(chain, place), own, x.value, around);
     }
@@ -461,13 +486,11 @@ struct chain_point chain_step_tangent(const struct chain *chain, const struct ch
 {
     struct chain_point d = { .state = d_state };
     struct both x = { voltage, d_voltage };
-    struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
-    x = walk_tangent(chain, 0, chain->before, &copy, x, around, &d.state, d_around);
+    x = walk_tangent(chain, 0, chain->before, state, x, around, &d.state, d_around);
     x.d = core_tangent(chain, &state->core, x.value, &d.state.core, x.d);
-    x.value = it2_step(&chain->core, &copy.core, x.value);
-    x = walk_tangent(chain, chain->before, chain->behind, &copy, x, around, &d.state, d_around);
+    x.value = it2_evaluate(&chain->core, state->core.y, x.value);
+    x = walk_tangent(chain, chain->before, chain->behind, state, x, around, &d.state, d_around);
     d.output = x.d;
     return d;
 }
@@ -500,13 +523,13 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 {
     struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
         const void *constants = chain_constants_of(chain, place);
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->stage->inverse && !place->stage->limits) {
-            y.value = place->stage->inverse(constants, chain_state_of(&copy, place), y.value, around);
+            void *advanced = copied(&copy, state, place, place->state);
+            y.value = place->stage->inverse(constants, advanced, y.value, around);
             y.d = chain_analysis(chain, i)->inverse_tangent(constants, own, y.value, chain_state_of(d, place),
                                                             y.d, d_around);
         }
@@ -523,7 +546,6 @@ static struct both within_limits_tangent(const struct chain *chain, const struct
     struct chain_state copy;
     bool followed = false;
 
-    chain_copy(chain, &copy, state);
     for (int i = chain->before - 1; i >= 0; i--) {
         const struct chain_place *place = chain_active(chain, i);
         if (!place->stage->limits)
@@ -532,7 +554,7 @@ static struct both within_limits_tangent(const struct chain *chain, const struct
             x = within(chain->voltage, x, 0, 0);
             followed = true;
         }
-        void *own = chain_state_of(&copy, place);
+        void *own = copied(&copy, state, place, place->state);
         x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, &none);
         x.value = place->stage->inverse(chain_constants_of(chain, place), own, x.value, &none);
     }
@@ -552,11 +574,10 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
 {
     struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
         const size_t at = place->memory == CHAIN_AIMED ? place->reached : place->state;
-        void *own = place->memory == CHAIN_NONE ? NULL : (char *)&copy + at;
+        void *own = copied(&copy, state, place, at);
         void *d_own = place->memory == CHAIN_NONE ? NULL : (char *)d + at;
         if (!place->stage->inverse || (place->stage->limits && place->memory != CHAIN_NONE))
             continue;
@@ -636,7 +657,7 @@ struct chain_point chain_inverse_tangent(const struct chain *chain, const struct
     struct chain_state after;
     unsigned limits;
 
-    chain_copy(chain, &after, state);
+    memcpy(&after, state, chain->retraced);
     chain_inverse(chain, &after, displacement, around, &limits);
     if (limits & CHAIN_REFERENCE_RANGE)
         y = (struct both){ displacement < reach.minimum ? reach.minimum : reach.maximum, 0 };
@@ -2222,9 +2243,9 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
         return y;
     for (int i = 0; i < MOST_STEPS; i++) {
         const real excess = z - aim + nonlinearity_bow(&curve->coefficient, z) / curve->half_range;
-        const real newton = -excess / nonlinearity_slope(curve, z);
         if (real_fabs(excess) <= REAL_EPSILON)
             break;
+        const real newton = -excess / nonlinearity_slope(curve, z);
         if (excess > 0)
             high = z;
         else
@@ -3393,6 +3414,8 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
 /* doStep. Which ticks a step has is the clock's (fmu_clock.h); each runs with the input at its own time, and
  * outputs hold their value from tick to tick. */
 
+enum { FEW = 16 };
+
 void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS])
 {
     const double elapsed = ((double)(tick - span->tick) - span->rest) * sample_time;
@@ -3410,13 +3433,16 @@ static bool is_zero(const double slope[FMU_INPUTS])
     return (bits[0] | bits[1] | bits[2] | bits[3]) << 1 == 0;
 }
 
-/* Copies what is in use of a state; most often a single number. */
+/* Copies what is in use of a state, most often a single number. A few go one by one: a processor that reads
+ * two at a time what was just written one by one waits until it is in memory. */
 static inline void copy_state(void *to, const void *from, size_t used)
 {
-    if (used == sizeof(double))
-        memcpy(to, from, sizeof(double));
-    else
+    if (used > FEW * sizeof(double)) {
         memcpy(to, from, used);
+        return;
+    }
+    for (size_t i = 0; i < used; i += sizeof(double))
+        memcpy((char *)to + i, (const char *)from + i, sizeof(double));
 }
 
 /* Logs what a tick is the first to find: each finding once in an instance's life, so that a log is not
@@ -4400,14 +4426,6 @@ bool actuator_check(const struct fmu_model *model, const void *parameters, char 
     return fmu_within_bounds(model, parameters, message, size) && chain_check(parameters, message, size);
 }
 
-size_t actuator_prepare(void *constants, const void *parameters)
-{
-    struct chain *chain = constants;
-
-    chain_prepare(chain, parameters);
-    return chain->state_in_use;
-}
-
 /* --- plant.c --- */
 
 /* The plant: the chain walked forwards, from voltage to displacement. */
@@ -4419,6 +4437,14 @@ size_t actuator_prepare(void *constants, const void *parameters)
 #define FMU_TABLE_HASH_INVERSE 0x34765cc746d92d9cu
 
 enum plant_finding { PLANT_VOLTAGE_RANGE = 1, PLANT_DISPLACEMENT_RANGE = 2 };
+
+static size_t plant_prepare(void *constants, const void *parameters)
+{
+    struct chain *chain = constants;
+
+    chain_prepare(chain, parameters);
+    return chain->walked;
+}
 
 /* Before the first tick the reading is taken as the displacement: hum begins with the ticks. */
 static bool plant_start(const void *constants, void *state, const void *parameters, struct fmu_outputs *output,
@@ -4505,6 +4531,7 @@ const struct fmu_model plant_model = {
     .table_hash = FMU_TABLE_HASH_PLANT,
     .input_start = FMU_PLANT_INPUT_START,
     .diverging = "displacement",
+    .prepare = plant_prepare,
     .start = plant_start,
     .start_tangent = plant_start_tangent,
     .tick = plant_tick,
@@ -4517,6 +4544,14 @@ const struct fmu_model plant_model = {
 /* The inverse: the chain walked backwards, from a desired displacement to the voltage that yields it. */
 
 enum inverse_finding { INVERSE_OUT_OF_REACH = 1, INVERSE_AMPLIFIER_LIMIT = 2, INVERSE_VOLTAGE_LIMIT = 4 };
+
+static size_t inverse_prepare(void *constants, const void *parameters)
+{
+    struct chain *chain = constants;
+
+    chain_prepare(chain, parameters);
+    return chain->retraced;
+}
 
 /* Before the first tick: the voltage that holds the plant at its initial displacement, so that a
  * master that hands values on one step late starts from rest. */
@@ -4608,6 +4643,7 @@ const struct fmu_model inverse_model = {
     .table_hash = FMU_TABLE_HASH_INVERSE,
     .input_start = FMU_INVERSE_INPUT_START,
     .diverging = "voltage",
+    .prepare = inverse_prepare,
     .start = inverse_start,
     .start_tangent = inverse_start_tangent,
     .tick = inverse_tick,
