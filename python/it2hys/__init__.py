@@ -7,7 +7,7 @@ and scripts there is `api`, whose functions are imported from here.
 """
 
 # loaded when first asked for, so that the command line starts quickly
-_API = ("diagnose", "identify", "package", "simulate", "sweep", "track")
+_API = ("casadi_chain", "diagnose", "identify", "package", "simulate", "sweep", "track")
 
 
 def __getattr__(name: str) -> object:

@@ -20,11 +20,12 @@ from it2hys.cosimulation import simulation
 from it2hys.cosimulation.slave import Slave
 from it2hys.errors import InputError
 from it2hys.fmu import packaging
+from it2hys.model.casadi_chain import casadi_chain
 from it2hys.model.parameters import ParameterSet, read_ssv
 from it2hys.records import Record, check_response, check_roles, read_record
 from it2hys.support.progress import progress_bar
 
-__all__ = ["diagnose", "identify", "package", "simulate", "sweep", "track"]
+__all__ = ["casadi_chain", "diagnose", "identify", "package", "simulate", "sweep", "track"]
 
 #: A data frame of polars or pandas, or a mapping of columns.
 Frame = Any

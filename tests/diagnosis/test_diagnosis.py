@@ -16,11 +16,11 @@ from it2hys.diagnosis import Diagnosis, diagnose
 from it2hys.diagnosis.residuals import left_over
 from it2hys.diagnosis.result import Judgement
 from it2hys.diagnosis.selection import LEAST_GAIN, LEVEL
-from it2hys.effects import Clue, Clues, Extent
 from it2hys.errors import InputError
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS
 from it2hys.records import Record
+from it2hys.records.clues import Clue, Clues, Extent
 
 TRAINING = 4
 CASES = {case.name: case for case in suite()}

@@ -15,14 +15,13 @@ import numpy as np
 import pytest
 from conftest import TS, package_models
 from effects import surroundings, with_effects
-from library import CLASSES, LIBRARY
+from library import CLASSES, LIBRARY, values_of
 
 from it2hys.cosimulation.simulation import simulate
-from it2hys.export.modelica import C_SOURCES, field
+from it2hys.export.modelica import C_SOURCES
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS
 from it2hys.model.parameters import ParameterSet, table_1
-from it2hys.model.variables import load_table
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 HOST = Path(__file__).parent / "glue"
@@ -103,20 +102,8 @@ def host(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def new(number: int, kind: str, parameters: ParameterSet, **changes: float) -> str:
     """Return the line that constructs an object; changes are made behind the set's own checks."""
-    values = {**parameters, **changes}
-    known = load_table().parameters()
-    scalars = [values[n] for n, v in known.items() if v.group is None and v.type.base == "Real"]
-    columns: dict[str, list[float]] = {
-        field(n): [] for n, v in known.items() if v.group is not None and v.index == 1
-    }
-    for name, value in values.items():
-        if known[name].group is not None:
-            columns[field(name)].append(value)
-    counts = [len(scalars), *(len(columns[c]) for c in ("ruleQ3", "playWeight", "creepGain"))]
-    numbers = [*scalars, *(v for column in columns.values() for v in column)]
-    return (
-        f"new {number} {kind} {' '.join(map(str, counts))} {' '.join(map(repr, map(float, numbers)))}"
-    )
+    numbers = values_of({**parameters, **changes})
+    return f"new {number} {kind} {len(numbers)} {' '.join(map(repr, numbers))}"
 
 
 def tick(number: int, k: int, signal: float, force: float = 0.0, temperature: float = 293.15) -> str:
@@ -159,15 +146,13 @@ def test_every_external_function_includes_the_one_header():
 
 
 @pytest.mark.parametrize("block", ["Plant", "Inverse"])
-def test_blocks_hand_over_the_parameters_in_the_tables_order(block):
+def test_blocks_hand_over_the_parameters_by_the_generated_record(block):
     text = CLASSES[f"IT2Hysteresis.Blocks.{block}"].read_text(encoding="utf-8")
     constructor = CLASSES[f"IT2Hysteresis.Internal.{block}Object"].read_text(encoding="utf-8")
-    known = load_table().parameters().items()
-    scalars = [field(n) for n, v in known if v.group is None and v.type.base == "Real"]
-    columns = [field(n) for n, v in known if v.group is not None and v.index == 1]
     call = re.search(rf"{block}Object\((.*?)\) \"", text, re.DOTALL)[1]
-    assert re.findall(r"parameters\.(\w+)", call) == [*scalars, *columns]
-    assert re.findall(r"input [\w.]+ (\w+)\[:\]", constructor) == ["scalars", *columns]
+    assert call.strip() == "all.vector"
+    assert "IT2Hysteresis.Internal.Values all(parameters=parameters) " in text
+    assert re.findall(r"input ([\w.]+) (\w+)\[:\]", constructor) == [("Real", "values")]
 
 
 # --- what they compute -------------------------------------------------------------------------------
@@ -300,21 +285,21 @@ def test_parameters_that_are_refused_stop_the_constructor_with_the_message(host,
 
 
 def test_too_many_rules_are_refused(host):
-    line = new(0, "plant", table_1()).split()
-    one_rule = "17"
-    scalars, numbers = int(line[3]), line[7:]
-    rules = [n for i in range(6) for n in [numbers[scalars + 3 * i]] * 17]
-    counts = [str(scalars), one_rule, "0", "0"]
-    (answer,) = talk(host, " ".join(["new 0 plant", *counts, *numbers[:scalars], *rules]))
+    # the last of the three rules once more, until there are 17 of them
+    values = {**table_1(), "ruleCount": 17}
+    for i in range(4, 18):
+        values |= {n.replace("[3]", f"[{i}]"): v for n, v in table_1().items() if "rule[3]" in n}
+    (answer,) = talk(host, new(0, "plant", values))
     assert "ruleCount is 17; it must be 1 to 16" in answer
 
 
 def test_a_library_of_another_version_is_refused(host):
     line = new(0, "plant", table_1()).split()
-    line[3:4] = [str(int(line[3]) - 1)]
-    del line[7]
-    (answer,) = talk(host, " ".join(line))
-    assert "the C sources have" in answer and "different versions" in answer
+    for missing in (1, -1):
+        count = int(line[3]) - missing
+        other = [*line[:3], str(count), *[*line[4:], "0.0"][:count]]
+        (answer,) = talk(host, " ".join(other))
+        assert "the C sources have" in answer and "different versions" in answer
 
 
 def test_a_step_that_fails_stops_with_the_message_and_leaves_the_state(host):

@@ -19,7 +19,7 @@ from conftest import make_set
 from effects import with_effects
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from library import CLASSES, LIBRARY, kind
+from library import CLASSES, LIBRARY, kind, values_of
 
 from it2hys.export.modelica import format_record
 from it2hys.model import compiled
@@ -63,7 +63,7 @@ INPUT = re.compile(r"^  input (?P<type>[\w.]+) (?P<name>\w+)(?P<size>\[[^\]]*\])
 
 def construct(name: str) -> str:
     """Return the construction of an external object."""
-    return f"{name}({', '.join(['{0.0}'] * 11)})"
+    return f"{name}({{0.0}})"
 
 
 def call(name: str) -> str:
@@ -349,6 +349,22 @@ def test_no_voltage_makes_the_plant_run_away(start, voltage, frequency):
     assert np.abs(at("plant.displacement")).max() < 26 * 16e-6
     outside = compiled.chain_out_of_range(parameters, at("plant.voltage"))
     assert np.array_equal(at("plant.outOfRange").astype(bool), outside)
+
+
+# --- what the external objects get ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("effects", [(), ("creep",), tuple(EFFECTS)], ids="-".join)
+def test_all_parameters_reach_the_c_sources_in_the_tables_order(effects):
+    parameters = with_effects(effects, seed=2)
+    expected = values_of(parameters)
+    source = format_record(parameters, "Stage") + model(
+        f"Stage stage; IT2Hysteresis.Internal.Values all(parameters=stage); Real y[{len(expected)}];",
+        "y = all.vector;",
+    )
+    found = compile_model(source).simulate(t=(0.0, 1e-4), dt=1e-4)
+    got = [found[f"y[{i}]"][-1] for i in range(1, len(expected) + 1)]
+    assert got == expected
 
 
 # --- effects -------------------------------------------------------------------------------------

@@ -11,14 +11,15 @@ from hypothesis import strategies as st
 
 from it2hys.diagnosis.coordinates import BY_RECORD
 from it2hys.diagnosis.criterion import ChainCriterion, Model, Trace, minimise
-from it2hys.diagnosis.fitting import fitted_coordinates, off_values, with_effect, without_effect
+from it2hys.diagnosis.fitting import fitted_coordinates, with_effect, without_effect
 from it2hys.diagnosis.inverse import References
-from it2hys.effects import Extent, nonlinearity
 from it2hys.identification.scaling import Scaling
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
+from it2hys.model.effects import nonlinearity
 from it2hys.model.parameters import table_1
-from it2hys.model.variables import load_table
+from it2hys.model.variables import load_table, off_values
+from it2hys.records.clues import Extent
 
 SAMPLES = 400
 NOISE = 0.006 * UM
@@ -225,7 +226,7 @@ def test_an_effect_at_zero_strength_changes_nothing(seed, chosen, added):
 @settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.sampled_from(ALL))
 def test_adding_an_effect_and_taking_it_out_gives_the_model_back(seed, effect):
-    model = Model({**off_values(), **table_1()}, (), np.array([0.0, 0.02 * UM]), {})
+    model = Model({**off_values(EFFECTS), **table_1()}, (), np.array([0.0, 0.02 * UM]), {})
     full = model_with((effect,), seed, 2)
     known = load_table().parameters()
     guess = {n: v for n, v in full.values.items() if known[n].effect == effect and n not in BY_RECORD}

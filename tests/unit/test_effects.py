@@ -16,12 +16,13 @@ from effects import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from it2hys.effects import Extent, play
 from it2hys.errors import InputError
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, Chain, active_effects
+from it2hys.model.effects import play
 from it2hys.model.parameters import ParameterSet, format_ssv, read_ssv, table_1, write_ssv
 from it2hys.model.variables import load_table
+from it2hys.records.clues import Extent
 
 SAMPLES = 300
 EXTENT = Extent(TS, 0.5, (0.0, 120.0), (0.0, 15 * UM), (-10.0, 10.0), (288.0, 298.0))

@@ -5,10 +5,11 @@ import pytest
 from diagnosis import simulator as sim
 from diagnosis import voltages
 
+from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.explained import explained_by_model, explained_by_voltage
-from it2hys.effects import Clue, Clues, Extent, resonance
 from it2hys.identification.findings import sensor_step
 from it2hys.records import Record
+from it2hys.records.clues import Clue, Clues, Extent
 from it2hys.records.loop_width import wide_loop
 
 TS, SAMPLES = 1e-4, 2000
@@ -97,11 +98,11 @@ def test_a_ring_after_steps_is_guessed_and_seen(seed, damping):
             Clue(voltage, 0.0 * voltage, heat, 1e-6 * reading, 1e-6 * (reading - rigid), ALL)
         )
     clues = Clues(Extent(TS, SAMPLES * TS, (0.0, 105.0), (0.0, 16e-6)), records)
-    last = resonance.guesses(clues)[-2:]
+    last = EVIDENCE["resonance"].guesses(clues)[-2:]
     best = min(last, key=lambda g: abs(g["resonance.frequency"] - frequency))
     assert best["resonance.frequency"] == pytest.approx(frequency, rel=0.02)
     assert 0.5 < best["resonance.damping"] / damping < 2.0
-    seen = resonance.signature(clues)
+    seen = EVIDENCE["resonance"].signature(clues)
     assert seen.p_value < 0.05
     # noise does not ring
     quiet = [
@@ -110,4 +111,4 @@ def test_a_ring_after_steps_is_guessed_and_seen(seed, damping):
         )
         for c in records
     ]
-    assert resonance.signature(Clues(clues.extent, quiet)).p_value > 1e-3
+    assert EVIDENCE["resonance"].signature(Clues(clues.extent, quiet)).p_value > 1e-3

@@ -9,10 +9,11 @@ from diagnosis import simulator as sim
 from diagnosis import voltages
 from scipy.signal import lfilter
 
+from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.residuals import left_over, ljung_box, short_pole
-from it2hys.effects import Clue, Clues, Extent
 from it2hys.errors import InputError
 from it2hys.model.chain import EFFECTS
+from it2hys.records.clues import Clue, Clues, Extent
 from it2hys.reports.figures import png, residual_views
 
 TS = 1e-4
@@ -100,7 +101,7 @@ def test_a_signature_is_seldom_sure_of_noise(small, effect):
     p_values = []
     for i in range(80):
         residual = small.noise(rng, 0.6 if i % 2 else 0.0)
-        p_values.append(EFFECTS[effect].signature(small.clues(residual)).p_value)
+        p_values.append(EVIDENCE[effect].signature(small.clues(residual)).p_value)
     assert np.mean(np.array(p_values) < 0.01) <= 0.04
     assert np.all((np.array(p_values) >= 0.0) & (np.array(p_values) <= 1.0))
 
@@ -108,7 +109,7 @@ def test_a_signature_is_seldom_sure_of_noise(small, effect):
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_the_effect_that_is_there_has_the_strongest_signature(scene, effect):
     residual = scene.change(PRESENT[effect], effect) + scene.noise(np.random.default_rng(5))
-    found = {name: module.signature(scene.clues(residual)) for name, module in EFFECTS.items()}
+    found = {name: evidence.signature(scene.clues(residual)) for name, evidence in EVIDENCE.items()}
     sure = {name: s for name, s in found.items() if s.p_value < 1e-4}
     assert max(sure, key=lambda name: sure[name].statistic) == effect, found
     assert sure[effect].statistic > 0.5
@@ -123,7 +124,7 @@ def test_signatures_state_the_values_that_were_put_in(scene):
 
     def text(effect: str) -> str:
         residual = scene.change(PRESENT[effect], effect) + noise
-        return EFFECTS[effect].signature(scene.clues(residual)).text
+        return EVIDENCE[effect].signature(scene.clues(residual)).text
 
     assert number(text("delay"), "ms") == pytest.approx(0.4, abs=0.06)
     assert number(text("resonance"), "Hz") == pytest.approx(700.0, rel=0.08)
@@ -138,20 +139,20 @@ def test_signatures_state_the_values_that_were_put_in(scene):
 def test_without_its_channel_an_effect_has_no_signature(scene):
     clues = scene.clues(scene.noise(np.random.default_rng(1)))
     bare = Clues(replace(scene.extent, force=None, temperature=None), clues.records)
-    assert EFFECTS["load"].signature(bare) is None
-    assert "time" in EFFECTS["drift"].signature(bare).text
+    assert EVIDENCE["load"].signature(bare) is None
+    assert "time" in EVIDENCE["drift"].signature(bare).text
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_records_that_are_too_short_have_no_signature(scene, effect):
     parts = [Clue(*(x[:40] for x in vars(c).values())) for c in scene.clues(scene.base).records]
-    assert EFFECTS[effect].signature(Clues(scene.extent, parts)) is None
+    assert EVIDENCE[effect].signature(Clues(scene.extent, parts)) is None
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
 @pytest.mark.filterwarnings("error")
 def test_no_residual_at_all_is_no_evidence(small, effect):
-    signature = EFFECTS[effect].signature(small.clues(np.zeros_like(small.base)))
+    signature = EVIDENCE[effect].signature(small.clues(np.zeros_like(small.base)))
     assert signature.p_value > 0.05
 
 
@@ -273,9 +274,9 @@ def test_a_line_that_the_voltage_has_is_no_hum(scene):
     same = Clues(
         clues.extent, [replace(c, voltage=v) for c, v in zip(clues.records, drive, strict=True)]
     )
-    found = EFFECTS["hum"].signature(same)
+    found = EVIDENCE["hum"].signature(same)
     assert found is None or found.p_value > 0.01
-    assert EFFECTS["hum"].signature(clues).p_value < 1e-10
+    assert EVIDENCE["hum"].signature(clues).p_value < 1e-10
 
 
 # --- the picture ---------------------------------------------------------------------------------

@@ -11,11 +11,12 @@ from pathlib import Path
 import pytest
 from compilers import compiler
 
-from it2hys.model.chain import BEFORE_CORE, BEHIND_CORE, EFFECTS, READING
+from it2hys.model.effect import Memory
+from it2hys.model.stages import BEFORE_CORE, BEHIND_CORE, EFFECTS, READING
 
 SOURCES = Path(__file__).parents[2] / "fmu_src"
 LIST = SOURCES / "core" / "stages.h"
-ENTRY = re.compile(r"^    [A-Z]+\((\w+), ([A-Z]+), ([A-Z]+)\)", re.MULTILINE)
+ENTRY = re.compile(r"^    ([A-Z]+)\((\w+), ([A-Z]+), ([A-Z]+)\)", re.MULTILINE)
 STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off"]
 
 
@@ -27,11 +28,16 @@ def text_of(path: Path) -> str:
 
 def test_the_list_is_pythons():
     found = ENTRY.findall(LIST.read_text(encoding="utf-8"))
-    assert [name for name, _, _ in found] == list(EFFECTS)
+    assert [name for _, name, _, _ in found] == list(EFFECTS)
     sides = {"BEFORE": BEFORE_CORE, "BEHIND": BEHIND_CORE, "READING": READING}
-    for name, upper, side in found:
+    for memory, name, upper, side in found:
         assert upper == name.upper()
         assert name in sides[side]
+        assert EFFECTS[name].memory is Memory[memory]
+        source = text_of(SOURCES / "core" / f"{name}.c")
+        stage = re.search(rf"{name}_stage = {{(.*?)}};", source, re.DOTALL)[1]
+        assert EFFECTS[name].limits == (".limits = true" in stage)
+        assert EFFECTS[name].has_inverse == (".inverse = " in stage)
 
 
 @pytest.mark.parametrize("effect", EFFECTS)

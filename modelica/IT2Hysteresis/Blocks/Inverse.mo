@@ -2,45 +2,8 @@ within IT2Hysteresis.Blocks;
 block Inverse "Feedforward by the FMU IT2Inverse: from desired displacement to voltage"
   extends IT2Hysteresis.Interfaces.PartialInverse;
 protected
-  IT2Hysteresis.Internal.InverseObject fmu=IT2Hysteresis.Internal.InverseObject(
-    {parameters.sampleTime,
-      parameters.initialDisplacement,
-      parameters.voltageMin,
-      parameters.voltageMax,
-      parameters.displacementMin,
-      parameters.displacementMax,
-      parameters.delayTime,
-      parameters.slewRate,
-      parameters.saturationMinimum,
-      parameters.saturationMaximum,
-      parameters.lagTimeConstant,
-      parameters.loadCompliance,
-      parameters.resonanceFrequency,
-      parameters.resonanceDamping,
-      parameters.driftTemperatureCoefficient,
-      parameters.driftRate,
-      parameters.nonlinearityQuadratic,
-      parameters.nonlinearityCubic,
-      parameters.nonlinearityQuartic,
-      parameters.humAmplitude,
-      parameters.humFrequency,
-      parameters.humPhase,
-      parameters.initialRestOffset,
-      parameters.initialExcursion,
-      parameters.initialCreep,
-      parameters.nonlinearityMinimum,
-      parameters.nonlinearityMaximum,
-      parameters.displacementZero},
-    parameters.ruleSigmaLower,
-    parameters.ruleSigmaUpper,
-    parameters.ruleCentre,
-    parameters.ruleQ1,
-    parameters.ruleQ2,
-    parameters.ruleQ3,
-    parameters.playThreshold,
-    parameters.playWeight,
-    parameters.creepGain,
-    parameters.creepTimeConstant) "The FMU";
+  IT2Hysteresis.Internal.Values all(parameters=parameters) "What the FMU is made with";
+  IT2Hysteresis.Internal.InverseObject fmu=IT2Hysteresis.Internal.InverseObject(all.vector) "The FMU";
 algorithm
   when sample(0, parameters.sampleTime) then
     (voltage,saturated) := IT2Hysteresis.Internal.inverseTick(

@@ -2,45 +2,8 @@ within IT2Hysteresis.Blocks;
 block Plant "Actuator with hysteresis, by the FMU IT2Plant: from voltage to displacement"
   extends IT2Hysteresis.Interfaces.PartialPlant;
 protected
-  IT2Hysteresis.Internal.PlantObject fmu=IT2Hysteresis.Internal.PlantObject(
-    {parameters.sampleTime,
-      parameters.initialDisplacement,
-      parameters.voltageMin,
-      parameters.voltageMax,
-      parameters.displacementMin,
-      parameters.displacementMax,
-      parameters.delayTime,
-      parameters.slewRate,
-      parameters.saturationMinimum,
-      parameters.saturationMaximum,
-      parameters.lagTimeConstant,
-      parameters.loadCompliance,
-      parameters.resonanceFrequency,
-      parameters.resonanceDamping,
-      parameters.driftTemperatureCoefficient,
-      parameters.driftRate,
-      parameters.nonlinearityQuadratic,
-      parameters.nonlinearityCubic,
-      parameters.nonlinearityQuartic,
-      parameters.humAmplitude,
-      parameters.humFrequency,
-      parameters.humPhase,
-      parameters.initialRestOffset,
-      parameters.initialExcursion,
-      parameters.initialCreep,
-      parameters.nonlinearityMinimum,
-      parameters.nonlinearityMaximum,
-      parameters.displacementZero},
-    parameters.ruleSigmaLower,
-    parameters.ruleSigmaUpper,
-    parameters.ruleCentre,
-    parameters.ruleQ1,
-    parameters.ruleQ2,
-    parameters.ruleQ3,
-    parameters.playThreshold,
-    parameters.playWeight,
-    parameters.creepGain,
-    parameters.creepTimeConstant) "The FMU";
+  IT2Hysteresis.Internal.Values all(parameters=parameters) "What the FMU is made with";
+  IT2Hysteresis.Internal.PlantObject fmu=IT2Hysteresis.Internal.PlantObject(all.vector) "The FMU";
 algorithm
   when sample(0, parameters.sampleTime) then
     (displacement,measured,outOfRange) := IT2Hysteresis.Internal.plantTick(

@@ -286,7 +286,7 @@ record Base "Parameters of plant and inverse"
 <p>
 What identifies an actuator, plant and inverse alike. Names are those of the FMUs'
 parameters, with a vector for every column of a structured one: <code>ruleCentre[l]</code>
-is the FMUs' <code>rule[l].centre</code>, <code>lagTimeConstant</code> their <code>lag.timeConstant</code>.
+is the FMUs' <code>rule[l].centre</code>, <code>playCount</code> their <code>playCount</code>.
 The rules have no default. Effects are off by default, see
 <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">Effects</a>.
 </p>

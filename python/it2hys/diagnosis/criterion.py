@@ -7,7 +7,7 @@ the phase of a line. A record begins as the plant FMU does with these parameters
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,7 +16,6 @@ import numpy as np
 
 from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
 from it2hys.diagnosis.inverse import References
-from it2hys.effects import nonlinearity
 from it2hys.identification import coordinates as rule_coordinates
 from it2hys.identification.criteria import Series
 from it2hys.identification.lead_in import START_PRIOR
@@ -30,12 +29,15 @@ from it2hys.identification.levenberg_marquardt import (
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.usability import Band, Guard
 from it2hys.model import compiled
+from it2hys.model.effect import Effect
 from it2hys.model.parameters import RULE_FIELDS
+from it2hys.model.stages import EFFECTS
+from it2hys.model.variables import load_table
 
 #: Beyond so many half ranges a run is on its way to infinity.
 _DIVERGED = 1e3
-#: A second difference of the density of play operators (as mean weight per operator) of the inverse
-#: of this costs as much as one sample that is off by the noise: for few loops, and for many.
+#: What is not smooth of an effect (`Effect.roughness`), of the inverse of this, costs as much as
+#: one sample that is off by the noise: for few loops, and for many.
 STIFF, SOFT = 2000.0, 200.0
 #: Least slope of the static curve: with less its inverse would enlarge noise too much.
 LEAST_SLOPE = 0.1
@@ -107,7 +109,7 @@ class Model:
     own : Mapping of str to ndarray, shape (R,)
         Values of parameters that differ from record to record.
     smoothness : float
-        With which the play operators' density is held smooth, STIFF or SOFT.
+        With which what an effect has of a density is held smooth, STIFF or SOFT.
     """
 
     values: Mapping[str, float | int]
@@ -203,18 +205,18 @@ class ChainCriterion:
     def _own_bounds(self, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray]:
         """Return the bounds of what belongs to a record, arrays of shape (R,), in SI units.
 
-        A record begins near its first reading, and with a creep that has not been beyond the travel.
+        A record begins near its first reading; the effects know the rest.
         """
         low, high = (np.full(len(self.traces), end) for end in coordinate.bounds)
         begins = np.array([t.y[0] for t in self.traces]) - self.model.offsets
-        if coordinate.name == "initialDisplacement":
+        effect = load_table().parameters()[coordinate.name].effect
+        if effect is None:
             near = _NEAR * (high - low)
             return begins - near, begins + near
-        if coordinate.name == "initialCreep":
-            least, most = self._travel()
-            near = _NEAR * (most - least)
-            return least - near - begins, most + near - begins
-        return low, high
+        least, most = self._travel()
+        near = _NEAR * (most - least)
+        travel = least - near, most + near
+        return EFFECTS[effect].bounds_of_record(coordinate.name, (low, high), begins, travel)
 
     def _travel(self) -> tuple[float, float]:
         """Return the lowest and the highest displacement of the records that gave the scaling, m."""
@@ -298,38 +300,24 @@ class ChainCriterion:
         return np.concatenate(parts)
 
     def _smoothness(self) -> np.ndarray:
-        """Return the rows, (K, P), that make a density of play operators cost that is not smooth.
+        """Return the rows, (K, P), that make cost what is not smooth of an effect."""
+        return self._noise() * self.model.smoothness * self._rows(lambda effect: effect.roughness)
 
-        A stack's memory has a smooth density over the thresholds. A few loops do not determine each
-        weight by itself: weights that go up and down fit them, and fail on others.
-        """
-        names = [c.name for c in self.common]
-        count = int(self.model.values["playCount"])
-        if count < 3 or "play[1].weight" not in names:
-            return np.zeros((0, len(self._guess)))
-        thresholds = [self.model.values[f"play[{j}].threshold"] for j in range(1, count + 1)]
-        width = np.gradient(np.array([0.0, *thresholds]))[1:]
-        places = [self.rule_size + names.index(f"play[{j}].weight") for j in range(1, count + 1)]
-        units = [self.common[place - self.rule_size].unit for place in places]
-        density = np.zeros((count, len(self._guess)))
-        density[np.arange(count), places] = np.array(units) * np.mean(width) / width
-        return self._noise() * self.model.smoothness * np.diff(density, 2, axis=0)
+    def _rows(self, of: Callable[[Effect], Callable]) -> np.ndarray:
+        """Return rows that the effects have over their coordinates, as rows over all, (K, P)."""
+        units = {c.name: c.unit for c in self.common}
+        own = [of(EFFECTS[effect])(self.model.values, units) for effect in self.model.effects]
+        stacked = np.vstack([np.zeros((0, len(units))), *own])
+        rows = np.zeros((len(stacked), len(self._guess)))
+        rows[:, self.rule_size : self.rule_size + len(units)] = stacked
+        return rows
 
     def _slopes(self) -> np.ndarray:
         """Return the rows, (K, P), of what the coordinates add to the slope of the static curve.
 
         They are as heavy as all samples together: a curve that falls has no inverse.
         """
-        names = [c.name for c in self.common]
-        if "nonlinearity.quadratic" not in names:
-            return np.zeros((0, len(self._guess)))
-        ends = (self.model.values[f"nonlinearity.{end}"] for end in ("minimum", "maximum"))
-        by_coefficient = nonlinearity.slopes(*ends)
-        rows = np.zeros((len(by_coefficient), len(self._guess)))
-        for name, column in zip(nonlinearity.COEFFICIENTS, by_coefficient.T, strict=True):
-            place = names.index(f"nonlinearity.{name}")
-            rows[:, self.rule_size + place] = self.common[place].unit * column
-        return np.sqrt(self.samples) * rows
+        return np.sqrt(self.samples) * self._rows(lambda effect: effect.steepness)
 
     def _falling(self, point: np.ndarray) -> np.ndarray:
         """Return by how much the static curve rises less than it must, where it does."""

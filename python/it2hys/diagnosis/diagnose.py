@@ -9,10 +9,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
-from it2hys.diagnosis.coordinates import BY_RECORD
+from it2hys.diagnosis.coordinates import BY_RECORD, OF_READING
 from it2hys.diagnosis.criterion import ChainFit, Model, Trace
 from it2hys.diagnosis.deciding import steps_aside
-from it2hys.diagnosis.evidence import Verdict, evidence_of, indistinguishable
+from it2hys.diagnosis.evidence import EVIDENCE
+from it2hys.diagnosis.evidence.statistics import FEWEST
 from it2hys.diagnosis.explained import explained_by_model, explained_by_voltage
 from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench, clues
 from it2hys.diagnosis.intervals import intervals_of
@@ -20,11 +21,10 @@ from it2hys.diagnosis.inverse import applied_voltage, ask_inverse, noise_of_inve
 from it2hys.diagnosis.next_experiment import deciding_experiment
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.result import Diagnosis, InverseJudgement, Judgement, Stage
+from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.selection import Node, Search
 from it2hys.diagnosis.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.diagnosis.windows import Window, searched_text, windows_of
-from it2hys.effects import Extent
-from it2hys.effects.statistics import FEWEST
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
@@ -42,8 +42,10 @@ from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
 from it2hys.records import Record
+from it2hys.records.clues import Extent
 from it2hys.records.feedback import find_feedback
 from it2hys.records.figures_of_merit import max_relative_error, rms_error
+from it2hys.records.units import DEFAULT_UNITS
 from it2hys.support.processes import parallel_map
 from it2hys.support.progress import Progress
 
@@ -51,9 +53,9 @@ from it2hys.support.progress import Progress
 #: more does better than the effect is tried in the search.
 RULES = 3
 #: Effects that a loop of one amplitude and one frequency cannot tell apart.
-ONE_LOOP = ("delay", "lag", "play")
+ONE_LOOP = tuple(name for name, e in EVIDENCE.items() if e.of_any_loop)
 #: Effects that a controller's slow correction looks like.
-REGULATED = ("creep",)
+REGULATED = tuple(name for name, e in EVIDENCE.items() if e.of_a_controller)
 #: Iterations of the last fit.
 _FINAL = 150
 #: Samples at zero voltage, to within a share of its range, with which a record at rest begins.
@@ -410,7 +412,7 @@ class _Session:
             "voltageMin": float(min(v.min() for v in voltages)),
             "voltageMax": float(max(v.max() for v in voltages)),
         }
-        parameters = ParameterSet(_with_rising_thresholds(values), name).validate()
+        parameters = ParameterSet(_ordered(values), name).validate()
         if not _begins_at_rest(self._train[0], parameters.voltage_range):
             return _at_rest(parameters)
         start = model.start(0)
@@ -464,8 +466,11 @@ def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple
     for name in names:
         if name not in EFFECTS:
             raise InputError(f"--{option} {name}: no such effect; known are {', '.join(EFFECTS)}")
-    if option == "declared" and "load" in names and extent.force is None:
-        raise InputError("--declared load: no training record has a force channel (force_N)")
+    for name in names if option == "declared" else ():
+        channel = EVIDENCE[name].channel
+        if channel and getattr(extent, channel) is None:
+            column = f"{channel} channel ({channel}_{DEFAULT_UNITS[channel]})"
+            raise InputError(f"--declared {name}: no training record has a {column}")
     return tuple(e for e in EFFECTS if e in names)
 
 
@@ -478,16 +483,11 @@ def _passed_on(identification: Identification) -> list[str]:
     return [w for w in identification.warnings if "training records" in w and "lacks" not in w]
 
 
-def _with_rising_thresholds(values: dict) -> dict:
-    """Return the values with play operators in the order of their thresholds, as the inverse wants."""
-    count = int(values.get("playCount", 0))
-    pairs = sorted(
-        (values[f"play[{j}].threshold"], values[f"play[{j}].weight"]) for j in range(1, count + 1)
-    )
-    ordered = dict(values)
-    for j, (threshold, weight) in enumerate(pairs, start=1):
-        ordered[f"play[{j}].threshold"], ordered[f"play[{j}].weight"] = threshold, weight
-    return ordered
+def _ordered(values: dict) -> dict:
+    """Return the values with the effects' elements in the order that the inverse wants."""
+    for effect in EFFECTS.values():
+        values = effect.ordered(values)
+    return values
 
 
 def _zero_of(parameters: ParameterSet) -> float:
@@ -538,7 +538,7 @@ def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) ->
     e_mr, e_rms, y = _errors(trace, begun, offset)
     # the phase of what is picked up is nothing that a stage or its model could be told
     told = parameters.replace(
-        **{n: v for n, v in start.items() if n == "hum.phase"},
+        **{n: v for n, v in start.items() if n in OF_READING},
         initialDisplacement=float(trace.y[0]) - offset,
     )
     return Judgement(
@@ -577,7 +577,7 @@ def _judge_inverse(trace: Trace, parameters: ParameterSet, offset: float) -> Inv
         e_displacement=e_rms * (highest - lowest) / (high - low),
         noise=float(np.sqrt(np.mean(noise[judged] ** 2))),
         band=reference.band,
-        delay=float(parameters["delay.time"]),
+        latency=float(sum(EFFECTS[e].latency(parameters) for e in active_effects(parameters))),
         saturated=float(np.mean(saturated[judged])),
         asked=np.where(judged, asked, np.nan),
         applied=applied,

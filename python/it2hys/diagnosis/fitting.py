@@ -4,43 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
+from it2hys.diagnosis.coordinates import BY_RECORD, OF_READING, Coordinate
 from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
+from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.inverse import inverse_error, noise_of_inverse
 from it2hys.diagnosis.residuals import LeftOver, left_over
-from it2hys.effects import Clue, Clues, Extent
-from it2hys.effects.hum import phases
-from it2hys.effects.statistics import StepResponse, readable
 from it2hys.identification.criteria import Series
 from it2hys.identification.fitting import search_rules
 from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.result import Options
 from it2hys.identification.scaling import Scaling, moved
 from it2hys.identification.uncertainty import correlation_time
-from it2hys.model.chain import EFFECTS
 from it2hys.model.compiled import Drive
+from it2hys.model.effect import History
 from it2hys.model.parameters import RULE_FIELDS
-from it2hys.model.variables import load_table
+from it2hys.model.stages import EFFECTS
+from it2hys.model.variables import load_table, off_values
+from it2hys.records.clues import Clue, Clues, Extent
 
-#: Effects whose sampled form may differ from the truth by a part of a sample: how the voltage is held
-#: and when the reading is taken is not in the records. A delay of up to a sample goes with them.
-SAMPLED = ("lag", "resonance", "slew")
+#: Effects whose sampled form may differ from the truth by a part of a sample.
+SAMPLED = tuple(name for name, e in EFFECTS.items() if e.sampled)
+#: The effect that shifts the voltage, up to a sample of which goes with those, and its parameter.
+SHIFTING, SHIFT = next((name, e.shift) for name, e in EFFECTS.items() if e.shift)
 _SHORTEST = 1e-3
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
-IMITATED = ("delay", "lag", "nonlinearity")
+IMITATED = tuple(name for name, e in EVIDENCE.items() if e.imitated)
 _ANEW, _ANEW_STARTS = 6, 1
-#: Delays from new rules are tried up to so many times what steps show, and from that much less on.
-_NEAR_STEPS = 2.0
 #: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
 #: noise is not known better. What looks so has more than this probability to.
 _REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
-#: A resonance damped by more than this smooths, it does not ring.
-_DAMPED = 0.4
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
 _SETTLING_ANEW = 60
@@ -48,48 +46,39 @@ _SETTLING_ANEW = 60
 _ALIKE = 1.02
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
-#: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
-_TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
 #: While models are searched for, no range limits an inverse.
 UNLIMITED = {
     "displacementMin": -np.inf, "displacementMax": np.inf, "voltageMin": -np.inf, "voltageMax": np.inf,
 }  # fmt: skip
-#: Histories from which what belongs to a record is fitted.
-_HISTORIES = 3
-#: By how much, in twice the logarithm of the likelihood, a history with an excursion has to be better
-#: than one without: a probability of 1 % by chance (chi squared, one more parameter).
+#: Histories from which what belongs to a record is fitted, and those that a lead-in has to tell apart.
+_HISTORIES, _COMPARED = 3, 7
+#: By how much, in twice the logarithm of the likelihood, a history that has to show has to be better
+#: than one that does not: a probability of 1 % by chance (chi squared, one more parameter).
 _EXCURSION = 6.6
-
-
-def off_values() -> dict[str, float]:
-    """Return the parameters of all effects where these are off."""
-    known = load_table().parameters()
-    return {name: v.start for name, v in known.items() if v.effect and v.group is None}
 
 
 def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
     """Return what of a model's effects is fitted."""
-    counts, result = load_table().counts, []
+    result = []
     for effect in model.effects:
-        options = {"count": int(model.values[counts[effect]["variable"]])} if effect in counts else {}
-        starts = EFFECTS[effect].starts(extent, **options)
+        starts = EFFECTS[effect].starts_of(model.values, extent)
         result += [Coordinate.of(name, start) for name, start in starts.items()]
     result.append(Coordinate("initialDisplacement", extent.displacement, logarithmic=False))
     if _shifts(model):
         bounds = (_SHORTEST * extent.sample_time, extent.sample_time)
-        result.append(Coordinate("delay.time", bounds, logarithmic=False))
+        result.append(Coordinate(SHIFT, bounds, logarithmic=False))
     return result
 
 
 def _shifts(model: Model) -> bool:
     """Return whether a delay of up to a sample belongs to a model without it being an effect."""
-    return "delay" not in model.effects and any(e in SAMPLED for e in model.effects)
+    return SHIFTING not in model.effects and any(e in SAMPLED for e in model.effects)
 
 
 def _shifted(model: Model, share: float) -> Model:
     """Return the model with a delay of a share of a sample."""
-    delay = share * model.values["sampleTime"]
-    return replace(model, values={**model.values, "delay.time": delay})
+    shift = share * model.values["sampleTime"]
+    return replace(model, values={**model.values, SHIFT: shift})
 
 
 def is_sampling(model: Model, effect: str) -> bool:
@@ -99,15 +88,7 @@ def is_sampling(model: Model, effect: str) -> bool:
     """
     if not any(e in SAMPLED and e != effect for e in model.effects):
         return False
-    sample_time = model.values["sampleTime"]
-    if effect == "delay":
-        return model.values["delay.time"] <= sample_time
-    if effect == "lag":
-        return model.values["lag.timeConstant"] <= sample_time
-    if effect == "resonance":
-        slow = 2.0 * np.pi * model.values["resonance.frequency"] * sample_time < 1.0
-        return model.values["resonance.damping"] > _DAMPED and not slow
-    return False
+    return EVIDENCE[effect].is_within_a_sample(model.values)
 
 
 def is_delay(model: Model, effect: str) -> bool:
@@ -115,18 +96,7 @@ def is_delay(model: Model, effect: str) -> bool:
 
     It is if it has done most of its work in that delay.
     """
-    shift, values = model.values["delay.time"], model.values
-    if not _shifts(model):
-        return False
-    if effect == "lag":
-        return values["lag.timeConstant"] < 0.5 * shift
-    if effect == "resonance":
-        decay = 2.0 * np.pi * values["resonance.damping"] * values["resonance.frequency"]
-        return decay * shift > 2.0
-    if effect == "slew":
-        # steps of the whole range take two such delays
-        return 2.0 * values["slew.rate"] * shift > values["voltageMax"] - values["voltageMin"]
-    return False
+    return _shifts(model) and EVIDENCE[effect].is_done_within(model.values, model.values[SHIFT])
 
 
 def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Model:
@@ -138,33 +108,28 @@ def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Mo
             own[name] = np.broadcast_to(guess.get(name, 0.0), model.offsets.shape).copy()
     values = {**model.values, **{n: v for n, v in guess.items() if n not in BY_RECORD}}
     result = replace(model, values=values, effects=(*model.effects, effect), own=own)
-    if _shifts(result) and not values["delay.time"]:
-        values["delay.time"] = 0.5 * extent.sample_time
+    if _shifts(result) and not values[SHIFT]:
+        values[SHIFT] = 0.5 * extent.sample_time
     return result
 
 
 def without_effect(model: Model, effect: str) -> Model:
     """Return the model with an effect switched off."""
-    known, off = load_table().parameters(), off_values()
+    known = load_table().parameters()
     values = {n: v for n, v in model.values.items() if known[n].effect != effect}
-    values.update({n: v for n, v in off.items() if known[n].effect == effect})
+    values.update(off_values([effect]))
     own = {n: v for n, v in model.own.items() if known[n].effect != effect}
     effects = tuple(e for e in model.effects if e != effect)
     result = replace(model, values=values, effects=effects, own=own)
-    if "delay" not in effects and not _shifts(result):
-        values["delay.time"] = 0.0
+    if SHIFTING not in effects and not _shifts(result):
+        values[SHIFT] = 0.0
     return result
 
 
-def with_slower_creep(model: Model, extent: Extent) -> Model:
-    """Return the model with one creep term more, slower than the others if the records allow."""
-    count = int(model.values["creepCount"]) + 1
-    slowest = max(model.values[f"creep[{i}].timeConstant"] for i in range(1, count))
-    term = {
-        f"creep[{count}].gain": 1e-3,
-        f"creep[{count}].timeConstant": min(3.0 * slowest, extent.duration),
-    }
-    return replace(model, values={**model.values, **term, "creepCount": count})
+def extended(model: Model, effect: str, extent: Extent) -> Model | None:
+    """Return the model with one element more of an effect; None where that is no variant of it."""
+    more = EVIDENCE[effect].extended(model.values, extent)
+    return None if more is None else replace(model, values={**model.values, **more})
 
 
 def with_another_rule(model: Model, rule: int, distance: float) -> Model:
@@ -184,13 +149,11 @@ def with_rules(model: Model, rules: np.ndarray) -> Model:
     return replace(model, values=values)
 
 
-def behind_creep(model: Model, traces: Sequence[Trace]) -> Model:
-    """Return the model with its core moved so that creep leaves the mean reading where it is.
+def behind_gain(model: Model, total: float, traces: Sequence[Trace]) -> Model:
+    """Return the model with its core moved so that a gain leaves the mean reading where it is.
 
-    Otherwise the readings would be off by creep's share of their mean stroke.
+    Otherwise the readings would be off by what it adds to their mean stroke.
     """
-    count = int(model.values["creepCount"])
-    total = sum(model.values[f"creep[{i}].gain"] for i in range(1, count + 1))
     readings = [(t.y - o)[t.judged] for t, o in zip(traces, model.offsets, strict=True)]
     distance = (
         total
@@ -310,7 +273,7 @@ class Bench:
         It may do nothing there: such as the limit at one end, where only that at the other was found.
         """
         idle = self._idle(fit, effect)
-        guesses = EFFECTS[effect].guesses(self.clues(fit.model)) if idle else []
+        guesses = EVIDENCE[effect].guesses(self.clues(fit.model)) if idle else []
         values = {tuple(guess[name] for name in idle) for guess in guesses if {*idle} <= {*guess}}
         return [
             replace(fit.model, values={**fit.model.values, **dict(zip(idle, v, strict=True))})
@@ -334,23 +297,14 @@ class Bench:
         Where the rules imitate the effect, no descent leads to where the effect does it.
         """
         trials = self._guessed(model, effect)
-        if effect == "delay":
-            trials = self._near_steps(model, trials)
+        kept = EVIDENCE[effect].promising(self.clues(model), [t.values for t in trials])
+        trials = [trials[i] for i in kept]
         spread = np.unique(np.linspace(0, len(trials) - 1, _ANEW).round().astype(int))
         fits = [self.reshaped(trials[i], _ANEW_STARTS) for i in spread]
         return self.preferred(fits) if fits else None
 
-    def _near_steps(self, model: Model, trials: list[Model]) -> list[Model]:
-        """Return the delays that are near the one that the response to steps shows, if it shows any."""
-        seen = readable(self.clues(model))
-        if seen is None:
-            return trials
-        delay = StepResponse(seen).dynamics("delay").parameter * self.extent.sample_time
-        near = [t for t in trials if 1.0 / _NEAR_STEPS <= t.values["delay.time"] / delay <= _NEAR_STEPS]
-        return near or trials
-
     def _guessed(self, model: Model, effect: str) -> list[Model]:
-        guesses = EFFECTS[effect].guesses(self.clues(model))
+        guesses = EVIDENCE[effect].guesses(self.clues(model))
         return [self._prepared(with_effect(model, effect, g, self.extent), effect) for g in guesses]
 
     def leaves_noise(self, fit: ChainFit) -> bool:
@@ -388,9 +342,9 @@ class Bench:
         return self.fit(best.model, _SETTLING)
 
     def _prepared(self, model: Model, effect: str) -> Model:
-        if effect == "creep":
-            model = behind_creep(model, self.traces)
-        return with_histories(model, self.traces) if "initialExcursion" in model.own else model
+        if gain := EVIDENCE[effect].gain_at_rest(model.values):
+            model = behind_gain(model, gain, self.traces)
+        return with_histories(model, self.traces)
 
     @np.errstate(over="ignore", invalid="ignore")
     def _projected_costs(self, model: Model, trials: list[Model]) -> np.ndarray:
@@ -476,7 +430,7 @@ class Bench:
 
     def _disagreement(self, model: Model, trace: Trace) -> float:
         """Return by how much histories that the lead-in cannot tell apart differ behind it, m^2."""
-        best, *others = self._starts(model, trace, most=len(_TURNS) + 1)
+        best, *others = self._starts(model, trace, most=_COMPARED)
         behind = trace.weight > 0.0
         behind[: trace.lead] = False
         run = best.predict(trace, 0)
@@ -506,14 +460,11 @@ class Bench:
         """
         whole, trace = trace, lead_in(trace)
         start = with_starts(model, [trace])
-        starts, excursions = [_as_trained(model, start), start], [False, False]
-        if "initialExcursion" in model.own:
-            histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
-            starts[1:] = [_with_history(start, history) for history in histories]
-            excursions[1:] = [excursion != 0.0 for _, excursion in histories]
+        histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
+        starts = [_as_trained(model, start), *(_with_history(start, h) for h in histories)]
         fits = [minimise(self._of_start(s, trace), 30, 1e-8).model for s in starts]
         errors = [(fit.predict(trace, 0) - trace.y)[trace.fitted] for fit in fits]
-        unlikely = _unlikeliness(errors, excursions)
+        unlikely = _unlikeliness(errors, [False, *(h.has_to_show for h in histories)])
         order = np.argsort(unlikely, kind="stable")
         return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * _EXCURSION]
 
@@ -593,7 +544,7 @@ def _of_record(model: Model, index: int) -> Model:
 
 def _as_trained(model: Model, start: Model) -> Model:
     """Return the model of one record, begun as the first training record begins."""
-    own = {n: model.own[n][:1] if n != "hum.phase" else v for n, v in start.own.items()}
+    own = {n: model.own[n][:1] if n not in OF_READING else v for n, v in start.own.items()}
     return replace(start, own=own)
 
 
@@ -632,14 +583,19 @@ def with_starts(model: Model, traces: Sequence[Trace]) -> Model:
     )
     begins = np.array([t.y[0] for t in traces]) - model.offsets
     model = replace(model, own={**model.own, "initialDisplacement": begins})
-    if "initialExcursion" in model.own:
-        model = with_histories(model, traces)
-    if "hum.phase" in model.own:
-        quiet = replace(model, values={**model.values, "hum.amplitude": 0.0})
-        extent = Extent(model.values["sampleTime"], 0.0, (0.0, 0.0), (0.0, 0.0))
-        found = phases(clues(quiet, traces, extent), model.values["hum.frequency"])
-        model = replace(model, own={**model.own, "hum.phase": found})
+    model = with_histories(model, traces)
+    extent = Extent(model.values["sampleTime"], 0.0, (0.0, 0.0), (0.0, 0.0))
+    for effect in model.effects:
+        found = EFFECTS[effect].found_in_records(
+            model.values, partial(_left_with, model, traces, extent)
+        )
+        model = replace(model, own={**model.own, **found})
     return model
+
+
+def _left_with(model: Model, traces: Sequence[Trace], extent: Extent, values: Mapping) -> Clues:
+    """Return what is left over of records with other values."""
+    return clues(replace(model, values=values), traces, extent)
 
 
 def with_histories(model: Model, traces: Sequence[Trace]) -> Model:
@@ -651,35 +607,37 @@ def with_histories(model: Model, traces: Sequence[Trace]) -> Model:
     return _joined(records)
 
 
-def _with_history(model: Model, history: tuple[float, float]) -> Model:
-    names = ("initialRestOffset", "initialExcursion")
-    values = {n: np.full(model.offsets.shape, v) for n, v in zip(names, history, strict=True)}
+def _with_history(model: Model, history: History) -> Model:
+    values = {n: np.full(model.offsets.shape, v) for n, v in history.values.items()}
     return replace(model, own={**model.own, **values})
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def likely_histories(
     model: Model, trace: Trace, index: int, voltage: np.ndarray | None = None
-) -> list[tuple[float, float]]:
-    """Return offset of the rest and excursion before a record, in V, the likeliest first.
+) -> list[History]:
+    """Return what may have been before a record, the likeliest first; its range is that of `voltage`.
 
-    The stack was new or demagnetised at 0 V or at the record's first voltage, and may then have been
-    driven somewhere within or a little beyond the record's range, which is that of `voltage`.
+    Where the effects remember nothing, there is one history, which says nothing.
     """
     voltage = trace.drive.voltage if voltage is None else voltage
-    low, high = voltage.min(), voltage.max()
-    turns = [low + share * (high - low) for share in _TURNS]
-    histories = [
-        (rest - voltage[0], turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)
-    ]
-    histories = list(dict.fromkeys(histories))
+    histories = [History({}, False)]
+    for effect in model.effects:
+        own = EFFECTS[effect].histories(voltage) or [History({}, False)]
+        histories = [
+            History({**h.values, **o.values}, h.has_to_show or o.has_to_show)
+            for h in histories
+            for o in own
+        ]
+    if len(histories) == 1:
+        return histories
     errors = [
         (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
         for history in histories
     ]
     if trace.has_offset:
         errors = [error - np.mean(error) for error in errors]
-    unlikely = _unlikeliness(errors, [excursion != 0.0 for _, excursion in histories])
+    unlikely = _unlikeliness(errors, [h.has_to_show for h in histories])
     return [histories[i] for i in np.argsort(unlikely, kind="stable")]
 
 

@@ -17,6 +17,8 @@ from scipy import ndimage, signal
 
 from it2hys.model import compiled
 from it2hys.model.compiled import Drive
+from it2hys.model.stages import BEFORE_CORE
+from it2hys.model.variables import off_values
 
 #: The displacement stands out of the noise where its power density is so many times the noise's.
 _STANDS_OUT = 10.0
@@ -122,8 +124,13 @@ def applied_voltage(values: Mapping, drive: Drive) -> np.ndarray:
     Delay, slew limit and saturation lose what they cut off: the voltage behind them is the one that an
     inverse can ask for, later by the delay.
     """
-    plain = {**values, "lag.timeConstant": 0.0, "playCount": 0}
+    plain = {**values, **off_values(_made_up_for())}
     return compiled.chain_predict(compiled.pack_chain(plain), drive)[1]
+
+
+def _made_up_for() -> list[str]:
+    """Return the effects before the core that lose nothing, so that an inverse makes up for them."""
+    return [name for name, e in BEFORE_CORE.items() if e.has_inverse and not e.limits]
 
 
 def ask_inverse(
@@ -138,7 +145,7 @@ def ask_inverse(
     drive : Drive
         Of the record.
     displacement : ndarray, shape (N,)
-        As measured, without the record's constant, m. What the model says is picked up (`hum`) is
+        As measured, without the record's constant, m. What the model says is picked up is
         taken off.
     """
     free, measured = compiled.chain_free_run(values, drive.voltage, drive.force, drive.temperature)

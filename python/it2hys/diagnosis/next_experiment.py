@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from it2hys.model.chain import EFFECTS
+from it2hys.diagnosis.evidence import EVIDENCE
 
 
 def deciding_experiment(effects: Sequence[str]) -> str:
     """Return in a sentence which records would tell the effects apart."""
-    wanted = list(dict.fromkeys(EFFECTS[e].EXPERIMENT for e in effects))
+    wanted = list(dict.fromkeys(EVIDENCE[e].experiment for e in effects))
     return f"To tell {' from '.join(effects)}, record " + "; and ".join(wanted) + "."

@@ -9,11 +9,17 @@ from itertools import pairwise
 import numpy as np
 from scipy import signal, stats
 
-from it2hys.effects import Clue, Clues
-from it2hys.effects.statistics import FEWEST, UM, coherence_with_voltage, rms, spectral_variance
+from it2hys.diagnosis.evidence.statistics import (
+    FEWEST,
+    UM,
+    coherence_with_voltage,
+    rms,
+    spectral_variance,
+)
 from it2hys.errors import InputError
 from it2hys.identification.noise import noise_floor
 from it2hys.identification.uncertainty import correlation_time
+from it2hys.records.clues import Clue, Clues
 from it2hys.records.figures_of_merit import noise_size, times_the_noise
 
 #: Residuals up to so many times the noise may be the noise and a little misfit: of all records ...
@@ -92,7 +98,7 @@ class LeftOver:
     p_independent : dict of str to float
         By "voltage" and "rate": that the greatest of the cross-correlations is so great by chance,
         corrected for the number of lags.
-    lag : dict of str to float
+    lags : dict of str to float
         Lag of that correlation, s; positive where the residual follows.
     coherence : tuple of (float, float, float)
         Lowest and highest frequency, Hz, of each band, and mean coherence with the voltage there.
@@ -105,7 +111,7 @@ class LeftOver:
     p_value: float
     records: tuple[RecordNumbers, ...]
     p_independent: dict[str, float]
-    lag: dict[str, float]
+    lags: dict[str, float]
     coherence: tuple[tuple[float, float, float], ...]
     sentences: list[str] = field(default_factory=list)
 
@@ -160,7 +166,7 @@ def left_over(clues: Clues, noise: Sequence[float]) -> LeftOver:
         p_value=p_value,
         records=numbers,
         p_independent={name: p for name, (p, _) in cross.items()},
-        lag={name: ticks * clues.extent.sample_time for name, (_, ticks) in cross.items()},
+        lags={name: ticks * clues.extent.sample_time for name, (_, ticks) in cross.items()},
         coherence=_coherence(clues),
     )
     result.sentences.append(_verdict(result, large))
@@ -365,9 +371,9 @@ def _input_text(found: LeftOver) -> str:
             f"most {value:.2f} ({low:.3g} to {high:.3g} Hz)."
         )
     # a residual does not come before its cause: such a lag is that of another period
-    lag = f", most {found.lag[name] * 1e3:.3g} ms later" if found.lag[name] >= 0.0 else ""
+    later = f", most {found.lags[name] * 1e3:.3g} ms later" if found.lags[name] >= 0.0 else ""
     return (
-        f"It is correlated with {what}{lag}; the coherence with the voltage is at most {value:.2f} "
+        f"It is correlated with {what}{later}; the coherence with the voltage is at most {value:.2f} "
         f"({low:.3g} to {high:.3g} Hz)."
     )
 

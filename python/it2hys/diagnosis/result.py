@@ -23,19 +23,19 @@ class InverseJudgement:
         What the noise of the reference alone makes of it, V rms.
     band : float
         Highest frequency of the reference, Hz.
-    delay : float
+    latency : float
         By which the stage is later than the inverse's voltage, s; compensated.
     saturated : float
         Share of the samples at which the inverse could not follow.
     asked, applied : ndarray, shape (N,)
-        V; the applied voltage later by the delay. NaN in `asked` where nothing is judged.
+        V; the applied voltage later by the latency. NaN in `asked` where nothing is judged.
     """
 
     e_rms: float
     e_displacement: float
     noise: float
     band: float
-    delay: float
+    latency: float
     saturated: float
     asked: np.ndarray = field(repr=False)
     applied: np.ndarray = field(repr=False)

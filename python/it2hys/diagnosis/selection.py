@@ -11,17 +11,18 @@ from scipy.stats import chi2
 
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.criterion import SOFT, ChainFit, Model
+from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import (
     IMITATED,
+    SHIFTING,
     Bench,
     Errors,
+    extended,
     is_delay,
     is_sampling,
-    with_slower_creep,
     without_effect,
 )
 from it2hys.model.chain import EFFECTS
-from it2hys.model.variables import load_table
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"
@@ -44,7 +45,7 @@ _EQUAL, INVERSE_GAIN = 0.03, 0.25
 #: Least gain on the training records, as a share of that on those that decide.
 _COMMENSURATE = 0.2
 #: The effect that waits as a slow core does.
-WAITING = "delay"
+WAITING = SHIFTING
 #: Least gain by which one of two equally simple models is the better one.
 _TELLING = 0.02
 #: Least gain, and largest probability of it by chance, for a variant of a model to be taken.
@@ -270,13 +271,14 @@ class Search:
     def _is_of_its_kind(self, node: Node, addition: str, comparison: Comparison) -> bool:
         """Return whether an addition explains much, or what it explains is what it alone predicts.
 
-        What a record's own history is fitted to takes a little of whatever is slow. Hum has its own
-        phase in every record, so that it takes a part of any error: it needs its line.
+        What a record's own history is fitted to takes a little of whatever is slow. What has a value
+        of its own in every record takes a part of any error: it needs its signature.
         """
-        explains_much = self._share(comparison) > LEAST_SHARE and addition != "hum"
-        if addition not in EFFECTS or explains_much:
+        if addition not in EFFECTS:
             return True
-        signature = EFFECTS[addition].signature(self.bench.clues(node.fit.model))
+        if self._share(comparison) > LEAST_SHARE and not EVIDENCE[addition].by_its_signature:
+            return True
+        signature = EVIDENCE[addition].signature(self.bench.clues(node.fit.model))
         return signature is not None and signature.p_value < _LIKELY
 
     @staticmethod
@@ -359,13 +361,12 @@ class Search:
         return self._refined(chosen)
 
     def _refined(self, node: Node) -> Node:
-        """Return the model with more creep terms, slower ones, as long as they predict better."""
-        most = load_table().counts["creep"]["maximum"]
-        while "creep" in node.effects and node.fit.model.values["creepCount"] < most:
-            slower = with_slower_creep(node.fit.model, self.bench.extent)
-            if (better := _better(self.bench, node, slower)) is node:
-                break
-            node = better
+        """Return the model with more elements of its effects as long as they predict better."""
+        for effect in sorted(node.effects):
+            while more := extended(node.fit.model, effect, self.bench.extent):
+                if (better := _better(self.bench, node, more)) is node:
+                    break
+                node = better
         return node
 
     def _simplest(self) -> Node:
@@ -436,7 +437,8 @@ def _sharpened(bench: Bench, node: Node) -> Node:
     fit = bench.preferred([node.fit, bench.reshaped(node.fit.model)])
     if fit is not node.fit:
         node = _node(bench, node.added, fit)
-    if "play" in node.effects and node.fit.model.smoothness > SOFT:
+    smoothed = any(EFFECTS[e].is_smoothed for e in node.effects)
+    if smoothed and node.fit.model.smoothness > SOFT:
         node = _better(bench, node, replace(node.fit.model, smoothness=SOFT))
     return node
 

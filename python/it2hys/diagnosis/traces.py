@@ -9,12 +9,12 @@ import numpy as np
 
 from it2hys.diagnosis.criterion import Trace
 from it2hys.diagnosis.inverse import References
-from it2hys.effects import Extent
 from it2hys.errors import InputError
 from it2hys.identification.preparation import Prepared
 from it2hys.identification.weights import repetitions
 from it2hys.model.compiled import Drive
 from it2hys.records import Record
+from it2hys.records.clues import Extent
 
 #: Least and largest share of a record that is its lead-in while models are searched for, and the share
 #: of its voltage's range that it goes through, where that is between them: what was before is then

@@ -13,12 +13,12 @@ import numpy as np
 
 from it2hys.errors import InputError
 from it2hys.reports.identification_report import ROLES
+from it2hys.stand import PARTS as STAND_PARTS
 from it2hys.stand import Stand, excitations
 from it2hys.support.keys import Keys, read_toml
 
 SAMPLE_TIME = 1e-4
 MODELS = ("identified", "diagnosed", "table 1")
-STAND_PARTS = ("dac", "amplifier", "hysteresis", "creep", "mechanics", "thermal", "gauge", "adc")
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Parameter records for the Modelica library, generated from the variable table.
 
 `Parameters/Base.mo` declares what the table declares, `Parameters/Table1.mo` holds the paper's
-values, and `format_record` writes any parameter set as a record beside them. Structured names
+values, `Internal/Values.mo` hands all of them to the C sources, and `format_record` writes any
+parameter set as a record beside those. Structured names
 become vectors: ``rule[2].centre`` is ``ruleCentre[2]``, ``lag.timeConstant`` is ``lagTimeConstant``.
 The library also holds the C sources of the FMUs, because a tool that compiles them has the library
 only, not this repository. After a change of the table or of the C sources,
@@ -11,6 +12,7 @@ only, not this repository. After a change of the table or of the C sources,
 import re
 import sys
 from html import escape
+from itertools import groupby
 from pathlib import Path
 
 from it2hys.errors import InputError
@@ -21,6 +23,7 @@ from it2hys.support.files import write_atomically
 
 LIBRARY_VERSION = "0.1.0"
 PACKAGE = "IT2Hysteresis.Parameters"
+INTERNAL = "IT2Hysteresis.Internal"
 C_SOURCES = "Resources/C-Sources"
 
 #: The chain, the layer and the models, as one C file (`it2hys.fmu.amalgamation`).
@@ -80,11 +83,12 @@ def format_record(parameters: ParameterSet, name: str, within: str | None = None
 def format_base() -> str:
     """Return the record that every parameter set extends: the table's parameters, declared."""
     parameters = load_table().parameters().values()
+    example = next(v.name for v in parameters if v.effect and v.group is None)
     info = (
         "<p>\nWhat identifies an actuator, plant and inverse alike. Names are those of the FMUs'\n"
         "parameters, with a vector for every column of a structured one: "
         "<code>ruleCentre[l]</code>\nis the FMUs' <code>rule[l].centre</code>, "
-        "<code>lagTimeConstant</code> their <code>lag.timeConstant</code>.\n"
+        f"<code>{field(example)}</code> their <code>{example}</code>.\n"
         "The rules have no default. Effects are off by default, see\n"
         '<a href="modelica://IT2Hysteresis.UsersGuide.Effects">Effects</a>.\n</p>'
     )
@@ -97,6 +101,45 @@ def format_base() -> str:
         ],
         ['defaultComponentPrefixes="parameter"', _documentation(info)],
         PACKAGE,
+    )
+
+
+def format_values() -> str:
+    """Return the record that makes one vector of a set, which the C sources read by the same table.
+
+    It is no function: rumoca, in which the library is tested, hands none to a function of which a field
+    says how long a vector is.
+    """
+    rows = [v for v in load_table().parameters().values() if v.index in (None, 1)]
+    counts = {group: field(entry["variable"]) for group, entry in load_table().counts.items()}
+    arguments = []
+    for group, members in groupby(rows, key=lambda v: v.group):
+        # a factor makes a Real of an Integer
+        names = [f"{'1.0*' * (v.type.base == 'Integer')}parameters.{field(v.name)}" for v in members]
+        arguments += names if group else ["{" + ",\n        ".join(names) + "}"]
+    scalars = sum(v.group is None for v in rows)
+    columns = {group: sum(v.group == group for v in rows) for group in counts}
+    sizes = [str(scalars), *(f"{n}*parameters.{counts[group]}" for group, n in columns.items())]
+    info = (
+        "<p>\nWhat the constructors of the external objects take: the parameters in the order of\n"
+        f'<a href="modelica://{PACKAGE}.Base">Base</a>, vectors behind the number of their elements.\n'
+        "The C sources read them by the table that this is generated from.\n</p>"
+    )
+    return _record(
+        "Values",
+        "All parameters of a set as one vector",
+        [
+            "  extends Modelica.Icons.Record;",
+            f"  parameter {PACKAGE}.Base parameters={PACKAGE}.Table1()",
+            '    "Parameter set";',
+            f"  final parameter Real vector[{' + '.join(sizes)}]=",
+            "    cat(",
+            "      1,",
+            ",\n".join(f"      {argument}" for argument in arguments) + ")",
+            '    "Numbers in SI units";',
+        ],
+        [_documentation(info)],
+        INTERNAL,
     )
 
 
@@ -131,6 +174,7 @@ def generated_files() -> dict[str, bytes]:
     copies = [*(native / "sources" / name for name in SOURCES), native / "LICENSE"]
     return {
         "Parameters/Base.mo": format_base().encode(),
+        "Internal/Values.mo": format_values().encode(),
         "Parameters/Table1.mo": format_record(table_1(), "Table1", PACKAGE).encode(),
         **{f"{C_SOURCES}/{path.name}": path.read_bytes() for path in copies},
     }

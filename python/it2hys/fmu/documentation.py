@@ -5,7 +5,9 @@ from importlib.resources import files
 from jinja2 import Environment, PackageLoader
 
 from it2hys.fmu.model_description import IDENTIFIERS
+from it2hys.model.effect import Effect
 from it2hys.model.parameters import ParameterSet
+from it2hys.model.stages import BEFORE_CORE, BEHIND_CORE, READING
 from it2hys.model.variables import Variable, load_table
 
 
@@ -17,6 +19,9 @@ def documentation_files(model: str, parameters: ParameterSet, licence: bytes) ->
         model=model,
         identifier=IDENTIFIERS[model],
         parameters=parameters,
+        before=_words(BEFORE_CORE),
+        behind=_words(BEHIND_CORE),
+        reading=_words(READING),
         signals=[v for v in variables if v.causality != "parameter"],
         scalars=[_row(v, parameters) for v in variables if v.causality == "parameter"],
     )
@@ -34,6 +39,10 @@ def render(template: str, **values: object) -> str:
         loader=PackageLoader("it2hys.fmu"), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
     return environment.get_template(template).render(**values)
+
+
+def _words(effects: dict[str, Effect]) -> list[str]:
+    return [effect.words or name for name, effect in effects.items()]
 
 
 def _row(variable: Variable, parameters: ParameterSet) -> dict:

@@ -40,6 +40,7 @@ from it2hys.identification.uncertainty import assess
 from it2hys.identification.weights import weigh
 from it2hys.model import compiled
 from it2hys.model.parameters import ParameterSet
+from it2hys.model.stages import EFFECTS
 from it2hys.records import Record
 from it2hys.records.figures_of_merit import noise_size, times_the_noise
 from it2hys.support.progress import Progress
@@ -313,7 +314,7 @@ class _Session:
             voltageMax=float(max(v.max() for v in voltages)),
             displacementMin=float(usable[0]),
             displacementMax=float(usable[1]),
-            **{"nonlinearity.minimum": float(usable[0]), "nonlinearity.maximum": float(usable[1])},
+            **{n: v for e in EFFECTS.values() for n, v in e.over_range(*map(float, usable)).items()},
         )
 
     def _results(self, fit: Fit, parameters: ParameterSet) -> list[RecordResult]:

@@ -147,9 +147,9 @@ def usability_values(rules: np.ndarray, band: Band) -> np.ndarray:
     change = -(lower / s1**2 + upper / s2**2) * (y - centre) / total
     free = y * q1 + q3
     at_rest, slope = np.sum(weight * free, axis=1), weight @ q2
-    drift = change.sum(axis=1)
-    constant = weight @ q1 + np.sum(change * free, axis=1) - at_rest * drift
-    by_x = change @ q2 - slope * drift
+    moved = change.sum(axis=1)
+    constant = weight @ q1 + np.sum(change * free, axis=1) - at_rest * moved
+    by_x = change @ q2 - slope * moved
     # a slope of 0 has no equilibrium; the penalty on the slope speaks for that point
     equilibrium = (band.y - at_rest) / np.where(slope == 0.0, np.inf, slope)
     voltages = np.stack([equilibrium, band.x_low, band.x_high])

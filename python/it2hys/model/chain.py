@@ -1,4 +1,4 @@
-"""The whole chain from voltage to displacement and reading as a CasADi function.
+"""The whole chain from voltage to displacement and reading, and its inverse, as CasADi functions.
 
     voltage -> [delay] -> [slew] -> [saturation] -> [lag] -> [play] -> IT2 core
             -> [load] -> [creep] -> [resonance] -> [drift] -> [nonlinearity] -> displacement
@@ -6,42 +6,24 @@
 
 A parameter set says which effects are on, how many elements they have and how many whole ticks the
 delay has: that is the chain's structure. Within it every Real parameter is an argument, so that CasADi
-derives every derivative. `it2hys.model.compiled.chain_free_run` computes the same numbers in C.
+derives every derivative. `it2hys.model.compiled` computes the same numbers in C.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
-from it2hys.effects import (
-    Scalar,
-    Surroundings,
-    creep,
-    delay,
-    drift,
-    hum,
-    lag,
-    load,
-    nonlinearity,
-    play,
-    resonance,
-    saturation,
-    slew,
-)
 from it2hys.model import it2
+from it2hys.model.chain_inverse import Aim, inverse_tick
+from it2hys.model.compiled import REST_TEMPERATURE
+from it2hys.model.effect import Memory, Scalar, Surroundings
 from it2hys.model.parameters import RULE_FIELDS, ParameterSet
+from it2hys.model.stages import BEFORE_CORE, BEHIND_CORE, EFFECTS, READING
 from it2hys.model.variables import load_table
-
-#: Effects by the name that reports use, in the order of the chain.
-BEFORE_CORE = {"delay": delay, "slew": slew, "saturation": saturation, "lag": lag, "play": play}
-BEHIND_CORE = {
-    "load": load, "creep": creep, "resonance": resonance, "drift": drift, "nonlinearity": nonlinearity,
-}  # fmt: skip
-READING = {"hum": hum}
-EFFECTS = {**BEFORE_CORE, **BEHIND_CORE, **READING}
 
 
 def active_effects(parameters: ParameterSet) -> list[str]:
@@ -72,10 +54,18 @@ class Chain:
         self.effects = active_effects(parameters)
         self._sizes = {name: EFFECTS[name].size(parameters) for name in self.effects}
 
+        # whose last ticks the inverse keeps twice: as it aimed at, and as the plant reached
+        self._aimed = [n for n in self.effects if EFFECTS[n].memory is Memory.AIMED]
+
     @property
     def state_size(self) -> int:
         """Number of states: the core's, then those of the effects."""
         return 1 + sum(self._sizes.values())
+
+    @property
+    def inverse_state_size(self) -> int:
+        """Number of states of the inverse: those that it aims at, then those that the plant reached."""
+        return self.state_size + 1 + sum(self._sizes[name] for name in self._aimed)
 
     def vector(self, parameters: ParameterSet | None = None) -> np.ndarray:
         """Return the argument `p` of a set of the same structure; by default of the chain's own."""
@@ -103,11 +93,43 @@ class Chain:
         p, values = self._symbols()
         return ca.Function("chain_rest", [p], [self._rest(values)], ["p"], ["state"])
 
+    @cached_property
+    def inverse(self) -> ca.Function:
+        """(p, state, reference, force, temperature, time) -> (next state, voltage, saturated)."""
+        p, values = self._symbols()
+        state = ca.SX.sym("state", self.inverse_state_size)
+        reference, *around = (ca.SX.sym(n) for n in ("reference", "force", "temperature", "time"))
+        own, reached = ca.vertsplit(state, [0, self.state_size, self.inverse_state_size])
+        before = Aim(own[0], dict(zip(self.effects, self._split(own), strict=True)))
+        plant = Aim(reached[0], dict(zip(self._aimed, self._split(reached, self._aimed), strict=True)))
+        after, arrived, voltage, saturated = inverse_tick(
+            self._rules(values), values, before, plant, reference, Surroundings(*around)
+        )
+        following = ca.vertcat(
+            self._join(after.core, after.states), self._join(arrived.core, arrived.states, self._aimed)
+        )
+        return ca.Function(
+            "chain_inverse",
+            [p, state, reference, *around],
+            [following, voltage, saturated],
+            ["p", "state", "reference", "force", "temperature", "time"],
+            ["next_state", "voltage", "saturated"],
+        )
+
+    @cached_property
+    def inverse_rest(self) -> ca.Function:
+        """P -> state of the inverse at rest at `initialDisplacement`, where the plant is as well."""
+        p, values = self._symbols()
+        state = self._rest(values)
+        states = dict(zip(self.effects, self._split(state), strict=True))
+        twice = ca.vertcat(state, self._join(state[0], states, self._aimed))
+        return ca.Function("chain_inverse_rest", [p], [twice], ["p"], ["state"])
+
     def free_run(
         self,
         voltage: np.ndarray,
         force: np.ndarray | float = 0.0,
-        temperature: np.ndarray | float = drift.REFERENCE_TEMPERATURE,
+        temperature: np.ndarray | float = REST_TEMPERATURE,
         parameters: ParameterSet | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Simulate from rest, as `compiled.chain_free_run` does; returns displacement, measured."""
@@ -163,14 +185,17 @@ class Chain:
         back(BEFORE_CORE, it2.inverse_expression(self._rules(values), core, core, limits))
         return self._join(core, states)
 
-    def _split(self, state: ca.SX) -> list[list[ca.SX]]:
-        """Return the effects' states, in their order."""
+    def _split(self, state: ca.SX, effects: Sequence[str] | None = None) -> list[list[ca.SX]]:
+        """Return the effects' states, in their order; by default of all that are on."""
         parts, first = [], 1
-        for name in self.effects:
+        for name in self.effects if effects is None else effects:
             last = first + self._sizes[name]
             parts.append([state[i] for i in range(first, last)])
             first = last
         return parts
 
-    def _join(self, core: Scalar, states: dict[str, list[Scalar]]) -> ca.SX:
-        return ca.vertcat(core, *(s for name in self.effects for s in states.get(name, [])))
+    def _join(
+        self, core: Scalar, states: dict[str, list[Scalar]], effects: Sequence[str] | None = None
+    ) -> ca.SX:
+        names = self.effects if effects is None else effects
+        return ca.vertcat(core, *(s for name in names for s in states.get(name, [])))

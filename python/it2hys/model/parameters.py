@@ -20,8 +20,6 @@ from it2hys.records.numerals import parse_number
 from it2hys.support.files import write_atomically
 
 RULE_FIELDS = ("sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3")
-#: Entry of older files: a voltage, where `initialRestOffset` is counted from where the stage rests.
-OLD_REST = "initialRestVoltage"
 
 
 @dataclass(frozen=True, eq=False)  # compared as the mapping that it is
@@ -220,12 +218,11 @@ def read_ssv(path: str | Path) -> ParameterSet:
 
 def _up_to_date(entries: dict[str, object]) -> dict[str, object]:
     """Return the entries of a file without what older versions wrote and nothing depends on."""
-    if OLD_REST in entries and any(name.startswith("play[") for name in entries):
-        raise InputError(
-            f"{OLD_REST!r} was written before the history of play operators was relative to where the "
-            "stage rests: identify the set again, or remove the entry to start demagnetised"
-        )
-    return {name: value for name, value in entries.items() if name != OLD_REST}
+    outdated = load_table().outdated
+    for name, old in outdated.items():
+        if name in entries and any(entry.startswith(f"{old['group']}[") for entry in entries):
+            raise InputError(f"{name!r} {old['reason']}")
+    return {name: value for name, value in entries.items() if name not in outdated}
 
 
 def _entries(root: etree._Element) -> Iterator[tuple[str, object]]:

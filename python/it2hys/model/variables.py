@@ -7,7 +7,7 @@ the table too.
 
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
@@ -77,6 +77,7 @@ class Table:
     types: dict[str, DeclaredType]
     units: dict[str, dict]
     counts: dict[str, dict]
+    outdated: dict[str, dict]
 
     def parameters(self) -> dict[str, Variable]:
         """Return the parameters by name, structured ones at their full count."""
@@ -138,7 +139,13 @@ def load_table() -> Table:
                 effect=row.get("effect"),
             )
         )
-    return Table(tuple(variables), types, source["units"], source["counts"])
+    return Table(tuple(variables), types, source["units"], source["counts"], source["outdated"])
+
+
+def off_values(effects: Collection[str]) -> dict[str, float | int]:
+    """Return the parameters of effects where these are off, but for those of their elements."""
+    known = load_table().parameters()
+    return {n: v.start for n, v in known.items() if v.effect in effects and v.group is None}
 
 
 @dataclass(frozen=True)

@@ -170,7 +170,7 @@ def _judged(seen: _Seen, first: int) -> Feedback | None:
 
 def _past(values: np.ndarray, lags: range) -> np.ndarray:
     """Return earlier values, a column for each lag, from the first sample on that has them all."""
-    return np.column_stack([values[_PAST - lag : len(values) - lag] for lag in lags])
+    return np.column_stack([values[_PAST - past : len(values) - past] for past in lags])
 
 
 def _scale(values: np.ndarray) -> float:

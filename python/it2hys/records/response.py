@@ -213,8 +213,8 @@ def _by_prediction(seen: _Seen) -> float:
     known = _basis(np.column_stack([seen.disturbances(1), *own])[rows])
     target = seen.displacement[rows]
     surprise = target - known @ (known.T @ target)
-    drift = _basis(seen.disturbances(1)[rows])
-    rest = target - drift @ (drift.T @ target)
+    slow = _basis(seen.disturbances(1)[rows])
+    rest = target - slow @ (slow.T @ target)
     if np.linalg.norm(rest) < _ROUNDING * np.linalg.norm(target):
         return 1.0
     if np.linalg.norm(surprise) < _REGULAR * np.linalg.norm(rest):
@@ -250,8 +250,8 @@ def _basis(columns: np.ndarray) -> np.ndarray:
     return basis[:, singular > 1e-7 * singular[0]]
 
 
-def _lagged(values: np.ndarray, lag: int) -> np.ndarray:
-    return np.concatenate([np.full(lag, values[0]), values[: len(values) - lag]])
+def _lagged(values: np.ndarray, samples: int) -> np.ndarray:
+    return np.concatenate([np.full(samples, values[0]), values[: len(values) - samples]])
 
 
 def _cross_correlation(y: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -351,8 +351,8 @@ def _is_reversed(curve: _Curve, explained: float, seen: _Seen) -> bool:
         return False
     reach = int(np.clip(seen.cycle / 2, 2, len(seen.voltage) // 4))
     lags = np.arange(-reach, reach + 1)
-    lag = lags[np.argmax(_cross_correlation(-curve.without_drift, seen.voltage)[lags])]
-    return bool(-lag <= max(1.0, _LEAD * seen.cycle))
+    later = lags[np.argmax(_cross_correlation(-curve.without_drift, seen.voltage)[lags])]
+    return bool(-later <= max(1.0, _LEAD * seen.cycle))
 
 
 # --- in words ------------------------------------------------------------------------------------

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from it2hys.cosimulation.simulation import track
+from it2hys.diagnosis.coordinates import BY_RECORD, OF_READING
+from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.explained import low_shares
 from it2hys.diagnosis.result import Diagnosis, Judgement
 from it2hys.fmu.packaging import make_directory, package
 from it2hys.model import compiled
-from it2hys.model.chain import EFFECTS
 from it2hys.model.variables import load_table
 from it2hys.records import Record
 from it2hys.records.figures_of_merit import (
@@ -207,7 +208,7 @@ def found(diagnosis: Diagnosis, start: str = START) -> str:
         start += f" with {', '.join(diagnosis.declared)} declared"
     if not diagnosis.effects:
         return f"No effect was found that {start} lacks."
-    *others, last = (f"{effect} ({EFFECTS[effect].MEANING})" for effect in diagnosis.effects)
+    *others, last = (f"{effect} ({EVIDENCE[effect].meaning})" for effect in diagnosis.effects)
     named = f"{', '.join(others)} and {last}" if others else last
     return f"Found and added to {start}: {named}."
 
@@ -257,7 +258,7 @@ def inverse_table(diagnosis: Diagnosis) -> Table:
             b.name, ROLES[b.role],
             f"{b.inverse.e_rms:.4g}", f"{a.inverse.e_rms:.4g}", f"{a.inverse.noise:.2g}",
             f"{b.inverse.e_displacement * UM:.4f}", f"{a.inverse.e_displacement * UM:.4f}",
-            f"{a.inverse.delay * 1e3:.4g}", f"{a.inverse.band:.3g}",
+            f"{a.inverse.latency * 1e3:.4g}", f"{a.inverse.band:.3g}",
             f"{100 * a.inverse.saturated:.2g}",
         ]
         for b, a in zip(diagnosis.before, diagnosis.after, strict=True)
@@ -463,8 +464,8 @@ def _tracking_section(diagnosis: Diagnosis, records: Sequence[Record], directory
 
 def at_rest(displacement: float) -> dict[str, float]:
     """Return the parameters of a run that begins at rest at a displacement, m."""
-    rest = dict.fromkeys(("initialRestOffset", "initialExcursion", "initialCreep"), 0.0)
-    return {"initialDisplacement": float(displacement), **rest}
+    rest = {name: 0.0 for name in BY_RECORD if name not in OF_READING}
+    return {**rest, "initialDisplacement": float(displacement)}
 
 
 def scaled_reference(records: Sequence[Record]) -> np.ndarray:
@@ -538,7 +539,7 @@ def _judgement_json(judgement: Judgement) -> dict:
         "inverse_e_rms_V": _number(judgement.inverse.e_rms),
         "inverse_e_rms_um": _number(judgement.inverse.e_displacement * UM),
         "inverse_noise_rms_V": _number(judgement.inverse.noise),
-        "inverse_delay_s": judgement.inverse.delay,
+        "inverse_delay_s": judgement.inverse.latency,
         "inverse_band_Hz": judgement.inverse.band,
         "samples_out_of_range": int(np.count_nonzero(judgement.out_of_range)),
     }

@@ -20,9 +20,13 @@ from it2hys.stand.hysteresis import Hysteresis
 from it2hys.stand.mechanics import Mechanics, ThermalExpansion
 from it2hys.stand.stand import LINEAR_SLOPE, NOMINAL_GAIN, Reading, RunningStand, Stand
 
+#: What a scenario may leave out, by the names of the fields of `Stand`.
+PARTS = ("dac", "amplifier", "hysteresis", "creep", "mechanics", "thermal", "gauge", "adc")
+
 __all__ = [
     "LINEAR_SLOPE",
     "NOMINAL_GAIN",
+    "PARTS",
     "Amplifier",
     "Converter",
     "Creep",

@@ -1,7 +1,7 @@
 /* A Modelica tool as the glue sees it, driven by lines on stdin. external.h is generated from the
  * library's external clauses: a function for each, with the arguments of the Modelica function.
  *
- *     new ID plant|inverse SCALARS RULES PLAYS CREEPS then all numbers, column by column
+ *     new ID plant|inverse COUNT then as many numbers
  *     tick ID TIME INPUT FORCE TEMPERATURE
  *     free ID
  *
@@ -55,25 +55,19 @@ static double *read_numbers(size_t count)
 
 static void construct(int id, int inverse)
 {
-    static double *column[11]; /* static: they outlive a longjmp */
-    size_t count[4];
-    static const int group[11] = { 0, 1, 1, 1, 1, 1, 1, 2, 2, 3, 3 };
+    static double *values; /* static: it outlives a longjmp */
+    size_t count;
 
-    if (scanf("%zu %zu %zu %zu", &count[0], &count[1], &count[2], &count[3]) != 4)
+    if (scanf("%zu", &count) != 1)
         exit(2);
-    for (int i = 0; i < 11; i++)
-        column[i] = read_numbers(count[group[i]]);
+    values = read_numbers(count);
     object[id].inverse = inverse;
     object[id].instance = NULL;
     if (setjmp(on_error) == 0) {
-        object[id].instance = (inverse ? InverseObject_constructor : PlantObject_constructor)(
-            column[0], count[0], column[1], count[1], column[2], count[1], column[3], count[1],
-            column[4], count[1], column[5], count[1], column[6], count[1], column[7], count[2],
-            column[8], count[2], column[9], count[3], column[10], count[3]);
+        object[id].instance = (inverse ? InverseObject_constructor : PlantObject_constructor)(values, count);
         puts("ok");
     }
-    for (int i = 0; i < 11; i++)
-        free(column[i]);
+    free(values);
 }
 
 static void tick(int id)

@@ -21,18 +21,6 @@
 
 enum { IT2M_INPUTS = 3 };
 
-/* A parameter record as the constructors get it: scalars in the order of the variable table. */
-struct it2m_parameters {
-    const double *scalars;
-    size_t scalar_count;
-    const double *rule[6];
-    size_t rule_count;
-    const double *play[2];
-    size_t play_count;
-    const double *creep[2];
-    size_t creep_count;
-};
-
 struct it2m_object {
     const struct fmu_model *model;
     struct fmu *fmu;
@@ -68,40 +56,71 @@ static void it2m_log(const struct fmu_host *host, const char *instance, enum fmu
         snprintf(object->error, sizeof object->error, "%s", text);
 }
 
-static void it2m_set(struct it2m_object *object, const struct fmu_variable *variable, double value)
+/* The numbers of a parameter record, in the order of the variable table (Internal.Values): a group of elements
+ * as columns, behind how many there are. */
+struct it2m_values {
+    const double *next;
+    size_t left;
+    size_t needed; /* by the table */
+};
+
+static double it2m_next(struct it2m_values *values)
 {
-    *(double *)((char *)&object->parameters + variable->offset) = value;
+    values->needed++;
+    return values->left ? (values->left--, *values->next++) : 0.0;
 }
 
-static bool it2m_set_scalars(struct it2m_object *object, const double *scalars, size_t count)
+static void *it2m_place(struct it2m_object *object, const struct fmu_variable *variable)
 {
-    size_t n = 0;
+    return (char *)&object->parameters + variable->offset;
+}
 
-    for (unsigned i = 0; i < FMU_TABLE_ROWS; i++) {
-        const struct fmu_variable *v = &actuator_table[i];
-        if (v->causality == FMU_PARAMETER && v->base == FMU_REAL && v->index == 0 && n++ < count)
-            it2m_set(object, v, scalars[n - 1]);
+/* A column, from the row of its first element on; that of the next is `stride` rows further. Elements beyond
+ * those that the table has are left out: their number is refused. */
+static void it2m_set_column(struct it2m_object *object, const struct fmu_variable *first, size_t stride,
+                            struct it2m_values *values)
+{
+    const int count = *(const int *)((const char *)&object->parameters + first->count);
+    size_t row = (size_t)(first - actuator_table);
+
+    for (int i = 1; i <= count; i++, row += stride) {
+        const double value = it2m_next(values);
+        if (row < FMU_TABLE_ROWS && actuator_table[row].index == i && actuator_table[row].count == first->count)
+            *(double *)it2m_place(object, &actuator_table[row]) = value;
     }
-    if (n != count)
-        snprintf(object->error, sizeof object->error,
-                 "the C sources have %d scalar parameters, the Modelica library hands over %d; they "
-                 "belong to different versions", (int)n, (int)count);
-    return n == count;
 }
 
-/* Elements beyond those that the table has are left out: their number is refused. */
-static void it2m_set_columns(struct it2m_object *object, const char *group, const char *const *fields,
-                             int field_count, const double *const *columns, size_t count)
+/* Rows from one element of a group to the next. */
+static size_t it2m_stride(const struct fmu_variable *first)
 {
-    char name[64];
+    const struct fmu_variable *end = first;
 
-    for (size_t i = 0; i < count; i++)
-        for (int k = 0; k < field_count; k++) {
-            const int length = snprintf(name, sizeof name, "%s[%d].%s", group, (int)i + 1, fields[k]);
-            const struct fmu_variable *v = fmu_find_parameter(object->model, name, (size_t)length);
-            if (v)
-                it2m_set(object, v, columns[k][i]);
-        }
+    while (end < actuator_table + FMU_TABLE_ROWS && end->index == 1 && end->count == first->count)
+        end++;
+    return (size_t)(end - first);
+}
+
+static bool it2m_set(struct it2m_object *object, const double *numbers, size_t count)
+{
+    struct it2m_values values = { numbers, count, 0 };
+    size_t stride = 0;
+
+    for (const struct fmu_variable *v = actuator_table; v < actuator_table + FMU_TABLE_ROWS; v++) {
+        if (v->causality != FMU_PARAMETER || v->index > 1)
+            continue;
+        if (v->index == 1) {
+            stride = v[-1].index == 1 && v[-1].count == v->count ? stride : it2m_stride(v);
+            it2m_set_column(object, v, stride, &values);
+        } else if (v->base == FMU_INTEGER)
+            *(int *)it2m_place(object, v) = (int)it2m_next(&values);
+        else
+            *(double *)it2m_place(object, v) = it2m_next(&values);
+    }
+    if (values.needed != count)
+        snprintf(object->error, sizeof object->error,
+                 "the C sources have %d parameters, the Modelica library hands over %d; they "
+                 "belong to different versions", (int)values.needed, (int)count);
+    return values.needed == count;
 }
 
 /* From instantiated to before the first tick. */
@@ -112,21 +131,12 @@ static bool it2m_start(struct it2m_object *object, double time)
            fmu_exit_initialization(object->fmu, "start") == FMU_OK;
 }
 
-static bool it2m_instantiate(struct it2m_object *object, const struct it2m_parameters *p)
+static bool it2m_instantiate(struct it2m_object *object, const double *values, size_t count)
 {
-    static const char *const RULE[] = { "sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3" };
-    static const char *const PLAY[] = { "threshold", "weight" };
-    static const char *const CREEP[] = { "gain", "timeConstant" };
     const struct fmu_host host = { .log = it2m_log, .environment = object };
 
-    if (!it2m_set_scalars(object, p->scalars, p->scalar_count))
+    if (!it2m_set(object, values, count))
         return false;
-    it2m_set_columns(object, "rule", RULE, 6, p->rule, p->rule_count);
-    it2m_set_columns(object, "play", PLAY, 2, p->play, p->play_count);
-    it2m_set_columns(object, "creep", CREEP, 2, p->creep, p->creep_count);
-    object->parameters.ruleCount = (int)p->rule_count;
-    object->parameters.playCount = (int)p->play_count;
-    object->parameters.creepCount = (int)p->creep_count;
     object->fmu = fmu_create(object->model, object->model->identifier, &object->parameters, &host, true);
     return object->fmu && it2m_start(object, 0.0);
 }
@@ -140,7 +150,7 @@ static void it2m_destruct(struct it2m_object *object)
     free(object);
 }
 
-static void *it2m_construct(const struct fmu_model *model, const struct it2m_parameters *parameters)
+static void *it2m_construct(const struct fmu_model *model, const double *values, size_t count)
 {
     struct it2m_object *object = calloc(1, sizeof *object);
     char message[1024] = "out of memory";
@@ -148,7 +158,7 @@ static void *it2m_construct(const struct fmu_model *model, const struct it2m_par
     if (!object)
         ModelicaFormatError("%s: %s\n", model->identifier, message);
     object->model = model;
-    if (it2m_instantiate(object, parameters))
+    if (it2m_instantiate(object, values, count))
         return object;
     if (object->error[0])
         memcpy(message, object->error, sizeof message);
@@ -196,22 +206,15 @@ static void it2m_tick(struct it2m_object *object, double time, const double inpu
 
 /* --- what the external clauses call ------------------------------------------------------------- */
 
-#define IT2M_CONSTRUCTOR(function, fmu) \
-    static void *function(const double *scalars, size_t scalar_count, const double *sigma_lower, \
-                          const double *sigma_upper, const double *centre, const double *q1, \
-                          const double *q2, const double *q3, size_t rule_count, \
-                          const double *threshold, const double *weight, size_t play_count, \
-                          const double *gain, const double *time_constant, size_t creep_count) \
-    { \
-        const struct it2m_parameters parameters = { \
-            scalars, scalar_count, { sigma_lower, sigma_upper, centre, q1, q2, q3 }, rule_count, \
-            { threshold, weight }, play_count, { gain, time_constant }, creep_count \
-        }; \
-        return it2m_construct(&fmu, &parameters); \
-    }
+static void *IT2Plant_construct(const double *values, size_t count)
+{
+    return it2m_construct(&plant_model, values, count);
+}
 
-IT2M_CONSTRUCTOR(IT2Plant_construct, plant_model)
-IT2M_CONSTRUCTOR(IT2Inverse_construct, inverse_model)
+static void *IT2Inverse_construct(const double *values, size_t count)
+{
+    return it2m_construct(&inverse_model, values, count);
+}
 
 static void IT2Plant_destruct(void *object)
 {

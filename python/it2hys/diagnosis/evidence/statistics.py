@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from scipy import stats
@@ -20,8 +21,9 @@ from scipy.ndimage import uniform_filter1d
 from scipy.optimize import nnls
 from scipy.signal import coherence, find_peaks, lfilter
 
-from it2hys.effects import Clue, Clues
+from it2hys.diagnosis.evidence.base import EffectEvidence
 from it2hys.identification.noise import find_period
+from it2hys.records.clues import Clue, Clues
 
 UM = 1e6
 #: Fewest samples of a record that can show anything.
@@ -439,39 +441,15 @@ LAGS = 48
 _QUICKNESS = (0.1, 1.0, 2.0, 3.5, 6.0, 10.0, 17.0, 30.0, 60.0, 200.0)
 #: Parameters that a fit of the response has in effect: few of the exponentials count.
 _FITTED = 6
-#: Parameters of stages that are compared: ticks, ticks, and (cycles per tick, damping).
-DELAYS = (0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, 20.0)
-TIME_CONSTANTS = tuple(np.geomspace(0.7, 60.0, 16))
-RINGS = tuple((f, d) for f in np.geomspace(0.015, 0.4, 24) for d in (0.02, 0.06, 0.15))
+#: What maps responses, (..., LAGS).
 Stage = Callable[[np.ndarray], np.ndarray]
 
 
-def _delay_stage(ticks: float) -> Stage:
-    """Return a delay of responses, (..., LAGS)."""
-    whole, part = int(ticks), ticks - int(ticks)
-    return lambda x: lfilter([*[0.0] * whole, 1.0 - part, part], [1.0], x)
+class Answer(NamedTuple):
+    """How a stage changes a response to a step: one for each of some parameters, in ticks."""
 
-
-def _lag_stage(ticks: float) -> Stage:
-    """Return a first-order lag of responses, (..., LAGS)."""
-    pole = np.exp(-1.0 / ticks)
-    return lambda x: lfilter([1.0 - pole], [1.0, -pole], x)
-
-
-def _ring_stage(ring: tuple[float, float]) -> Stage:
-    """Return a resonance, by cycles per tick and damping, of responses, (..., LAGS)."""
-    angle, damping = 2.0 * np.pi * ring[0], ring[1]
-    radius = np.exp(-damping * angle)
-    a1, a2 = 2.0 * radius * np.cos(angle * np.sqrt(1.0 - damping**2)), -(radius**2)
-    return lambda x: lfilter([1.0 - a1 - a2], [1.0, -a1, -a2], x)
-
-
-#: Stages by the effect that they stand for, with what is tried of each.
-_STAGES = {
-    "delay": (_delay_stage, DELAYS),
-    "lag": (_lag_stage, TIME_CONSTANTS),
-    "resonance": (_ring_stage, RINGS),
-}
+    stage: Callable[..., Stage]
+    parameters: Sequence
 
 
 @dataclass(frozen=True, eq=False)
@@ -493,6 +471,10 @@ class Dynamics:
     share: float
     statistic: float
     p_value: float
+
+
+#: No stage.
+_UNCHANGED = Answer(lambda _: lambda x: x, (None,))
 
 
 class StepResponse:
@@ -518,18 +500,16 @@ class StepResponse:
         self._root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
         self._target = self._root @ self.measured
 
-    def dynamics(self, effect: str) -> Dynamics:
-        """Return how well a kind of stage ("delay", "lag", "resonance") explains the response."""
-        fits = {name: self._fit(*choices) for name, choices in _STAGES.items()}
-        cost, parameter, response = fits[effect]
-        rivals = [c for name, (c, *_) in fits.items() if name != effect]
-        rivals += [self._fit(lambda _: lambda x: x, (None,))[0]]
+    def dynamics(self, own: Answer, others: Sequence[Answer]) -> Dynamics:
+        """Return how well one kind of stage explains the response, and others do not."""
+        cost, parameter, response = self._fit(*own)
+        rivals = [self._fit(*other)[0] for other in (*others, _UNCHANGED)]
         untouched = float(self.residual @ self._information @ self.residual)
         statistic = min(untouched, *rivals) - cost
         error = self.measured - response
         explained = self.residual @ self._normal @ self.residual - error @ self._normal @ error
         sure = stats.f.sf(max(statistic, 0.0) / _FITTED, _FITTED, _FREEDOM)
-        p_value = min(1.0, len(_STAGES[effect][1]) * float(sure))
+        p_value = min(1.0, len(own.parameters) * float(sure))
         share = max(0.0, float(explained) / self._power) if self._power > 0.0 else 0.0
         return Dynamics(parameter, share, statistic, p_value)
 
@@ -556,3 +536,21 @@ def _past_changes(clue: Clue) -> np.ndarray:
     """Return the voltage's changes, 0 .. LAGS - 1 ticks ago, (N, LAGS)."""
     change = np.concatenate([np.zeros(LAGS - 1), moved(clue.voltage)])
     return np.lib.stride_tricks.sliding_window_view(change, LAGS)[:, ::-1]
+
+
+class StepEvidence(EffectEvidence):
+    """What is shown by the response to a step, against all others that are.
+
+    Attributes
+    ----------
+    answer : Answer
+        How the effect changes it.
+    """
+
+    answer: ClassVar[Answer]
+
+    def dynamics(self, seen: Clues) -> Dynamics:
+        """Return how well the effect explains the response, and the others do not."""
+        kinds = StepEvidence.__subclasses__()
+        others = [kind.answer for kind in kinds if kind is not type(self)]
+        return StepResponse(seen).dynamics(self.answer, others)

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.result import Evidence
 from it2hys.diagnosis.selection import CLEAR_GAIN, LEVEL, Node, Search, Trial
-from it2hys.effects import Clues
 from it2hys.model.chain import EFFECTS
+from it2hys.records.clues import Clues
 from it2hys.records.figures_of_merit import change_in_percent
 
 #: Share of the error on the training records that an effect plainly takes away.
@@ -70,7 +71,7 @@ def evidence_of(verdict: Verdict, left: Clues) -> tuple[Evidence, ...]:
 
 
 def _evidence_on(effect: str, verdict: Verdict, left: Clues) -> Evidence:
-    signature, trial = EFFECTS[effect].signature(left), _trial_of(effect, verdict)
+    signature, trial = EVIDENCE[effect].signature(left), _trial_of(effect, verdict)
     return Evidence(
         effect,
         np.nan if signature is None else signature.statistic,
@@ -110,8 +111,9 @@ def _untried(effect: str, verdict: Verdict, left: Clues) -> str:
             "not tried: the records that decide were taken in closed loop, where a controller's slow "
             f"correction looks like it; give one taken in open loop, or --declared {effect}"
         )
-    if effect == "load" and left.extent.force is None:
-        return "not tried: no record has a force channel"
+    channel = EVIDENCE[effect].channel
+    if channel and getattr(left.extent, channel) is None:
+        return f"not tried: no record has a {channel} channel"
     if effect in verdict.inseparable:
         others = ", ".join(e for e in verdict.inseparable if e != effect)
         return (

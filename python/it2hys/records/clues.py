@@ -1,47 +1,10 @@
-"""The effects of the chain (`fmu_src/core/chain.h`) as CasADi expressions, one module per effect.
-
-Each module has
-    is_on(parameters)            whether a parameter set has the effect
-    size(parameters)             number of its states
-    rest(values, y)              input and states at rest at the output y
-    step(values, state, x, around)   output and next states; the operations are those of the C core
-    starts(extent)               start values and bounds for a fit, from the extent of the records
-    guesses(clues)               values to start a fit from, from what a model without it leaves over
-    MEANING                      what it is, in plain words, as a clause
-    EXPERIMENT                   what would show it apart from others
-    signature(clues)             what of that looks as this effect alone would make it, and how surely
-and says in its docstring what in a record speaks for it. `values` maps FMU variable names to numbers
-or CasADi symbols; counts and switches are always numbers.
-"""
+"""What records span, and what a model leaves over of them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
-
-#: A number or an expression.
-Scalar = ca.SX | float
-Values = Mapping[str, Scalar]
-
-
-class Surroundings(NamedTuple):
-    """What acts on the chain beside the voltage, at one tick."""
-
-    force: Scalar
-    temperature: Scalar
-    time: Scalar
-
-
-class Start(NamedTuple):
-    """Where a fit of one parameter begins, and its bounds, in SI units."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True)
@@ -125,23 +88,3 @@ class Clues:
             own = np.fft.rfftfreq(len(residual), self.extent.sample_time)
             power += np.interp(frequency, own, np.abs(transform) ** 2) / np.sum(window**2)
         return frequency, power / len(self.records)
-
-
-@dataclass(frozen=True)
-class Signature:
-    """How much of a residual looks as one effect would make it.
-
-    Attributes
-    ----------
-    statistic : float
-        What `p_value` comes from, see the effect's `signature`; larger speaks for the effect.
-    p_value : float
-        Probability of such a statistic in noise, coloured or not, corrected for what was tried on the
-        way (thresholds, frequencies), not for the number of effects.
-    text : str
-        What was found, as a sentence with units.
-    """
-
-    statistic: float
-    p_value: float
-    text: str

@@ -1,0 +1,98 @@
+"""What every effect has of evidence: how it shows in records, and how a fit of it begins.
+
+The physics of an effect is in `it2hys.model.effects`; here is what a diagnosis knows about it, so that
+nothing else in the loop names an effect.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from it2hys.records.clues import Clues, Extent
+
+
+@dataclass(frozen=True)
+class Signature:
+    """How much of a residual looks as one effect would make it.
+
+    Attributes
+    ----------
+    statistic : float
+        What `p_value` comes from, see the effect's `signature`; larger speaks for the effect.
+    p_value : float
+        Probability of such a statistic in noise, coloured or not, corrected for what was tried on the
+        way (thresholds, frequencies), not for the number of effects.
+    text : str
+        What was found, as a sentence with units.
+    """
+
+    statistic: float
+    p_value: float
+    text: str
+
+
+class EffectEvidence(ABC):
+    """What a diagnosis knows about one effect.
+
+    Attributes
+    ----------
+    meaning : str
+        What the effect is, in plain words, as a clause.
+    experiment : str
+        What would show it apart from others.
+    channel : str or None
+        Channel beside the voltage without which no record can show the effect.
+    imitated : bool
+        Whether the rules can imitate it in part, so that they are sought anew for it.
+    of_any_loop : bool
+        Whether a loop of one amplitude and one frequency cannot tell it apart.
+    of_a_controller : bool
+        Whether a controller's slow correction looks like it.
+    by_its_signature : bool
+        Whether it takes a part of any error, so that its signature always has to be there.
+    """
+
+    meaning: ClassVar[str]
+    experiment: ClassVar[str]
+    channel: ClassVar[str | None] = None
+    imitated: ClassVar[bool] = False
+    of_any_loop: ClassVar[bool] = False
+    of_a_controller: ClassVar[bool] = False
+    by_its_signature: ClassVar[bool] = False
+
+    # --- what has to be there ----------------------------------------------------------------------
+
+    @abstractmethod
+    def guesses(self, clues: Clues) -> list[dict[str, float]]:
+        """Return values to start a fit from, from what a model without the effect leaves over."""
+
+    @abstractmethod
+    def signature(self, clues: Clues) -> Signature | None:
+        """Return how much of that looks as this effect alone would make it, and how surely."""
+
+    # --- of a fit ----------------------------------------------------------------------------------
+
+    def promising(self, clues: Clues, trials: Sequence[Mapping]) -> list[int]:
+        """Return the places of the trials that are worth to be followed with new rules."""
+        return list(range(len(trials)))
+
+    def gain_at_rest(self, values: Mapping) -> float:
+        """Return the share of the mean stroke that the effect adds to it."""
+        return 0.0
+
+    def extended(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
+        """Return the values of one element more; None where that is no variant of the model."""
+        return None
+
+    # --- of a fitted effect ------------------------------------------------------------------------
+
+    def is_within_a_sample(self, values: Mapping) -> bool:
+        """Return whether it shifts or smooths by less than a sample, as another sampling would."""
+        return False
+
+    def is_done_within(self, values: Mapping, time: float) -> bool:
+        """Return whether it has done most of its work in a time, in s."""
+        return False

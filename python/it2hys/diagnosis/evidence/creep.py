@@ -1,0 +1,88 @@
+"""Creep: first-order terms, driven by the displacement above the sensor's zero and added to it.
+
+For it speaks a residual that, after a step, grows with the logarithm of the time held, and slow
+cycles whose loops are wider than fast ones'. A drift with time grows without any step.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from it2hys.diagnosis.evidence.base import EffectEvidence, Signature
+from it2hys.diagnosis.evidence.statistics import (
+    Ground,
+    absorbed,
+    after_steps,
+    lagged,
+    modelled,
+    readable,
+)
+from it2hys.model.effects.creep import COUNT, EFFECT
+from it2hys.model.variables import load_table
+from it2hys.records.clues import Clues, Extent
+
+
+class CreepEvidence(EffectEvidence):
+    """A residual that goes on after the displacement has moved, over decades of time."""
+
+    meaning = "the stage goes on moving when the voltage has stopped"
+    experiment = "steps held over several decades of time (creep goes on with the logarithm of time)"
+
+    of_a_controller = True
+
+    def guesses(self, clues: Clues, count: int = COUNT) -> list[dict[str, float]]:
+        """Return no, small and large gains at time constants spread over the records' decades."""
+        values = EFFECT.starts(clues.extent, count)
+        constants = {name: start.value for name, start in values.items() if "timeConstant" in name}
+        gains = [name for name in values if "gain" in name]
+        return [
+            {"creepCount": count, **constants, **dict.fromkeys(gains, total / count)}
+            for total in (1e-3, 0.02, 0.1)
+        ]
+
+    def gain_at_rest(self, values: Mapping) -> float:
+        """Return the sum of the gains."""
+        return sum(values[f"creep[{i}].gain"] for i in range(1, int(values["creepCount"]) + 1))
+
+    def extended(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
+        """Return one term more, slower than the others if the records allow."""
+        count = int(values["creepCount"]) + 1
+        if count > load_table().counts["creep"]["maximum"]:
+            return None
+        slowest = max(values[f"creep[{i}].timeConstant"] for i in range(1, count))
+        return {
+            f"creep[{count}].gain": 1e-3,
+            f"creep[{count}].timeConstant": min(3.0 * slowest, extent.duration),
+            "creepCount": count,
+        }
+
+    def signature(self, clues: Clues) -> Signature | None:
+        """Return whether the residual goes on after the displacement has moved, over decades of time.
+
+        The residual is regressed on slow lags of the model's reading, three over the decades that the
+        records see, once the model's own means are taken out; errors are spectral and by blocks (HAC).
+        The statistic is the share of the residual's power that they explain. The text gives the growth
+        by decade of hold time.
+        """
+        seen = readable(clues)
+        duration = clues.extent.duration / clues.extent.sample_time
+        if seen is None or duration < 1000:
+            return None
+        ticks = np.geomspace(20.0, duration, 6)[::2]
+        trial = Ground(seen, [absorbed(seen)]).test(
+            lambda c: np.column_stack([lagged(modelled(c), t) for t in ticks])
+        )
+        slope = after_steps(seen)
+        text = (
+            f"Slow answers to the displacement explain {100 * trial.share:.0f} % of the "
+            "residual's power"
+        )
+        if slope is not None:
+            text += (
+                f"; after a step it goes on by {100 * slope:.2g} % of the step per decade of the "
+                "time held"
+            )
+        return Signature(trial.share, trial.p_value, text + ".")
+
+
+EVIDENCE = CreepEvidence()

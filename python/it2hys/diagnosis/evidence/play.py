@@ -1,0 +1,70 @@
+"""Rate-independent memory in front of the core: play operators, Prandtl-Ishlinskii.
+
+For it speaks a residual whose loop area does not depend on frequency: it is there in the slowest
+cycles, where every lag closes; and minor loops within a cycle that remember where the voltage turned.
+"""
+
+import numpy as np
+
+from it2hys.diagnosis.evidence.base import EffectEvidence, Signature
+from it2hys.diagnosis.evidence.statistics import (
+    UM,
+    Ground,
+    absorbed,
+    by_record,
+    loop_widths,
+    readable,
+    walked,
+)
+from it2hys.model.effects.play import COUNT, thresholds
+from it2hys.records.clues import Clues
+
+
+class PlayEvidence(EffectEvidence):
+    """A residual that remembers where the voltage turned, however slow or fast it moves."""
+
+    meaning = "memory of the voltage's turning points, with loops that are as wide slow as fast"
+    experiment = (
+        "slow loops of several amplitudes, each at two frequencies (memory keeps the area of its loops)"
+    )
+
+    of_any_loop = True
+
+    def guesses(self, clues: Clues, count: int = COUNT) -> list[dict[str, float]]:
+        """Return equal weights, for hardly any, a weak and a strong memory."""
+        held = {"playCount": count, **thresholds(clues.extent, count)}
+        return [
+            {**held, **{f"play[{j}].weight": total / count for j in range(1, count + 1)}}
+            for total in (0.01, 0.1, 0.4)
+        ]
+
+    def signature(self, clues: Clues) -> Signature | None:
+        """Return whether the residual remembers where the voltage turned, however slowly it moves.
+
+        The residual is regressed on the outputs of three play operators, which know no time, once the
+        model's own means are taken out; errors are spectral and by blocks (HAC). The statistic is the
+        share of the residual's power that they explain. Loops are told of the slowest cycles: in fast
+        ones the model, fitted without play, has made up for them.
+        """
+        seen = readable(clues)
+        if seen is None or clues.extent.voltage_span <= 0.0:
+            return None
+        thresholds = np.array([0.04, 0.12, 0.25]) * clues.extent.voltage_span
+        start = np.array(
+            [np.clip(0.0, c.voltage[0] - thresholds, c.voltage[0] + thresholds) for c in seen.records]
+        )
+        outputs = walked(seen, start, lambda y, x: np.clip(y, x - thresholds, x + thresholds))
+        trial = Ground(seen, [absorbed(seen)]).test(by_record(seen, outputs))
+        frequency, width = loop_widths(seen)
+        text = f"Play of the voltage explains {100 * trial.share:.0f} % of the residual's power"
+        if len(width) >= 4:
+            slow = frequency <= np.quantile(frequency, 0.25)
+            text += (
+                f"; in the slowest cycles (up to {np.max(frequency[slow]):.3g} Hz), where lags "
+                "close, the "
+                f"residual's loops over the voltage are {np.median(width[slow]) * UM:.2g} µm wide"
+            )
+        return Signature(trial.share, trial.p_value, text + ".")
+
+
+EVIDENCE = PlayEvidence()

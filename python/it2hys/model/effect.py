@@ -1,0 +1,202 @@
+"""What every effect of the chain has: its physics as CasADi expressions, and how it is fitted.
+
+One module of `model/effects` per effect, whose operations are those of its C file (`fmu_src/core`). How
+an effect shows in records is not known here: that is in `diagnosis/evidence`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from enum import Enum
+from typing import ClassVar, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from it2hys.records.clues import Clues, Extent
+
+#: A number or an expression.
+Scalar = ca.SX | float
+#: Numbers or expressions by FMU variable name; counts and switches are always numbers.
+Values = Mapping[str, Scalar]
+
+
+class Surroundings(NamedTuple):
+    """What acts on the chain beside the voltage, at one tick."""
+
+    force: Scalar
+    temperature: Scalar
+    time: Scalar
+
+
+#: Lowest and highest values by record, of shape (R,).
+Bounds = tuple[np.ndarray, np.ndarray]
+
+
+class Start(NamedTuple):
+    """Where a fit of one parameter begins, and its bounds, in SI units."""
+
+    value: float
+    low: float
+    high: float
+
+
+class History(NamedTuple):
+    """What may have been before a record.
+
+    `values` are of parameters that belong to a record; `has_to_show` is whether it has to earn its
+    place against one that needs less.
+    """
+
+    values: dict[str, float]
+    has_to_show: bool
+
+
+class Memory(Enum):
+    """How long an effect remembers, in the words of `fmu_src/core/stages.h`."""
+
+    NONE = "no state"
+    AIMED = "a tick or two; the inverse keeps what it aimed at, and beside it what the plant reached"
+    SHORT = "a tick; the inverse keeps what the plant reached"
+    LONG = "many numbers, of which the same is true"
+    LONGEST = "even more of them"
+
+
+class Effect(ABC):
+    """A scalar causal map with a state of its own: one stage of the chain.
+
+    Attributes
+    ----------
+    memory : Memory
+    limits : bool
+        Whether it loses what is beyond, so that its inverse gives the nearest.
+    words : str or None
+        Its name for readers, where that is not the one in the list of stages.
+    per_record : tuple of str
+        Parameters whose value differs from record to record: how it begins, and what nothing in the
+        voltage tells.
+    sampled : bool
+        Whether its sampled form may differ from the truth by a part of a sample: how the voltage is
+        held and when the reading is taken is not in the records. A part of `shift` goes with it.
+    shift : str or None
+        Parameter that shifts the voltage, up to a sample of which belongs to a sampled effect. The
+        effect that has one waits, as a slow core does.
+    """
+
+    memory: ClassVar[Memory] = Memory.NONE
+    limits: ClassVar[bool] = False
+    words: ClassVar[str | None] = None
+    per_record: ClassVar[tuple[str, ...]] = ()
+    sampled: ClassVar[bool] = False
+    shift: ClassVar[str | None] = None
+
+    @abstractmethod
+    def is_on(self, parameters: Values) -> bool:
+        """Return whether a parameter set has the effect."""
+
+    def size(self, parameters: Values) -> int:
+        """Return the number of states."""
+        return 0
+
+    def rest(self, values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
+        """Return input and states at rest at the output y, of which the first `size` are used."""
+        return y, []
+
+    @abstractmethod
+    def step(
+        self, values: Values, state: list[Scalar], x: Scalar, around: Surroundings
+    ) -> tuple[Scalar, list[Scalar]]:
+        """Return the output and the next states."""
+
+    def inverse(
+        self, values: Values, state: list[Scalar], y: Scalar, around: Surroundings
+    ) -> tuple[Scalar, list[Scalar]]:
+        """Return the input that makes the output y, and the next states where the memory is short.
+
+        By default the effect has no part in the inverse, as a delay, which none can make up for.
+        """
+        return y, state
+
+    @property
+    def has_inverse(self) -> bool:
+        """Whether the effect has a part in the inverse."""
+        return type(self).inverse is not Effect.inverse
+
+    def latency(self, values: Values) -> Scalar:
+        """Return how much later the output comes, in s, where the inverse does not make up for it."""
+        return 0.0
+
+    def ordered(self, values: Mapping) -> dict:
+        """Return the values with the effect's elements in the order that its inverse wants."""
+        return dict(values)
+
+    def over_range(self, low: float, high: float) -> dict[str, float]:
+        """Return what of the effect follows from the range of displacement of a set, in m."""
+        return {}
+
+    # --- how it is fitted -------------------------------------------------------------------------
+
+    @abstractmethod
+    def starts(self, extent: Extent) -> dict[str, Start]:
+        """Return start values and bounds for a fit, from the extent of the records."""
+
+    def starts_of(self, values: Mapping, extent: Extent) -> dict[str, Start]:
+        """Return start values and bounds for as many elements as a parameter set has."""
+        return self.starts(extent)
+
+    def roughness(self, values: Mapping, units: Mapping[str, float]) -> np.ndarray:
+        """Return the rows, (K, C), of what costs as it is not smooth; none by default.
+
+        Parameters
+        ----------
+        values : Mapping
+            Parameters of the chain.
+        units : Mapping
+            The C parameters that are fitted, and what of them a coordinate of 1 is.
+        """
+        return np.zeros((0, len(units)))
+
+    @property
+    def is_smoothed(self) -> bool:
+        """Whether what is not smooth of the effect costs."""
+        return type(self).roughness is not Effect.roughness
+
+    def steepness(self, values: Mapping, units: Mapping[str, float]) -> np.ndarray:
+        """Return the rows, (K, C), of what the coordinates add to the slope of a static curve."""
+        return np.zeros((0, len(units)))
+
+    def bounds_of_record(
+        self, name: str, bounds: Bounds, begins: np.ndarray, travel: tuple[float, float]
+    ) -> Bounds:
+        """Return the bounds of a `per_record` parameter by record; by default the same in all.
+
+        Parameters
+        ----------
+        name : str
+        bounds : tuple of two ndarray, shape (R,)
+            Lowest and highest value of any record.
+        begins : ndarray, shape (R,)
+            First displacements, m.
+        travel : tuple of float
+            Lowest and highest displacement that a record may be taken to begin at, m.
+        """
+        return bounds
+
+    def histories(self, voltage: np.ndarray) -> list[History]:
+        """Return what may have been before a record of this voltage, (N,); nothing by default."""
+        return []
+
+    def found_in_records(
+        self, values: Mapping, clues: Callable[[Mapping], Clues]
+    ) -> dict[str, np.ndarray]:
+        """Return guesses of `per_record` parameters, (R,) each, for records not seen before.
+
+        Parameters
+        ----------
+        values : Mapping
+            Parameters of the chain.
+        clues : callable
+            Takes other ones, and returns what the chain leaves over with these.
+        """
+        return {}

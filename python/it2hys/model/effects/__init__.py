@@ -1,0 +1,1 @@
+"""The physics of the effects, a module each; see `it2hys.model.effect`."""

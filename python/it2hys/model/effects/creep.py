@@ -1,0 +1,98 @@
+"""Creep: first-order terms, driven by the displacement above the sensor's zero and added to it."""
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+
+from it2hys.model.effect import Bounds, Effect, Memory, Scalar, Start, Surroundings, Values
+from it2hys.records.clues import Extent
+
+#: Terms that a fit begins with.
+COUNT = 3
+
+#: Samples that a time constant has at least: what is faster is no creep but dynamics.
+FASTEST = 20.0
+
+#: Largest gain of one term. Stacks creep by 1 to 2 % of a step per decade of time (as their makers
+#: state), up to 5 % without preload; a term of a time constant of its own takes up some two decades.
+LARGEST_GAIN = 0.05
+
+
+class Creep(Effect):
+    """A term approaches the displacement in its time constant; its gain is what it adds then."""
+
+    memory = Memory.LONG
+    per_record = ("initialCreep",)
+
+    def is_on(self, parameters: Values) -> bool:
+        """Return whether there are creep terms."""
+        return parameters["creepCount"] > 0
+
+    def size(self, parameters: Values) -> int:
+        """Return the number of states: one per term."""
+        return int(parameters["creepCount"])
+
+    def rest(self, values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
+        """Return the input and the states, `initialCreep` above it: at 0 those after long rest."""
+        count, ahead = int(values["creepCount"]), values["initialCreep"]
+        zero, gains = values["displacementZero"], 0.0
+        for i in range(1, count + 1):
+            gains = gains + values[f"creep[{i}].gain"]
+        x = (y - zero - gains * ahead) / (1.0 + gains)
+        return zero + x, [x + ahead] * count
+
+    def step(
+        self, values: Values, state: list[Scalar], x: Scalar, around: Surroundings
+    ) -> tuple[Scalar, list[Scalar]]:
+        """Return the displacement with creep and the states; a state at a tick includes its input."""
+        zero, states = values["displacementZero"], []
+        x = x - zero
+        y = x
+        for i, last in enumerate(state, start=1):
+            states.append(last + _part(values, i) * (x - last))
+            y = y + values[f"creep[{i}].gain"] * states[-1]
+        return zero + y, states
+
+    def inverse(
+        self, values: Values, state: list[Scalar], y: Scalar, around: Surroundings
+    ) -> tuple[Scalar, list[Scalar]]:
+        """Return the displacement without creep: given the states, creep is affine in it."""
+        zero, slope = values["displacementZero"], 1.0
+        y = y - zero
+        for i, last in enumerate(state, start=1):
+            gain, part = values[f"creep[{i}].gain"], _part(values, i)
+            y = y - gain * (last - part * last)
+            slope = slope + gain * part
+        return zero + y / slope, state
+
+    def starts(self, extent: Extent, count: int = COUNT) -> dict[str, Start]:
+        """Start at 2 % per term, time constants spread evenly in their logarithm over the record."""
+        fastest = FASTEST * extent.sample_time
+        slowest = max(extent.duration, 10.0 * fastest)
+        spread = np.geomspace(fastest, slowest, count + 2)[1:-1]
+        result = {}
+        for i, time_constant in enumerate(spread, start=1):
+            result[f"creep[{i}].gain"] = Start(0.02, 0.0, LARGEST_GAIN)
+            bounds = (fastest, 10.0 * slowest)
+            result[f"creep[{i}].timeConstant"] = Start(float(time_constant), *bounds)
+        result["initialCreep"] = Start(0.0, -extent.displacement_span, extent.displacement_span)
+        return result
+
+    def starts_of(self, values: Mapping, extent: Extent) -> dict[str, Start]:
+        """Return starts of as many terms."""
+        return self.starts(extent, int(values["creepCount"]))
+
+    def bounds_of_record(
+        self, name: str, bounds: Bounds, begins: np.ndarray, travel: tuple[float, float]
+    ) -> Bounds:
+        """Return how far ahead the states may be: creep has not been beyond the travel."""
+        return travel[0] - begins, travel[1] - begins
+
+
+def _part(values: Values, term: int) -> Scalar:
+    """Return the part of its way that a term goes in a tick."""
+    return -ca.expm1(-values["sampleTime"] / values[f"creep[{term}].timeConstant"])
+
+
+EFFECT = Creep()

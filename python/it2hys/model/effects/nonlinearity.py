@@ -1,0 +1,121 @@
+"""Static curve, the stack's or the sensor's: the last stage before the displacement."""
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+
+from it2hys.model.effect import Effect, Scalar, Start, Surroundings, Values
+from it2hys.records.clues import Extent
+
+COEFFICIENTS = ("quadratic", "cubic", "quartic")
+
+#: Of the inverse.
+_HALVINGS, _NEWTON_STEPS = 40, 2
+
+
+class Nonlinearity(Effect):
+    """A curve that rises between two ends, and is straight beyond them."""
+
+    def is_on(self, parameters: Values) -> bool:
+        """Return whether the curve is bent."""
+        return any(parameters[f"nonlinearity.{name}"] != 0.0 for name in COEFFICIENTS)
+
+    def rest(self, values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
+        """Return the input at rest."""
+        return _solved(values, y), []
+
+    def step(
+        self, values: Values, state: list[Scalar], x: Scalar, around: Surroundings
+    ) -> tuple[Scalar, list[Scalar]]:
+        """Return the displacement."""
+        middle, half = _curve(values)
+        z = ca.fmin(ca.fmax((x - middle) / half, -1.0), 1.0)
+        return x + _bow(values, z), []
+
+    def inverse(
+        self, values: Values, state: list[Scalar], y: Scalar, around: Surroundings
+    ) -> tuple[Scalar, list[Scalar]]:
+        """Return the displacement before the curve."""
+        return _solved(values, y), []
+
+    def over_range(self, low: float, high: float) -> dict[str, float]:
+        """Return the ends of the curve: it goes over the whole range."""
+        return {"nonlinearity.minimum": low, "nonlinearity.maximum": high}
+
+    def starts(self, extent: Extent) -> dict[str, Start]:
+        """Start straight; bounds keep each term by itself monotone."""
+        bound = 0.2 * extent.displacement_span
+        return {f"nonlinearity.{name}": Start(0.0, -bound, bound) for name in COEFFICIENTS}
+
+    def steepness(self, values: Mapping, units: Mapping[str, float]) -> np.ndarray:
+        """Return what the coefficients add to the slope, from end to end."""
+        own = [f"nonlinearity.{name}" for name in COEFFICIENTS]
+        if own[0] not in units:
+            return super().steepness(values, units)
+        by_coefficient = slopes(*(values[f"nonlinearity.{end}"] for end in ("minimum", "maximum")))
+        rows = np.zeros((len(by_coefficient), len(units)))
+        names = list(units)
+        for name, column in zip(own, by_coefficient.T, strict=True):
+            rows[:, names.index(name)] = units[name] * column
+        return rows
+
+
+def _solved(values: Values, y: Scalar) -> Scalar:
+    """Return where the curve is y.
+
+    Halving brings it near; Newton's steps after it give the last digits, and the derivatives.
+    """
+    middle, half = _curve(values)
+    aim = (y - middle) / half
+    low, high = -1.0, 1.0
+    for _ in range(_HALVINGS):
+        z = 0.5 * (low + high)
+        above = z + _bow(values, z) / half > aim
+        low, high = ca.if_else(above, low, z), ca.if_else(above, z, high)
+    z = 0.5 * (low + high)
+    for _ in range(_NEWTON_STEPS):
+        z = z - (z + _bow(values, z) / half - aim) / (1.0 + _bend(values, z) / half)
+    return ca.if_else(ca.fabs(aim) < 1.0, middle + half * z, y)
+
+
+def _curve(values: Values) -> tuple[Scalar, Scalar]:
+    """Return middle and half range of the curve."""
+    low, high = values["nonlinearity.minimum"], values["nonlinearity.maximum"]
+    return values["displacementZero"] + 0.5 * (low + high), 0.5 * (high - low)
+
+
+def _bow(values: Values, z: Scalar) -> Scalar:
+    quadratic, cubic, quartic = (values[f"nonlinearity.{name}"] for name in COEFFICIENTS)
+    return (1.0 - z * z) * (quadratic + z * (cubic + z * quartic))
+
+
+def _bend(values: Values, z: Scalar) -> Scalar:
+    """Return the derivative of the bow by z."""
+    quadratic, cubic, quartic = (values[f"nonlinearity.{name}"] for name in COEFFICIENTS)
+    inner = quadratic + z * (cubic + z * quartic)
+    return -2.0 * z * inner + (1.0 - z * z) * (cubic + 2.0 * z * quartic)
+
+
+def slopes(low: float, high: float, points: int = 257) -> np.ndarray:
+    """Return what a unit of each coefficient adds to the curve's slope between two displacements.
+
+    Parameters
+    ----------
+    low, high : float
+        `nonlinearity.minimum` and `nonlinearity.maximum`, m.
+    points : int
+        Displacements from end to end, both included.
+
+    Returns
+    -------
+    ndarray, shape (points, 3)
+        1/m.
+    """
+    z = np.linspace(-1.0, 1.0, points)
+    fixed_ends = np.polynomial.Polynomial([1.0, 0.0, -1.0])
+    by_z = [fixed_ends * np.polynomial.Polynomial.basis(k) for k in range(3)]
+    return np.column_stack([curve.deriv()(z) for curve in by_z]) / (0.5 * (high - low))
+
+
+EFFECT = Nonlinearity()
