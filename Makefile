@@ -83,6 +83,7 @@ test: lint ctest hardened pytest installation
 lint: $(TOOLS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run -Werror $$(find fmu_src -name "*.[ch]")
 
 ctest: $(TOOLS)

@@ -72,7 +72,7 @@ def places(variables: Sequence[Variable]) -> dict[tuple[str, str], int]:
 
     What several models have is at the same place in each.
     """
-    found = {}
+    found: dict[tuple[str, str], int] = {}
     for model in sorted({m for v in variables for m in v.models}):
         for (causality, base), room in ROOM.items():
             own = [

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -109,7 +110,7 @@ class _Record(ctypes.Structure):
     ]
 
 
-def library_function(name: str) -> ctypes._CFuncPtr:
+def library_function(name: str) -> Any:
     """Return a function of the library, whose arguments the caller declares."""
     return getattr(_library(), name)
 
@@ -269,7 +270,8 @@ def check(rules: np.ndarray, minimum: float, maximum: float) -> str | None:
 @cache
 def _places() -> dict[str, tuple[int, bool]]:
     """Return offset in bytes and whether it is an integer, of every parameter of the chain."""
-    library, places = _library(), {}
+    library = _library()
+    places: dict[str, tuple[int, bool]] = {}
     name, integer = ctypes.c_char_p(), ctypes.c_int()
     while True:
         offset = library.it2core_chain_parameter(len(places), ctypes.byref(name), ctypes.byref(integer))
@@ -468,10 +470,10 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
     core_input, core_output : ndarray, shape (N,)
         In V and m.
     """
-    outputs = np.full((3, len(drive.voltage)), np.nan)
-    done = _library().it2core_chain_predict(packed, drive._struct(), *outputs)
-    outputs[:, done:] = np.nan
-    return tuple(outputs)
+    measured, core_input, core_output = np.full((3, len(drive.voltage)), np.nan)
+    done = _library().it2core_chain_predict(packed, drive._struct(), measured, core_input, core_output)
+    measured[done:] = core_input[done:] = core_output[done:] = np.nan
+    return measured, core_input, core_output
 
 
 def chain_sensitivity(
