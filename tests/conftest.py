@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -38,6 +39,38 @@ UM = 1e-6
 TS = 1e-4
 # an input at which Table 1 rests within its range
 CALM = {"plant": 50.0, "inverse": 5 * UM}
+
+
+# --- the run -----------------------------------------------------------------------------------
+
+SLOW = (
+    "diagnosis/test_diagnosis.py",
+    "end_to_end/",
+    "interop/test_foreign_masters.py",
+    "interop/test_maestro.py",
+    "modelica/test_simulation.py",
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that take long."""
+    tests = Path(__file__).parent
+    for item in items:
+        if item.path.relative_to(tests).as_posix().startswith(SLOW):
+            item.add_marker(pytest.mark.slow)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say what was skipped, and why: how many tests, of which file."""
+    skipped = Counter(
+        (str(r.longrepr[2]).removeprefix("Skipped: "), r.nodeid.partition("::")[0])
+        for r in terminalreporter.stats.get("skipped", [])
+    )
+    if not skipped:
+        return
+    terminalreporter.section("skipped, and why")
+    for (reason, file), count in sorted(skipped.items()):
+        terminalreporter.write_line(f"{count:5}  {file}: {reason}")
 
 
 # --- parameter sets ----------------------------------------------------------------------------

@@ -1,11 +1,8 @@
 #include "chain.h"
 
-#include <float.h>
-#include <math.h>
-
 /* Values of a range are the same if no more than this share of it is between them, or last digits. */
-#define SAME 1e-10
-#define LAST_DIGITS (64.0 * DBL_EPSILON)
+#define SAME REAL(1e-10)
+#define LAST_DIGITS (64 * REAL_EPSILON)
 
 /* --- the list ---------------------------------------------------------------------------------- */
 
@@ -36,7 +33,7 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
     void *constants = (char *)chain + place->constants;
     const size_t end = place->state + place->state_size;
 
-    chain->active[chain->all++] = (unsigned char)i;
+    chain->active[chain->all++] = place;
     chain->before += place->side == CHAIN_BEFORE;
     chain->behind += place->side != CHAIN_READING;
     if (place->side == CHAIN_READING)
@@ -46,8 +43,10 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
     place->stage->prepare(constants, p);
     if (place->stage->latency)
         chain->latency += place->stage->latency(constants);
-    if (end > chain->state_in_use)
-        chain->state_in_use = end;
+    if (end > chain->walked)
+        chain->walked = end;
+    if (end > chain->retraced && place->stage->inverse)
+        chain->retraced = end;
 }
 
 void chain_prepare(struct chain *chain, const struct chain_parameters *p)
@@ -58,24 +57,33 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
     chain->displacement = range;
     chain->voltage = (struct it2_range){ p->voltageMin, p->voltageMax };
     it2_prepare(&chain->core, p->rule, p->ruleCount, range);
+    chain->walked = chain->retraced = sizeof(struct it2_state);
     for (int i = 0; i < CHAIN_STAGE_COUNT; i++)
         if (CHAIN_PLACES[i].stage->is_on(p))
             activate(chain, i, p);
-    const size_t least = chain->effects ? offsetof(struct chain_state, reached) + sizeof(struct chain_reached)
-                                        : sizeof(struct it2_state);
-    if (chain->state_in_use < least)
-        chain->state_in_use = least;
+    const size_t reached = offsetof(struct chain_state, reached) + sizeof(struct chain_reached);
+    if (chain->effects && chain->retraced < reached)
+        chain->retraced = reached;
+}
+
+/* The stage, with such a memory, is where it was aimed at. */
+static void arrive_at(const struct chain_place *place, struct chain_state *state)
+{
+    if (place->memory == CHAIN_AIMED)
+        copy_words((char *)state + place->reached, (const char *)state + place->state, place->state_size);
 }
 
 /* The plant is where it was aimed at. */
-static void arrive(struct chain_state *state)
+static void arrive(const struct chain *chain, struct chain_state *state)
 {
-    memcpy(&state->reached, state, sizeof state->reached);
+    state->reached.core = state->core;
+    for (int i = 0; i < chain->behind; i++)
+        arrive_at(chain_active(chain, i), state);
 }
 
 /* From the output at rest of a stage to its input, back over those from number `end` - 1 to `first`. */
-static double rest(const struct chain *chain, int first, int end, struct chain_state *state, double y,
-                   const struct chain_parameters *parameters)
+static real rest(const struct chain *chain, int first, int end, struct chain_state *state, real y,
+                 const struct chain_parameters *parameters)
 {
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
@@ -89,20 +97,20 @@ static double rest(const struct chain *chain, int first, int end, struct chain_s
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters)
 {
-    *state = (struct chain_state){ .core = { 0.0 } };
-    const double y =
+    *state = (struct chain_state){ .core = { 0 } };
+    const real y =
         rest(chain, chain->before, chain->behind, state, parameters->initialDisplacement, parameters);
     it2_reset(&state->core, y);
     if (!chain->effects)
         return;
     rest(chain, 0, chain->before, state, it2_solve(&chain->core, y, y), parameters);
-    arrive(state);
+    arrive(chain, state);
 }
 
 /* --- forwards ---------------------------------------------------------------------------------- */
 
-double chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, double x,
-                  const struct chain_surroundings *around)
+real chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, real x,
+                const struct chain_surroundings *around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -111,16 +119,16 @@ double chain_walk(const struct chain *chain, int first, int end, struct chain_st
     return x;
 }
 
-double chain_step_effects(const struct chain *chain, struct chain_state *state, double voltage,
-                          const struct chain_surroundings *around)
+real chain_step_effects(const struct chain *chain, struct chain_state *state, real voltage,
+                        const struct chain_surroundings *around)
 {
-    const double x = chain_walk(chain, 0, chain->before, state, voltage, around);
-    const double y = it2_step(&chain->core, &state->core, x);
+    const real x = chain_walk(chain, 0, chain->before, state, voltage, around);
+    const real y = it2_step(&chain->core, &state->core, x);
 
     return chain_walk(chain, chain->before, chain->behind, state, y, around);
 }
 
-double chain_measure_effects(const struct chain *chain, double displacement, double time)
+real chain_measure_effects(const struct chain *chain, real displacement, real time)
 {
     const struct chain_surroundings around = { .time = time };
 
@@ -129,31 +137,31 @@ double chain_measure_effects(const struct chain *chain, double displacement, dou
 
 /* --- backwards --------------------------------------------------------------------------------- */
 
-static double within_reach(const struct chain *chain, double displacement)
+static real within_reach(const struct chain *chain, real displacement)
 {
-    return fmin(fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
+    return real_fmin(real_fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
 }
 
-static double within_voltages(const struct chain *chain, double x)
+static real within_voltages(const struct chain *chain, real x)
 {
     return clamp(x, chain->voltage.minimum, chain->voltage.maximum);
 }
 
-static bool is_near(double a, double b, struct it2_range range)
+static bool is_near(real a, real b, struct it2_range range)
 {
-    const double low = range.minimum, high = range.maximum;
+    const real low = range.minimum, high = range.maximum;
 
-    return fabs(a - b) <= SAME * (high - low) + LAST_DIGITS * fmax(fabs(low), fabs(high));
+    return real_fabs(a - b) <= SAME * (high - low) + LAST_DIGITS * real_fmax(real_fabs(low), real_fabs(high));
 }
 
-static inline bool other_voltage(const struct chain *chain, double a, double b)
+static inline bool other_voltage(const struct chain *chain, real a, real b)
 {
     return a != b && !is_near(a, b, chain->voltage);
 }
 
 bool chain_is_astray(const struct chain_state *state)
 {
-    const double *aimed = &state->core.y, *reached = &state->reached.core.y;
+    const real *aimed = &state->core.y, *reached = &state->reached.core.y;
 
     for (size_t i = 0; i < sizeof state->reached / sizeof *reached; i++)
         if (reached[i] != aimed[i])
@@ -167,8 +175,8 @@ static bool is_back(const struct chain *chain, const struct chain_state *state)
         return false;
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        const double *aimed = (const double *)((const char *)state + place->state);
-        const double *reached = (const double *)((const char *)state + place->reached);
+        const real *aimed = (const real *)((const char *)state + place->state);
+        const real *reached = (const real *)((const char *)state + place->reached);
         const struct it2_range range = place->side == CHAIN_BEFORE ? chain->voltage : chain->displacement;
         for (size_t k = 0; place->memory == CHAIN_AIMED && k < place->state_size / sizeof *aimed; k++)
             if (!is_near(reached[k], aimed[k], range))
@@ -184,8 +192,8 @@ static bool is_followed(const struct chain_place *place)
 }
 
 /* Takes the plant's way on from `x` over the stages from number `first` to before `end`. */
-static double follow(const struct chain *chain, int first, int end, struct chain_state *state, double x,
-                     const struct chain_surroundings *around)
+static real follow(const struct chain *chain, int first, int end, struct chain_state *state, real x,
+                   const struct chain_surroundings *around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -198,20 +206,20 @@ static double follow(const struct chain *chain, int first, int end, struct chain
 }
 
 /* The plant's way from what its amplifier lets through; returns whether it is where it was aimed at. */
-static bool follow_plant(const struct chain *chain, struct chain_state *state, double x,
+static bool follow_plant(const struct chain *chain, struct chain_state *state, real x,
                          const struct chain_surroundings *around)
 {
     x = follow(chain, 0, chain->before, state, x, around);
-    const double y = it2_step(&chain->core, &state->reached.core, x);
+    const real y = it2_step(&chain->core, &state->reached.core, x);
     follow(chain, chain->before, chain->behind, state, y, around);
     if (!is_back(chain, state))
         return false;
-    arrive(state);
+    arrive(chain, state);
     return true;
 }
 
 /* The plant's way where nothing is cut off: `input` is what each stage was aimed to get. */
-static void follow_aim(const struct chain *chain, struct chain_state *state, const double input[],
+static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[],
                        const struct chain_surroundings *around)
 {
     for (int i = 0; i < chain->behind; i++) {
@@ -219,13 +227,14 @@ static void follow_aim(const struct chain *chain, struct chain_state *state, con
         if (place->memory == CHAIN_LONG)
             place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
                                around);
+        arrive_at(place, state);
     }
-    arrive(state);
+    state->reached.core = state->core;
 }
 
 /* Back over the stages that do not limit, from number `end` - 1 to `first`; notes what each is to get. */
-static double solve(const struct chain *chain, int first, int end, struct chain_state *state, double y,
-                    const struct chain_surroundings *around, double input[])
+static real solve(const struct chain *chain, int first, int end, struct chain_state *state, real y,
+                  const struct chain_surroundings *around, real input[])
 {
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
@@ -240,10 +249,10 @@ static double solve(const struct chain *chain, int first, int end, struct chain_
 /* The nearest voltage to `wanted` that may be given. `*passed` is what the amplifier makes of it: something
  * else only while the amplifier, at rest at the start, is farther out of the range than it can come back in a
  * tick. */
-static double within_limits(const struct chain *chain, struct chain_state *state, double wanted, double *passed,
-                            unsigned *limits)
+static real within_limits(const struct chain *chain, struct chain_state *state, real wanted, real *passed,
+                          unsigned *limits)
 {
-    double x = wanted, allowed = wanted;
+    real x = wanted, allowed = wanted;
     bool followed = false;
 
     for (int i = chain->before - 1; i >= 0; i--) {
@@ -259,28 +268,28 @@ static double within_limits(const struct chain *chain, struct chain_state *state
             *limits |= CHAIN_AMPLIFIER;
         followed |= is_followed(place);
     }
-    const double voltage = within_voltages(chain, x);
+    const real voltage = within_voltages(chain, x);
     if (other_voltage(chain, voltage, x))
         *limits |= CHAIN_VOLTAGE_RANGE;
     *passed = followed ? x : voltage;
     return voltage;
 }
 
-static double inverse_with_effects(const struct chain *chain, struct chain_state *state, double displacement,
-                                   const struct chain_surroundings *around, unsigned *limits)
+static real inverse_with_effects(const struct chain *chain, struct chain_state *state, real displacement,
+                                 const struct chain_surroundings *around, unsigned *limits)
 {
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */
     const struct chain_surroundings later = { around->force, around->temperature,
                                               around->time + chain->latency };
-    double input[CHAIN_STAGE_COUNT] = { 0.0 };
-    double passed;
+    real input[CHAIN_STAGE_COUNT] = { 0 };
+    real passed;
     unsigned cut = 0;
 
-    const double aim = solve(chain, chain->before, chain->behind, state, displacement, &later, input);
-    const double x = it2_inverse(&chain->core, &state->core, aim);
-    const double wanted = solve(chain, 0, chain->before, state, x, around, input);
-    const double voltage = within_limits(chain, state, wanted, &passed, &cut);
+    const real aim = solve(chain, chain->before, chain->behind, state, displacement, &later, input);
+    const real x = it2_inverse(&chain->core, &state->core, aim);
+    const real wanted = solve(chain, 0, chain->before, state, x, around, input);
+    const real voltage = within_limits(chain, state, wanted, &passed, &cut);
     *limits |= cut;
     if (!astray && !cut)
         follow_aim(chain, state, input, around);
@@ -290,12 +299,12 @@ static double inverse_with_effects(const struct chain *chain, struct chain_state
 }
 
 /* Without effects; goes on from what the plant reaches. */
-static double inverse_of_core(const struct chain *chain, struct chain_state *state, double displacement,
-                              unsigned *limits)
+static real inverse_of_core(const struct chain *chain, struct chain_state *state, real displacement,
+                            unsigned *limits)
 {
-    const double before = state->core.y;
-    const double wanted = it2_inverse(&chain->core, &state->core, displacement);
-    const double voltage = within_voltages(chain, wanted);
+    const real before = state->core.y;
+    const real wanted = it2_inverse(&chain->core, &state->core, displacement);
+    const real voltage = within_voltages(chain, wanted);
 
     if (voltage == wanted)
         return voltage;
@@ -306,10 +315,10 @@ static double inverse_of_core(const struct chain *chain, struct chain_state *sta
     return voltage;
 }
 
-double chain_inverse(const struct chain *chain, struct chain_state *state, double displacement,
-                     const struct chain_surroundings *around, unsigned *limits)
+real chain_inverse(const struct chain *chain, struct chain_state *state, real displacement,
+                   const struct chain_surroundings *around, unsigned *limits)
 {
-    const double aim = within_reach(chain, displacement);
+    const real aim = within_reach(chain, displacement);
 
     *limits = aim != displacement ? CHAIN_REFERENCE_RANGE : 0u;
     return chain->effects ? inverse_with_effects(chain, state, aim, around, limits)
@@ -319,9 +328,9 @@ double chain_inverse(const struct chain *chain, struct chain_state *state, doubl
 /* --- at rest ----------------------------------------------------------------------------------- */
 
 /* The stages with a long memory hold, as they are; the others follow. */
-double chain_hold(const struct chain *chain, const struct chain_state *state)
+real chain_hold(const struct chain *chain, const struct chain_state *state)
 {
-    double x = it2_solve(&chain->core, state->core.y, state->core.y);
+    real x = it2_solve(&chain->core, state->core.y, state->core.y);
 
     for (int i = chain->before - 1; i >= 0; i--) {
         const struct chain_place *place = chain_active(chain, i);
@@ -332,9 +341,9 @@ double chain_hold(const struct chain *chain, const struct chain_state *state)
     return x;
 }
 
-double chain_equilibrium(const struct chain *chain, const struct chain_state *state)
+real chain_equilibrium(const struct chain *chain, const struct chain_state *state)
 {
-    double x = chain_hold(chain, state);
+    real x = chain_hold(chain, state);
 
     if (!isfinite(x)) /* nothing holds it there */
         return x;

@@ -29,16 +29,16 @@
 
 /* Names are those of the variable table (python/it2hys/model/variables.toml). */
 struct chain_parameters {
-    double sampleTime;
-    double initialDisplacement;
-    double initialRestOffset;
-    double initialExcursion;
-    double initialCreep;
-    double voltageMin;
-    double voltageMax;
-    double displacementMin;
-    double displacementMax;
-    double displacementZero;
+    real sampleTime;
+    real initialDisplacement;
+    real initialRestOffset;
+    real initialExcursion;
+    real initialCreep;
+    real voltageMin;
+    real voltageMax;
+    real displacementMin;
+    real displacementMax;
+    real displacementZero;
     int ruleCount;
     int playCount;
     int creepCount;
@@ -60,16 +60,19 @@ enum chain_effect {
 };
 /* clang-format on */
 
+struct chain_place;
+
 struct chain {
-    unsigned effects;                        /* that are on, between voltage and displacement (bits) */
-    unsigned reading;                        /* that are on, between displacement and measured */
-    unsigned char active[CHAIN_STAGE_COUNT]; /* stages that are on (enum chain_stage), in their order */
-    int before, behind, all;                 /* where in `active` those of each side end */
+    unsigned effects; /* that are on, between voltage and displacement (bits) */
+    unsigned reading; /* that are on, between displacement and measured */
+    const struct chain_place *active[CHAIN_STAGE_COUNT]; /* stages that are on, in their order */
+    int before, behind, all;                             /* where in `active` those of each side end */
     struct it2 core;
     struct it2_range displacement; /* that a reference is kept to */
     struct it2_range voltage;      /* that the inverse keeps to */
-    double latency;                /* of all stages, s */
-    size_t state_in_use;           /* bytes of struct chain_state, from its beginning */
+    real latency;                  /* of all stages, s */
+    /* bytes of struct chain_state, from its beginning, that each way needs */
+    size_t walked, retraced;
 #define CHAIN_CONSTANTS(name, NAME, side) struct name name;
     CHAIN_EVERY_STAGE(CHAIN_CONSTANTS)
 };
@@ -83,7 +86,7 @@ struct chain_reached {
     CHAIN_STAGES(CHAIN_SKIP, CHAIN_STATE, CHAIN_SKIP, CHAIN_SKIP, CHAIN_SKIP)
 };
 
-/* Doubles only. The core's comes first: without effects it is the only one in use. What is long is last. The
+/* Of type real only. The core's comes first: without effects it is the only one in use. What is long is last. The
  * beginning, to `reached`, is what the inverse aimed at, in the same order. */
 struct chain_state {
     struct it2_state core;
@@ -120,17 +123,25 @@ enum chain_limit {
 /* A state and what the last step made of it, or their derivatives along one direction. */
 struct chain_point {
     struct chain_state state;
-    double output;
+    real output;
 };
 
 /* Is a value outside a range by more than rounding? An inverse that aims at an end takes the plant there but
  * for that. */
-static inline bool chain_outside(double value, double minimum, double maximum)
+static inline bool chain_outside(real value, real minimum, real maximum)
 {
     if (value >= minimum && value <= maximum)
         return false;
-    const double slack = 1e-9 * (maximum - minimum);
+    const real slack = REAL(1e-9) * (maximum - minimum);
     return !(value >= minimum - slack && value <= maximum + slack);
+}
+
+/* Copies a few numbers, one by one: a processor that reads two at a time what was just written one by one
+ * waits until it is in memory. Compilers make one copy of it only where the two cannot overlap. */
+static inline void copy_words(void *to, const void *from, size_t size)
+{
+    for (size_t i = 0; i < size; i += sizeof(real))
+        memcpy((char *)to + i, (const char *)from + i, sizeof(real));
 }
 
 HIDDEN_BEGIN
@@ -140,7 +151,7 @@ extern const struct chain_place CHAIN_PLACES[CHAIN_STAGE_COUNT]; /* by enum chai
 /* Of the stages that are on: where they are, their constants and their states. */
 static inline const struct chain_place *chain_active(const struct chain *chain, int i)
 {
-    return &CHAIN_PLACES[chain->active[i]];
+    return chain->active[i];
 }
 
 static inline const void *chain_constants_of(const struct chain *chain, const struct chain_place *place)
@@ -161,46 +172,40 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *parameter
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 
-static inline void chain_copy(const struct chain *chain, struct chain_state *to, const struct chain_state *from)
-{
-    memcpy(to, from, chain->state_in_use);
-}
-
 /* Without effects, one branch is all that the chain adds to the core. */
-double chain_step_effects(const struct chain *chain, struct chain_state *state, double voltage,
-                          const struct chain_surroundings *around);
-static inline double chain_step(const struct chain *chain, struct chain_state *state, double voltage,
-                                const struct chain_surroundings *around)
+real chain_step_effects(const struct chain *chain, struct chain_state *state, real voltage,
+                        const struct chain_surroundings *around);
+static inline real chain_step(const struct chain *chain, struct chain_state *state, real voltage,
+                              const struct chain_surroundings *around)
 {
     return chain->effects ? chain_step_effects(chain, state, voltage, around)
                           : it2_step(&chain->core, &state->core, voltage);
 }
 
 /* Walks the active stages from number `first` to before `end`. */
-double chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, double x,
-                  const struct chain_surroundings *around);
+real chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, real x,
+                const struct chain_surroundings *around);
 
 /* The displacement with what is picked up on the way to the recorder. */
-double chain_measure_effects(const struct chain *chain, double displacement, double time);
-static inline double chain_measure(const struct chain *chain, double displacement, double time)
+real chain_measure_effects(const struct chain *chain, real displacement, real time);
+static inline real chain_measure(const struct chain *chain, real displacement, real time)
 {
     return chain->reading ? chain_measure_effects(chain, displacement, time) : displacement;
 }
 
 /* Voltage that takes the plant to `displacement`. Where it does not get there, `*limits` says why (enum
  * chain_limit, or-ed; otherwise 0), and the voltage is the nearest that can be given. */
-double chain_inverse(const struct chain *chain, struct chain_state *state, double displacement,
-                     const struct chain_surroundings *around, unsigned *limits);
+real chain_inverse(const struct chain *chain, struct chain_state *state, real displacement,
+                   const struct chain_surroundings *around, unsigned *limits);
 
 /* Directional derivatives of chain_step and chain_inverse at `state`, before either advances it:
  * from derivatives of state, input and surroundings to those of the next state and the output. */
-struct chain_point chain_step_tangent(const struct chain *chain, const struct chain_state *state,
-                                      double voltage, const struct chain_surroundings *around,
-                                      struct chain_state d_state, double d_voltage,
-                                      const struct chain_surroundings *d_around);
+struct chain_point chain_step_tangent(const struct chain *chain, const struct chain_state *state, real voltage,
+                                      const struct chain_surroundings *around, struct chain_state d_state,
+                                      real d_voltage, const struct chain_surroundings *d_around);
 struct chain_point chain_inverse_tangent(const struct chain *chain, const struct chain_state *state,
-                                         double displacement, const struct chain_surroundings *around,
-                                         struct chain_state d_state, double d_displacement,
+                                         real displacement, const struct chain_surroundings *around,
+                                         struct chain_state d_state, real d_displacement,
                                          const struct chain_surroundings *d_around);
 
 /* Is the plant elsewhere than where the inverse aimed at? */
@@ -208,20 +213,20 @@ bool chain_is_astray(const struct chain_state *state);
 
 /* Voltage that holds the plant where it is, and the nearest to it that the inverse may give; not finite where
  * none holds it. */
-double chain_hold(const struct chain *chain, const struct chain_state *state);
-double chain_equilibrium(const struct chain *chain, const struct chain_state *state);
+real chain_hold(const struct chain *chain, const struct chain_state *state);
+real chain_equilibrium(const struct chain *chain, const struct chain_state *state);
 
 /* Derivative of chain_equilibrium right after chain_reset, in the direction of `d_parameters`. */
-double chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
-                                 const struct chain_parameters *parameters,
-                                 const struct chain_parameters *d_parameters);
+real chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
+                               const struct chain_parameters *parameters,
+                               const struct chain_parameters *d_parameters);
 
 /* By enum chain_stage. */
 extern const struct stage_analysis *const CHAIN_ANALYSES[CHAIN_STAGE_COUNT];
 
 static inline const struct stage_analysis *chain_analysis(const struct chain *chain, int i)
 {
-    return CHAIN_ANALYSES[chain->active[i]];
+    return CHAIN_ANALYSES[chain->active[i] - CHAIN_PLACES];
 }
 
 /* Derivatives of the constants of all active stages, by the stages' tangents. */
@@ -231,9 +236,9 @@ void chain_prepare_tangent(const struct chain *chain, struct chain *d,
 
 /* Derivative of the input at rest of the active stages from number `first` to before `end`, whose output there
  * is y, and of their states at rest. */
-double chain_rest_tangent(const struct chain *chain, int first, int end, const struct chain *d_chain, double y,
-                          const struct chain_parameters *parameters, struct chain_state *d, double d_y,
-                          const struct chain_parameters *d_parameters);
+real chain_rest_tangent(const struct chain *chain, int first, int end, const struct chain *d_chain, real y,
+                        const struct chain_parameters *parameters, struct chain_state *d, real d_y,
+                        const struct chain_parameters *d_parameters);
 
 HIDDEN_END
 

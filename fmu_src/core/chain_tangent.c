@@ -6,12 +6,23 @@ const struct stage_analysis *const CHAIN_ANALYSES[CHAIN_STAGE_COUNT] = { CHAIN_E
 
 /* A value and its derivative. */
 struct both {
-    double value;
-    double d;
+    real value;
+    real d;
 };
 
-static double stage_tangent(const struct chain *chain, int i, const void *state, double x, void *d_state,
-                            double d_x, const struct chain_surroundings *d_around)
+/* Copies what one stage is about to advance, at `at` of a state; returns where that is. A whole state is long,
+ * and little of it is in use. */
+static void *copied(struct chain_state *copy, const struct chain_state *state, const struct chain_place *place,
+                    size_t at)
+{
+    if (place->memory == CHAIN_NONE)
+        return NULL;
+    copy_words((char *)copy + at, (const char *)state + at, place->state_size);
+    return (char *)copy + at;
+}
+
+static real stage_tangent(const struct chain *chain, int i, const void *state, real x, void *d_state, real d_x,
+                          const struct chain_surroundings *d_around)
 {
     const struct stage_analysis *analysis = chain_analysis(chain, i);
 
@@ -21,22 +32,24 @@ static double stage_tangent(const struct chain *chain, int i, const void *state,
     return d_x;
 }
 
-/* Takes x on over the stages from number `first` to before `end`; advances `state` and `d`. */
-static struct both walk_tangent(const struct chain *chain, int first, int end, struct chain_state *state,
+/* Takes x on over the stages from number `first` to before `end`; advances `d`. */
+static struct both walk_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
                                 struct both x, const struct chain_surroundings *around, struct chain_state *d,
                                 const struct chain_surroundings *d_around)
 {
+    struct chain_state copy;
+
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        void *own = chain_state_of(state, place);
+        void *own = copied(&copy, state, place, place->state);
         x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, d_around);
         x.value = place->stage->step(chain_constants_of(chain, place), own, x.value, around);
     }
     return x;
 }
 
-static double core_tangent(const struct chain *chain, const struct it2_state *state, double x,
-                           struct it2_state *d, double d_x)
+static real core_tangent(const struct chain *chain, const struct it2_state *state, real x, struct it2_state *d,
+                         real d_x)
 {
     const struct it2_partials f = it2_partials(&chain->core, state->y, x);
 
@@ -44,20 +57,17 @@ static double core_tangent(const struct chain *chain, const struct it2_state *st
     return d->y;
 }
 
-struct chain_point chain_step_tangent(const struct chain *chain, const struct chain_state *state,
-                                      double voltage, const struct chain_surroundings *around,
-                                      struct chain_state d_state, double d_voltage,
-                                      const struct chain_surroundings *d_around)
+struct chain_point chain_step_tangent(const struct chain *chain, const struct chain_state *state, real voltage,
+                                      const struct chain_surroundings *around, struct chain_state d_state,
+                                      real d_voltage, const struct chain_surroundings *d_around)
 {
     struct chain_point d = { .state = d_state };
     struct both x = { voltage, d_voltage };
-    struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
-    x = walk_tangent(chain, 0, chain->before, &copy, x, around, &d.state, d_around);
+    x = walk_tangent(chain, 0, chain->before, state, x, around, &d.state, d_around);
     x.d = core_tangent(chain, &state->core, x.value, &d.state.core, x.d);
-    x.value = it2_step(&chain->core, &copy.core, x.value);
-    x = walk_tangent(chain, chain->before, chain->behind, &copy, x, around, &d.state, d_around);
+    x.value = it2_evaluate(&chain->core, state->core.y, x.value);
+    x = walk_tangent(chain, chain->before, chain->behind, state, x, around, &d.state, d_around);
     d.output = x.d;
     return d;
 }
@@ -65,20 +75,20 @@ struct chain_point chain_step_tangent(const struct chain *chain, const struct ch
 /* --- inverse ----------------------------------------------------------------------------------- */
 
 /* From y = F(y_previous, x): dx = (dy - dF/dy_previous dy_previous) / (dF/dx). */
-static double core_inverse_tangent(const struct chain *chain, const struct it2_state *state, double x,
-                                   struct it2_state *d, double d_y)
+static real core_inverse_tangent(const struct chain *chain, const struct it2_state *state, real x,
+                                 struct it2_state *d, real d_y)
 {
     const struct it2_partials f = it2_partials(&chain->core, state->y, x);
-    const double d_x = (d_y - f.dy * d->y) / f.dx;
+    const real d_x = (d_y - f.dy * d->y) / f.dx;
 
     d->y = d_y;
     return d_x;
 }
 
 /* Of the nearest value to x within limits that may move, too. */
-static struct both within(struct it2_range limits, struct both x, double d_minimum, double d_maximum)
+static struct both within(struct it2_range limits, struct both x, real d_minimum, real d_maximum)
 {
-    const double d = x.value < limits.minimum ? d_minimum : x.value > limits.maximum ? d_maximum : x.d;
+    const real d = x.value < limits.minimum ? d_minimum : x.value > limits.maximum ? d_maximum : x.d;
 
     return (struct both){ clamp(x.value, limits.minimum, limits.maximum), d };
 }
@@ -90,13 +100,13 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 {
     struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
         const void *constants = chain_constants_of(chain, place);
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->stage->inverse && !place->stage->limits) {
-            y.value = place->stage->inverse(constants, chain_state_of(&copy, place), y.value, around);
+            void *advanced = copied(&copy, state, place, place->state);
+            y.value = place->stage->inverse(constants, advanced, y.value, around);
             y.d = chain_analysis(chain, i)->inverse_tangent(constants, own, y.value, chain_state_of(d, place),
                                                             y.d, d_around);
         }
@@ -109,24 +119,23 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 static struct both within_limits_tangent(const struct chain *chain, const struct chain_state *state,
                                          struct both x, struct chain_state *d)
 {
-    static const struct chain_surroundings none = { 0.0, 0.0, 0.0 };
+    static const struct chain_surroundings none = { 0, 0, 0 };
     struct chain_state copy;
     bool followed = false;
 
-    chain_copy(chain, &copy, state);
     for (int i = chain->before - 1; i >= 0; i--) {
         const struct chain_place *place = chain_active(chain, i);
         if (!place->stage->limits)
             continue;
         if (place->memory != CHAIN_NONE) {
-            x = within(chain->voltage, x, 0.0, 0.0);
+            x = within(chain->voltage, x, 0, 0);
             followed = true;
         }
-        void *own = chain_state_of(&copy, place);
+        void *own = copied(&copy, state, place, place->state);
         x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, &none);
         x.value = place->stage->inverse(chain_constants_of(chain, place), own, x.value, &none);
     }
-    return followed ? x : within(chain->voltage, x, 0.0, 0.0);
+    return followed ? x : within(chain->voltage, x, 0, 0);
 }
 
 static void arrive_tangent(struct chain_state *d)
@@ -142,11 +151,10 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
 {
     struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
         const size_t at = place->memory == CHAIN_AIMED ? place->reached : place->state;
-        void *own = place->memory == CHAIN_NONE ? NULL : (char *)&copy + at;
+        void *own = copied(&copy, state, place, at);
         void *d_own = place->memory == CHAIN_NONE ? NULL : (char *)d + at;
         if (!place->stage->inverse || (place->stage->limits && place->memory != CHAIN_NONE))
             continue;
@@ -161,8 +169,8 @@ static void follow_plant_tangent(const struct chain *chain, const struct chain_s
                                  const struct chain_surroundings *d_around)
 {
     x = follow_tangent(chain, 0, chain->before, state, x, around, d, d_around);
-    const double y = it2_evaluate(&chain->core, state->reached.core.y, x.value);
-    const double d_y = core_tangent(chain, &state->reached.core, x.value, &d->reached.core, x.d);
+    const real y = it2_evaluate(&chain->core, state->reached.core.y, x.value);
+    const real d_y = core_tangent(chain, &state->reached.core, x.value, &d->reached.core, x.d);
     follow_tangent(chain, chain->before, chain->behind, state, (struct both){ y, d_y }, around, d, d_around);
 }
 
@@ -179,18 +187,18 @@ static void follow_aim_tangent(const struct chain *chain, const struct chain_sta
 }
 
 /* `after` is what chain_inverse leaves of `state`: there is the core's aim. */
-static double inverse_with_effects_tangent(const struct chain *chain, const struct chain_state *state,
-                                           const struct chain_state *after, unsigned limits, struct both y,
-                                           const struct chain_surroundings *around, struct chain_state *d,
-                                           const struct chain_surroundings *d_around)
+static real inverse_with_effects_tangent(const struct chain *chain, const struct chain_state *state,
+                                         const struct chain_state *after, unsigned limits, struct both y,
+                                         const struct chain_surroundings *around, struct chain_state *d,
+                                         const struct chain_surroundings *d_around)
 {
     const struct chain_surroundings later = { around->force, around->temperature,
                                               around->time + chain->latency };
-    struct both input[CHAIN_STAGE_COUNT] = { { 0.0, 0.0 } };
+    struct both input[CHAIN_STAGE_COUNT] = { { 0, 0 } };
 
     const struct both aim =
         solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, d_around, input);
-    struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0.0 };
+    struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0 };
     x.d = core_inverse_tangent(chain, &state->core, x.value, &d->core, aim.d);
     const struct both wanted = solve_tangent(chain, 0, chain->before, state, x, around, d, d_around, input);
     const struct both passed = within_limits_tangent(chain, state, wanted, d);
@@ -200,24 +208,24 @@ static double inverse_with_effects_tangent(const struct chain *chain, const stru
         follow_aim_tangent(chain, state, input, d, d_around);
     if (!chain_is_astray(after))
         arrive_tangent(d);
-    return within(chain->voltage, passed, 0.0, 0.0).d;
+    return within(chain->voltage, passed, 0, 0).d;
 }
 
-static double inverse_of_core_tangent(const struct chain *chain, const struct it2_state *state,
-                                      double displacement, double d_displacement, struct it2_state *d)
+static real inverse_of_core_tangent(const struct chain *chain, const struct it2_state *state, real displacement,
+                                    real d_displacement, struct it2_state *d)
 {
-    const double wanted = it2_solve(&chain->core, state->y, displacement);
-    const double voltage = clamp(wanted, chain->voltage.minimum, chain->voltage.maximum);
+    const real wanted = it2_solve(&chain->core, state->y, displacement);
+    const real voltage = clamp(wanted, chain->voltage.minimum, chain->voltage.maximum);
 
     if (voltage == wanted)
         return core_inverse_tangent(chain, state, wanted, d, d_displacement);
-    core_tangent(chain, state, voltage, d, 0.0);
-    return 0.0;
+    core_tangent(chain, state, voltage, d, 0);
+    return 0;
 }
 
 struct chain_point chain_inverse_tangent(const struct chain *chain, const struct chain_state *state,
-                                         double displacement, const struct chain_surroundings *around,
-                                         struct chain_state d_state, double d_displacement,
+                                         real displacement, const struct chain_surroundings *around,
+                                         struct chain_state d_state, real d_displacement,
                                          const struct chain_surroundings *d_around)
 {
     struct chain_point d = { .state = d_state };
@@ -226,10 +234,10 @@ struct chain_point chain_inverse_tangent(const struct chain *chain, const struct
     struct chain_state after;
     unsigned limits;
 
-    chain_copy(chain, &after, state);
+    memcpy(&after, state, chain->retraced);
     chain_inverse(chain, &after, displacement, around, &limits);
     if (limits & CHAIN_REFERENCE_RANGE)
-        y = (struct both){ displacement < reach.minimum ? reach.minimum : reach.maximum, 0.0 };
+        y = (struct both){ displacement < reach.minimum ? reach.minimum : reach.maximum, 0 };
     d.output = chain->effects
                    ? inverse_with_effects_tangent(chain, state, &after, limits, y, around, &d.state, d_around)
                    : inverse_of_core_tangent(chain, &state->core, y.value, y.d, &d.state.core);
@@ -250,9 +258,9 @@ void chain_prepare_tangent(const struct chain *chain, struct chain *d,
     }
 }
 
-double chain_rest_tangent(const struct chain *chain, int first, int end, const struct chain *d_chain, double y,
-                          const struct chain_parameters *parameters, struct chain_state *d, double d_y,
-                          const struct chain_parameters *d_parameters)
+real chain_rest_tangent(const struct chain *chain, int first, int end, const struct chain *d_chain, real y,
+                        const struct chain_parameters *parameters, struct chain_state *d, real d_y,
+                        const struct chain_parameters *d_parameters)
 {
     struct chain_state state;
 
@@ -270,18 +278,18 @@ double chain_rest_tangent(const struct chain *chain, int first, int end, const s
 }
 
 /* From y = F(y, x, p): dx = (dy - dF/dy dy - dF/dp dp) / (dF/dx). */
-static double core_rest_tangent(const struct chain *chain, double y, double d_y,
-                                const struct chain_parameters *d_parameters)
+static real core_rest_tangent(const struct chain *chain, real y, real d_y,
+                              const struct chain_parameters *d_parameters)
 {
-    double gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
+    real gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
     struct it2_partials f;
-    double d = d_y;
+    real d = d_y;
 
     it2_gradient(&chain->core, y, it2_solve(&chain->core, y, y), gradient, &f);
     d -= f.dy * d_y;
     d -= f.end * (y < chain->core.lower.y ? d_parameters->displacementMin : d_parameters->displacementMax);
     for (int l = 0; l < chain->core.rules; l++) {
-        const double *by_rule = gradient + IT2_RULE_PARAMETERS * l;
+        const real *by_rule = gradient + IT2_RULE_PARAMETERS * l;
         const struct it2_rule *rule = &d_parameters->rule[l];
         d -= by_rule[0] * rule->sigmaLower + by_rule[1] * rule->sigmaUpper + by_rule[2] * rule->centre +
              by_rule[3] * rule->q1 + by_rule[4] * rule->q2 + by_rule[5] * rule->q3;
@@ -289,16 +297,16 @@ static double core_rest_tangent(const struct chain *chain, double y, double d_y,
     return d / f.dx;
 }
 
-double chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
-                                 const struct chain_parameters *parameters,
-                                 const struct chain_parameters *d_parameters)
+real chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
+                               const struct chain_parameters *parameters,
+                               const struct chain_parameters *d_parameters)
 {
-    static const struct chain_surroundings none = { 0.0, 0.0, 0.0 };
-    const double y = state->core.y;
-    const double hold = it2_solve(&chain->core, y, y);
+    static const struct chain_surroundings none = { 0, 0, 0 };
+    const real y = state->core.y;
+    const real hold = it2_solve(&chain->core, y, y);
     struct chain d_chain;
     struct chain_state d;
-    struct both x = { chain_hold(chain, state), 0.0 };
+    struct both x = { chain_hold(chain, state), 0 };
 
     chain_prepare_tangent(chain, &d_chain, parameters, d_parameters);
     x.d = chain_rest_tangent(chain, chain->before, chain->behind, &d_chain, parameters->initialDisplacement,

@@ -1,27 +1,26 @@
 #include "creep.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "chain.h"
 
 static bool creep_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    double least = 1.0;
+    real least = 1;
 
     if (p->creepCount < 0 || p->creepCount > CREEP_MAX)
         return refuse(message, size, "creepCount is %d; it must be 0 to %d", p->creepCount, CREEP_MAX);
     for (int i = 0; i < p->creepCount; i++) {
         const struct creep_element *element = &p->creep[i];
-        if (!(element->timeConstant > 0.0))
+        if (!(element->timeConstant > 0))
             return refuse(message, size, "creep[%d].timeConstant is %g s; it must be positive", i + 1,
-                          element->timeConstant);
-        least += fmin(element->gain, 0.0);
-        if (!(least > 0.0))
+                          (double)element->timeConstant);
+        least += real_fmin(element->gain, 0);
+        if (!(least > 0))
             return refuse(message, size,
                           "1 plus the negative gains up to creep[%d].gain is %g; it must "
                           "be positive: creep could not be inverted",
-                          i + 1, least);
+                          i + 1, (double)least);
     }
     return true;
 }
@@ -38,17 +37,17 @@ static void creep_prepare(void *constants, const struct chain_parameters *p)
     creep->first = 0;
     creep->count = p->creepCount;
     creep->zero = p->displacementZero;
-    creep->slope = 1.0;
+    creep->slope = 1;
     for (int i = 0; i < creep->count; i++) {
         creep->gain[i] = p->creep[i].gain;
-        creep->rate[i] = -expm1(-p->sampleTime / p->creep[i].timeConstant);
+        creep->rate[i] = -real_expm1(-p->sampleTime / p->creep[i].timeConstant);
         creep->slope += creep->gain[i] * creep->rate[i];
     }
 }
 
-static double sum_of_gains(const struct creep *creep)
+static real sum_of_gains(const struct creep *creep)
 {
-    double sum = 0.0;
+    real sum = 0;
 
     for (int i = 0; i < creep->count; i++)
         sum += creep->gain[i];
@@ -56,25 +55,25 @@ static double sum_of_gains(const struct creep *creep)
 }
 
 /* With states that lie initialCreep ahead of the input: by 0 after long rest. */
-static double creep_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
+static real creep_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
 {
     const struct creep *creep = constants;
     struct creep_state *s = state;
-    const double ahead = p->initialCreep;
-    const double sum = sum_of_gains(creep);
-    const double x = (y - creep->zero - sum * ahead) / (1.0 + sum);
+    const real ahead = p->initialCreep;
+    const real sum = sum_of_gains(creep);
+    const real x = (y - creep->zero - sum * ahead) / (1 + sum);
 
     for (int i = 0; i < creep->count; i++)
         s->s[i] = x + ahead;
     return creep->zero + x;
 }
 
-static double creep_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real creep_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct creep *creep = constants;
     struct creep_state *s = state;
-    const double above = x - creep->zero;
-    double y = above;
+    const real above = x - creep->zero;
+    real y = above;
 
     (void)around;
     for (int i = 0; i < creep->count; i++) {
@@ -85,15 +84,14 @@ static double creep_step(const void *constants, void *state, double x, const str
 }
 
 /* What of y above zero is left for the input, where the states are these. */
-static double creep_solve(const struct creep *creep, const struct creep_state *s, double y)
+static real creep_solve(const struct creep *creep, const struct creep_state *s, real y)
 {
     for (int i = 0; i < creep->count; i++)
         y -= creep->gain[i] * (s->s[i] - creep->rate[i] * s->s[i]);
     return y / creep->slope;
 }
 
-static double creep_inverse(const void *constants, void *state, double y,
-                            const struct chain_surroundings *around)
+static real creep_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
 {
     const struct creep *creep = constants;
 
@@ -109,46 +107,46 @@ static void creep_prepare_tangent(void *d_constants, const void *constants, cons
 
     result->zero = d->displacementZero;
     for (int i = creep->count - 1; i >= 0; i--) {
-        const double ratio = p->sampleTime / p->creep[i].timeConstant;
+        const real ratio = p->sampleTime / p->creep[i].timeConstant;
         result->gain[i] = d->creep[i].gain;
-        result->rate[i] = -ratio / p->creep[i].timeConstant * exp(-ratio) * d->creep[i].timeConstant;
-        if (result->gain[i] == 0.0 && result->rate[i] == 0.0)
+        result->rate[i] = -ratio / p->creep[i].timeConstant * real_exp(-ratio) * d->creep[i].timeConstant;
+        if (result->gain[i] == 0 && result->rate[i] == 0)
             continue;
         result->first = i;
         result->count = result->count ? result->count : i + 1;
     }
 }
 
-static double creep_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                 double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+static real creep_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
+                               const struct chain_parameters *p, const struct chain_parameters *d)
 {
     const struct creep *creep = constants, *by = d_constants;
-    const double sum = sum_of_gains(creep);
+    const real sum = sum_of_gains(creep);
     struct creep_state *s = d_state;
-    double d_x = d_y - by->zero;
+    real d_x = d_y - by->zero;
 
     for (int i = by->first; i < by->count; i++)
         d_x -= (x - creep->zero + p->initialCreep) * by->gain[i];
-    d_x = (d_x - sum * d->initialCreep) / (1.0 + sum);
+    d_x = (d_x - sum * d->initialCreep) / (1 + sum);
     for (int i = 0; i < creep->count; i++)
         s->s[i] = d_x + d->initialCreep;
     return by->zero + d_x;
 }
 
-static void creep_tangent(const void *constants, const void *state, double x,
-                          const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                          double *restrict row)
+static void creep_tangent(const void *constants, const void *state, real x,
+                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                          real *restrict row)
 {
     const struct creep *creep = constants;
-    double input[STAGE_CHUNK];
+    real input[STAGE_CHUNK];
 
     (void)state, (void)x, (void)d_around;
     for (int first = 0; first < count; first += STAGE_CHUNK) {
         const int n = count - first < STAGE_CHUNK ? count - first : STAGE_CHUNK;
-        double *restrict output = row + first;
+        real *restrict output = row + first;
         memcpy(input, output, (size_t)n * sizeof *input);
         for (int i = 0; i < creep->count; i++) {
-            double *restrict s = d_state + (ptrdiff_t)i * count + first;
+            real *restrict s = d_state + (ptrdiff_t)i * count + first;
             for (int c = 0; c < n; c++) {
                 s[c] += creep->rate[i] * (input[c] - s[c]);
                 output[c] += creep->gain[i] * s[c];
@@ -157,29 +155,29 @@ static void creep_tangent(const void *constants, const void *state, double x,
     }
 }
 
-static double creep_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                  const struct chain_surroundings *around, double *d_state, int stride)
+static real creep_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                                const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct creep *creep = constants, *d = d_constants;
     const struct creep_state *s = state;
-    const double above = x - creep->zero;
-    double d_y = 0.0;
+    const real above = x - creep->zero;
+    real d_y = 0;
 
     (void)around;
     for (int i = d->first; i < d->count; i++) {
-        const double moved = d->rate[i] * (above - s->s[i]);
+        const real moved = d->rate[i] * (above - s->s[i]);
         d_state[(ptrdiff_t)i * stride] += moved;
         d_y += creep->gain[i] * moved + d->gain[i] * (s->s[i] + creep->rate[i] * (above - s->s[i]));
     }
-    for (int i = 0; i < creep->count && d->zero != 0.0; i++) {
+    for (int i = 0; i < creep->count && d->zero != 0; i++) {
         d_state[(ptrdiff_t)i * stride] -= creep->rate[i] * d->zero;
         d_y -= creep->gain[i] * creep->rate[i] * d->zero;
     }
     return d_y;
 }
 
-static double creep_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                    double d_y, const struct chain_surroundings *d_around)
+static real creep_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                  const struct chain_surroundings *d_around)
 {
     (void)state, (void)x, (void)d_around;
     return creep_solve(constants, d_state, d_y); /* it is linear */

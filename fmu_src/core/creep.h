@@ -11,8 +11,8 @@
 enum { CREEP_MAX = 16 };
 
 struct creep_element {
-    double gain;         /* c_i: creep in the end, per displacement */
-    double timeConstant; /* tau_i, s */
+    real gain;         /* c_i: creep in the end, per displacement */
+    real timeConstant; /* tau_i, s */
 };
 
 typedef struct creep_element creep_parameters[CREEP_MAX];
@@ -20,14 +20,14 @@ typedef struct creep_element creep_parameters[CREEP_MAX];
 struct creep {
     int first; /* of derivatives: those before are 0 */
     int count;
-    double zero;            /* the sensor's */
-    double gain[CREEP_MAX]; /* c_i */
-    double rate[CREEP_MAX]; /* g_i */
-    double slope;           /* dy_k / dx_k */
+    real zero;            /* the sensor's */
+    real gain[CREEP_MAX]; /* c_i */
+    real rate[CREEP_MAX]; /* g_i */
+    real slope;           /* dy_k / dx_k */
 };
 
 struct creep_state {
-    double s[CREEP_MAX]; /* s_i,k-1 */
+    real s[CREEP_MAX]; /* s_i,k-1 */
 };
 
 HIDDEN_BEGIN

@@ -1,49 +1,49 @@
 #include "delay.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "chain.h"
 
 /* Ticks: a time that is a whole number of them but for rounding is taken as whole. */
-#define ROUNDING 1e-9
+#define ROUNDING REAL(1e-9)
 
 static bool delay_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(p->delay.time >= 0.0))
-        return refuse(message, size, "delay.time is %g s; it must not be negative", p->delay.time);
+    if (!(p->delay.time >= 0))
+        return refuse(message, size, "delay.time is %g s; it must not be negative", (double)p->delay.time);
     if (!(p->delay.time <= (DELAY_MAX_TICKS + ROUNDING) * p->sampleTime))
         return refuse(message, size,
                       "delay.time is %g s; at a sampleTime of %g s it must be at most %g s, "
                       "%d ticks",
-                      p->delay.time, p->sampleTime, DELAY_MAX_TICKS * p->sampleTime, DELAY_MAX_TICKS);
+                      (double)p->delay.time, (double)p->sampleTime, (double)(DELAY_MAX_TICKS * p->sampleTime),
+                      DELAY_MAX_TICKS);
     return true;
 }
 
 static bool delay_is_on(const struct chain_parameters *p)
 {
-    return p->delay.time > 0.0;
+    return p->delay.time > 0;
 }
 
 static void delay_prepare(void *constants, const struct chain_parameters *p)
 {
-    const double ticks = p->delay.time / p->sampleTime;
-    const double whole = floor(ticks + ROUNDING);
-    const double fraction = ticks - whole;
+    const real ticks = p->delay.time / p->sampleTime;
+    const real whole = real_floor(ticks + ROUNDING);
+    const real fraction = ticks - whole;
 
     *(struct delay *)constants = (struct delay){ .ticks = (int)whole,
-                                                 .fraction = fraction > ROUNDING ? fraction : 0.0,
+                                                 .fraction = fraction > ROUNDING ? fraction : 0,
                                                  .time = p->delay.time };
 }
 
-static double delay_latency(const void *constants)
+static real delay_latency(const void *constants)
 {
     const struct delay *delay = constants;
 
     return delay->time;
 }
 
-static double delay_rest(const void *constants, void *state, double u, const struct chain_parameters *p)
+static real delay_rest(const void *constants, void *state, real u, const struct chain_parameters *p)
 {
     struct delay_state *s = state;
 
@@ -59,14 +59,14 @@ static int delay_needed(const struct delay *delay)
     return delay->ticks < DELAY_MAX_TICKS ? delay->ticks + 1 : DELAY_MAX_TICKS;
 }
 
-static double delay_step(const void *constants, void *state, double u, const struct chain_surroundings *around)
+static real delay_step(const void *constants, void *state, real u, const struct chain_surroundings *around)
 {
     const struct delay *delay = constants;
     struct delay_state *s = state;
-    double y = delay->ticks > 0 ? s->u[delay->ticks - 1] : u;
+    real y = delay->ticks > 0 ? s->u[delay->ticks - 1] : u;
 
     (void)around;
-    if (delay->fraction > 0.0)
+    if (delay->fraction > 0)
         y += delay->fraction * (s->u[delay->ticks] - y);
     for (int i = delay_needed(delay) - 1; i > 0; i--)
         s->u[i] = s->u[i - 1];
@@ -84,25 +84,25 @@ static void delay_prepare_tangent(void *d_constants, const void *constants, cons
     result->time = d->delay.time;
 }
 
-static double delay_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                 double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+static real delay_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
+                               const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)d_constants, (void)x, (void)d;
     return delay_rest(constants, d_state, d_y, p);
 }
 
-static void delay_tangent(const void *constants, const void *state, double x,
-                          const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                          double *restrict row)
+static void delay_tangent(const void *constants, const void *state, real x,
+                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                          real *restrict row)
 {
     const struct delay *delay = constants;
     const size_t size = (size_t)count;
 
     (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
-        double d_y = delay->ticks > 0 ? d_state[(size_t)(delay->ticks - 1) * size + (size_t)c] : row[c];
-        const double newest = row[c];
-        if (delay->fraction > 0.0)
+        real d_y = delay->ticks > 0 ? d_state[(size_t)(delay->ticks - 1) * size + (size_t)c] : row[c];
+        const real newest = row[c];
+        if (delay->fraction > 0)
             d_y += delay->fraction * (d_state[(size_t)delay->ticks * size + (size_t)c] - d_y);
         for (int i = delay_needed(delay) - 1; i > 0; i--)
             d_state[(size_t)i * size + (size_t)c] = d_state[(size_t)(i - 1) * size + (size_t)c];
@@ -112,20 +112,20 @@ static void delay_tangent(const void *constants, const void *state, double x,
 }
 
 /* At a whole number of ticks the output has a corner; its derivative there is the mean of both sides. */
-static double delay_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                  const struct chain_surroundings *around, double *d_state, int stride)
+static real delay_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                                const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct delay *delay = constants, *d = d_constants;
     const struct delay_state *s = state;
     const int ticks = delay->ticks;
-    const double here = ticks > 0 ? s->u[ticks - 1] : x;
-    const double older = ticks < DELAY_MAX_TICKS ? s->u[ticks] : here;
-    const double newer = ticks > 1 ? s->u[ticks - 2] : x;
+    const real here = ticks > 0 ? s->u[ticks - 1] : x;
+    const real older = ticks < DELAY_MAX_TICKS ? s->u[ticks] : here;
+    const real newer = ticks > 1 ? s->u[ticks - 2] : x;
 
     (void)around, (void)d_state, (void)stride;
-    if (delay->fraction > 0.0)
+    if (delay->fraction > 0)
         return d->fraction * (older - here);
-    return d->fraction * (ticks < DELAY_MAX_TICKS ? 0.5 * (older - newer) : here - newer);
+    return d->fraction * (ticks < DELAY_MAX_TICKS ? REAL(0.5) * (older - newer) : here - newer);
 }
 
 const struct stage delay_stage = {

@@ -12,17 +12,17 @@
 #define DELAY_MAX_TICKS 64
 
 typedef struct delay_parameters {
-    double time;
+    real time;
 } delay_parameters;
 
 struct delay {
-    int ticks;       /* whole ones */
-    double fraction; /* of a tick beyond them */
-    double time;
+    int ticks;     /* whole ones */
+    real fraction; /* of a tick beyond them */
+    real time;
 };
 
 struct delay_state {
-    double u[DELAY_MAX_TICKS]; /* u_{k-1}, u_{k-2}, ... */
+    real u[DELAY_MAX_TICKS]; /* u_{k-1}, u_{k-2}, ... */
 };
 
 HIDDEN_BEGIN

@@ -4,7 +4,7 @@
 
 static bool drift_is_on(const struct chain_parameters *p)
 {
-    return p->drift.temperatureCoefficient != 0.0 || p->drift.rate != 0.0;
+    return p->drift.temperatureCoefficient != 0 || p->drift.rate != 0;
 }
 
 static void drift_prepare(void *constants, const struct chain_parameters *p)
@@ -12,20 +12,19 @@ static void drift_prepare(void *constants, const struct chain_parameters *p)
     *(struct drift *)constants = (struct drift){ p->drift.temperatureCoefficient, p->drift.rate };
 }
 
-static double drift_offset(const struct drift *drift, const struct chain_surroundings *around)
+static real drift_offset(const struct drift *drift, const struct chain_surroundings *around)
 {
     return drift->temperatureCoefficient * (around->temperature - DRIFT_REFERENCE_TEMPERATURE) +
            drift->rate * around->time;
 }
 
-static double drift_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real drift_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     (void)state;
     return x + drift_offset(constants, around);
 }
 
-static double drift_inverse(const void *constants, void *state, double y,
-                            const struct chain_surroundings *around)
+static real drift_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
 {
     (void)state;
     return y - drift_offset(constants, around);
@@ -38,26 +37,26 @@ static void drift_prepare_tangent(void *d_constants, const void *constants, cons
     drift_prepare(d_constants, d);
 }
 
-static void drift_tangent(const void *constants, const void *state, double x,
-                          const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                          double *restrict row)
+static void drift_tangent(const void *constants, const void *state, real x,
+                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                          real *restrict row)
 {
     const struct drift *drift = constants;
 
     (void)state, (void)x, (void)d_state;
-    for (int c = 0; c < count && d_around->temperature != 0.0; c++)
+    for (int c = 0; c < count && d_around->temperature != 0; c++)
         row[c] += drift->temperatureCoefficient * d_around->temperature;
 }
 
-static double drift_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                  const struct chain_surroundings *around, double *d_state, int stride)
+static real drift_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                                const struct chain_surroundings *around, real *d_state, int stride)
 {
     (void)constants, (void)state, (void)x, (void)d_state, (void)stride;
     return drift_offset(d_constants, around);
 }
 
-static double drift_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                    double d_y, const struct chain_surroundings *d_around)
+static real drift_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                  const struct chain_surroundings *d_around)
 {
     const struct drift *drift = constants;
 

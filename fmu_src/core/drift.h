@@ -7,16 +7,16 @@
 
 #include "stage.h"
 
-#define DRIFT_REFERENCE_TEMPERATURE 293.15 /* K */
+#define DRIFT_REFERENCE_TEMPERATURE REAL(293.15) /* K */
 
 typedef struct drift_parameters {
-    double temperatureCoefficient; /* m/K */
-    double rate;                   /* m/s */
+    real temperatureCoefficient; /* m/K */
+    real rate;                   /* m/s */
 } drift_parameters;
 
 struct drift {
-    double temperatureCoefficient;
-    double rate;
+    real temperatureCoefficient;
+    real rate;
 };
 
 HIDDEN_BEGIN

@@ -11,6 +11,14 @@
 
 #include <stdint.h>
 
+#include "real.h"
+
+#if defined IT2HYS_SINGLE
+
+#include "exponential_single.h"
+
+#else
+
 #define EXP_STEPS 64 /* per factor of two */
 #define EXP_SHIFT 46 /* from the low bits to the exponent, past log2(EXP_STEPS) of them */
 
@@ -39,7 +47,7 @@
 typedef double exp_lanes __attribute__((vector_size(16)));
 typedef uint64_t exp_words __attribute__((vector_size(16)));
 
-static inline void exp_scaled_normal_pair(const double x[2], double result[2])
+static inline void exp_scaled_normal_pair(const real x[2], real result[2])
 {
     const exp_lanes scaled = { x[0], x[1] };
     const exp_lanes n = scaled + EXP_ROUND;
@@ -60,29 +68,37 @@ static inline void exp_scaled_normal_pair(const double x[2], double result[2])
 
 #else
 
-static inline void exp_scaled_normal_pair(const double x[2], double result[2])
+static inline void exp_scaled_normal_pair(const real x[2], real result[2])
 {
     for (int i = 0; i < 2; i++) {
         union {
-            double value;
+            real value;
             uint64_t bits;
         } n = { x[i] + EXP_ROUND }, power;
         const unsigned j = (unsigned)(n.bits % EXP_STEPS);
         power.bits = EXP_BITS[j] + (n.bits << EXP_SHIFT);
-        const double r = x[i] - (n.value - EXP_ROUND);
-        const double r2 = r * r;
+        const real r = x[i] - (n.value - EXP_ROUND);
+        const real r2 = r * r;
         result[i] = power.value + power.value * EXP_REST(r, r2, EXP_TAIL[j]);
     }
 }
 
 #endif
 
+#endif
+
 /* The same of any x <= 0, minus infinity included. */
-static inline void exp_scaled_pair(const double x[2], double result[2])
+static inline void exp_scaled_pair(const real x[2], real result[2])
 {
-    exp_scaled_normal_pair(x, result);
+#if defined IT2HYS_SINGLE /* an integer is made of it */
+    const real normal[2] = { real_fmax(x[0], EXP_UNDERFLOW), real_fmax(x[1], EXP_UNDERFLOW) };
+#else
+    const real *normal = x;
+#endif
+
+    exp_scaled_normal_pair(normal, result);
     for (int i = 0; i < 2; i++)
-        result[i] = x[i] < EXP_UNDERFLOW ? 0.0 : result[i];
+        result[i] = x[i] < EXP_UNDERFLOW ? 0 : result[i];
 }
 
 #endif

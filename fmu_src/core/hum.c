@@ -1,23 +1,21 @@
 #include "hum.h"
 
-#include <math.h>
-
 #include "chain.h"
 
 static bool hum_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(p->hum.amplitude >= 0.0))
+    if (!(p->hum.amplitude >= 0))
         return refuse(message, size, "hum.amplitude is %g m; it must be positive, or 0 for none",
-                      p->hum.amplitude);
-    if (p->hum.amplitude > 0.0 && !(p->hum.frequency > 0.0))
+                      (double)p->hum.amplitude);
+    if (p->hum.amplitude > 0 && !(p->hum.frequency > 0))
         return refuse(message, size, "hum.frequency is %g Hz; with a hum.amplitude it must be positive",
-                      p->hum.frequency);
+                      (double)p->hum.frequency);
     return true;
 }
 
 static bool hum_is_on(const struct chain_parameters *p)
 {
-    return p->hum.amplitude > 0.0;
+    return p->hum.amplitude > 0;
 }
 
 static void hum_prepare(void *constants, const struct chain_parameters *p)
@@ -25,12 +23,12 @@ static void hum_prepare(void *constants, const struct chain_parameters *p)
     *(struct hum *)constants = (struct hum){ p->hum.amplitude, p->hum.frequency, p->hum.phase };
 }
 
-static double hum_step(const void *constants, void *state, double y, const struct chain_surroundings *around)
+static real hum_step(const void *constants, void *state, real y, const struct chain_surroundings *around)
 {
     const struct hum *hum = constants;
 
     (void)state;
-    return y + hum->amplitude * sin(TWO_PI * hum->frequency * around->time + hum->phase);
+    return y + hum->amplitude * real_sin(TWO_PI * hum->frequency * around->time + hum->phase);
 }
 
 static void hum_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
@@ -40,15 +38,15 @@ static void hum_prepare_tangent(void *d_constants, const void *constants, const 
     hum_prepare(d_constants, d);
 }
 
-static double hum_by_parameters(const void *constants, const void *d_constants, const void *state, double y,
-                                const struct chain_surroundings *around, double *d_state, int stride)
+static real hum_by_parameters(const void *constants, const void *d_constants, const void *state, real y,
+                              const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct hum *hum = constants, *d = d_constants;
-    const double phase = TWO_PI * hum->frequency * around->time + hum->phase;
-    const double d_phase = TWO_PI * d->frequency * around->time + d->phase;
+    const real phase = TWO_PI * hum->frequency * around->time + hum->phase;
+    const real d_phase = TWO_PI * d->frequency * around->time + d->phase;
 
     (void)state, (void)y, (void)d_state, (void)stride;
-    return d->amplitude * sin(phase) + hum->amplitude * cos(phase) * d_phase;
+    return d->amplitude * real_sin(phase) + hum->amplitude * real_cos(phase) * d_phase;
 }
 
 const struct stage hum_stage = {

@@ -7,15 +7,15 @@
 #include "stage.h"
 
 typedef struct hum_parameters {
-    double amplitude; /* m; 0: none */
-    double frequency; /* Hz */
-    double phase;     /* rad */
+    real amplitude; /* m; 0: none */
+    real frequency; /* Hz */
+    real phase;     /* rad */
 } hum_parameters;
 
 struct hum {
-    double amplitude;
-    double frequency;
-    double phase;
+    real amplitude;
+    real frequency;
+    real phase;
 };
 
 HIDDEN_BEGIN

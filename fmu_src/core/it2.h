@@ -13,39 +13,39 @@
 #ifndef IT2HYS_IT2_H
 #define IT2HYS_IT2_H
 
-#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 
 #include "hidden.h"
+#include "real.h"
 
 enum { IT2_MAX_RULES = 16, IT2_RULE_PARAMETERS = 6 };
 
 /* One rule, in the order of the paper's Table 1: antecedent (s1, s2, c), consequent (q1, q2, q3). */
 struct it2_rule {
-    double sigmaLower;
-    double sigmaUpper;
-    double centre;
-    double q1;
-    double q2;
-    double q3;
+    real sigmaLower;
+    real sigmaUpper;
+    real centre;
+    real q1;
+    real q2;
+    real q3;
 };
 
 /* A range of displacement. */
 struct it2_range {
-    double minimum;
-    double maximum;
+    real minimum;
+    real maximum;
 };
 
 /* For a core that is (10) everywhere: while it is fitted, nobody knows its range yet. */
-static const struct it2_range IT2_EVERYWHERE = { -HUGE_VAL, HUGE_VAL };
+static const struct it2_range IT2_EVERYWHERE = { -REAL_INFINITY, REAL_INFINITY };
 
 /* An end of the range, and the equilibrium there: F(y, x) = y. */
 struct it2_end {
-    double y;
-    double x;
-    double dx; /* dF/dx */
-    double dy; /* dF/dy */
+    real y;
+    real x;
+    real dx; /* dF/dx */
+    real dy; /* dF/dy */
 };
 
 /* The rules, and -1 / (2 s_l1^2), -1 / (2 s_l2^2) in the scale of exponential.h. Set by it2_prepare. */
@@ -54,22 +54,22 @@ struct it2 {
     struct it2_range plain; /* of y_{k-1}: within the range, and no membership comes close to underflow */
     struct it2_end lower, upper;
     struct it2_rule rule[IT2_MAX_RULES];
-    double exponent[IT2_MAX_RULES][2];
+    real exponent[IT2_MAX_RULES][2];
 };
 
 struct it2_state {
-    double y; /* y_{k-1} */
+    real y; /* y_{k-1} */
 };
 
 /* Partial derivatives of a step with respect to its two arguments and to the end of the range. */
 struct it2_partials {
-    double dx;  /* dy_k / dx_k */
-    double dy;  /* dy_k / dy_{k-1}: the contraction of a free run */
-    double end; /* by the end that y_{k-1} lies beyond; 0 within the range */
+    real dx;  /* dy_k / dx_k */
+    real dy;  /* dy_k / dy_{k-1}: the contraction of a free run */
+    real end; /* by the end that y_{k-1} lies beyond; 0 within the range */
 };
 
 /* The end that y_{k-1} lies beyond; NULL within the range. */
-static inline const struct it2_end *it2_beyond(const struct it2 *stage, double y_previous)
+static inline const struct it2_end *it2_beyond(const struct it2 *stage, real y_previous)
 {
     return y_previous < stage->lower.y ? &stage->lower : y_previous > stage->upper.y ? &stage->upper : NULL;
 }
@@ -79,27 +79,27 @@ HIDDEN_BEGIN
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range);
 
 /* The core as a stage that the chain always has. step and inverse advance the state. */
-void it2_reset(struct it2_state *state, double y);
-double it2_step(const struct it2 *stage, struct it2_state *state, double x);
-double it2_inverse(const struct it2 *stage, struct it2_state *state, double y);
-double it2_derivative(const struct it2 *stage, const struct it2_state *state, double x);
+void it2_reset(struct it2_state *state, real y);
+real it2_step(const struct it2 *stage, struct it2_state *state, real x);
+real it2_inverse(const struct it2 *stage, struct it2_state *state, real y);
+real it2_derivative(const struct it2 *stage, const struct it2_state *state, real x);
 
 /* F without a state, and what is derived from it: (10) for y_{k-1} within the range, and what goes on from
  * it beyond (it2_range.c). */
-double it2_evaluate(const struct it2 *stage, double y_previous, double x);
-double it2_solve(const struct it2 *stage, double y_previous, double y);
-struct it2_partials it2_partials(const struct it2 *stage, double y_previous, double x);
+real it2_evaluate(const struct it2 *stage, real y_previous, real x);
+real it2_solve(const struct it2 *stage, real y_previous, real y);
+struct it2_partials it2_partials(const struct it2 *stage, real y_previous, real x);
 
 /* Eqs. (13) to (18): gradient[6 l + i] = dy_k / d(parameter i of rule l), in the order of it2_rule.
  * Returns y_k and, where `partials` is given, the partial derivatives too. */
-double it2_gradient(const struct it2 *stage, double y_previous, double x, double *gradient,
-                    struct it2_partials *partials);
+real it2_gradient(const struct it2 *stage, real y_previous, real x, real *gradient,
+                  struct it2_partials *partials);
 
 /* y[k] = F(y[k-1], x[k]), k = 0..n-1, y[-1] = y_initial. Where `sensitivity` (n rows of 6 L + 1,
  * row-major) is given: the derivatives of y[k] with respect to all parameters and y_initial.
  * Returns the number of samples computed: less than n if a value is not finite. */
-size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const double *x, size_t n,
-                    double y_initial, double *y, double *sensitivity);
+size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const real *x, size_t n,
+                    real y_initial, real *y, real *sensitivity);
 
 /* Is the parameter set usable over the range of displacement? On a grid of y that has both ends: the sum of
  * q_l2 memberships is positive (invertible) and |dy_k/dy_{k-1}| < 1 on the equilibrium curve (an equilibrium
@@ -109,7 +109,7 @@ size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range ra
 bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message, size_t size);
 
 /* The largest |dy_k/dy_{k-1}| on the equilibrium curve and the displacement where it occurs. */
-double it2_contraction(const struct it2 *stage, struct it2_range range, double *where);
+real it2_contraction(const struct it2 *stage, struct it2_range range, real *where);
 
 HIDDEN_END
 

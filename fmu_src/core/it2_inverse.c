@@ -2,11 +2,11 @@
 #include "it2.h"
 #include "it2_membership.h"
 
-double it2_solve(const struct it2 *stage, double y_previous, double y)
+real it2_solve(const struct it2 *stage, real y_previous, real y)
 {
     struct it2_memberships m;
-    double free_response = 0.0;
-    double slope = 0.0;
+    real free_response = 0;
+    real slope = 0;
 
     if (!it2_is_plain(stage, y_previous)) {
         const struct it2_end *end = it2_beyond(stage, y_previous);
@@ -22,9 +22,9 @@ double it2_solve(const struct it2 *stage, double y_previous, double y)
     return (y * m.sum - free_response) / slope;
 }
 
-double it2_inverse(const struct it2 *stage, struct it2_state *state, double y)
+real it2_inverse(const struct it2 *stage, struct it2_state *state, real y)
 {
-    const double x = it2_solve(stage, state->y, y);
+    const real x = it2_solve(stage, state->y, y);
     state->y = y;
     return x;
 }

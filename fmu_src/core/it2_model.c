@@ -2,34 +2,32 @@
 #include "it2.h"
 #include "it2_membership.h"
 
-/* Its square times an exponent is finite: the widest rule stays the nearest one. */
-#define FARTHEST 1e140
-
 /* Where the rule's memberships are above IT2_SUM_UNDERFLOW; empty where its parameters make no numbers. */
-static struct it2_range rule_cannot_underflow(const struct it2_rule *rule, const double exponent[2])
+static struct it2_range rule_cannot_underflow(const struct it2_rule *rule, const real exponent[2])
 {
-    const double reach = fmin(sqrt(IT2_NO_UNDERFLOW / fmin(exponent[0], exponent[1])), FARTHEST);
+    const real reach =
+        real_fmin(real_sqrt(IT2_NO_UNDERFLOW / real_fmin(exponent[0], exponent[1])), IT2_FARTHEST);
 
-    if (!(exponent[0] <= 0.0 && exponent[1] <= 0.0 && reach > 0.0 && isfinite(rule->centre)))
-        return (struct it2_range){ HUGE_VAL, -HUGE_VAL };
+    if (!(exponent[0] <= 0 && exponent[1] <= 0 && reach > 0 && isfinite(rule->centre)))
+        return (struct it2_range){ REAL_INFINITY, -REAL_INFINITY };
     return (struct it2_range){ rule->centre - reach, rule->centre + reach };
 }
 
 static struct it2_range overlap(struct it2_range a, struct it2_range b)
 {
-    return (struct it2_range){ fmax(a.minimum, b.minimum), fmin(a.maximum, b.maximum) };
+    return (struct it2_range){ real_fmax(a.minimum, b.minimum), real_fmin(a.maximum, b.maximum) };
 }
 
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range)
 {
     *stage = (struct it2){ .rules = count,
-                           .plain = { -FARTHEST, FARTHEST },
-                           .lower = { .y = -HUGE_VAL },
-                           .upper = { .y = HUGE_VAL } };
+                           .plain = { -IT2_FARTHEST, IT2_FARTHEST },
+                           .lower = { .y = -REAL_INFINITY },
+                           .upper = { .y = REAL_INFINITY } };
     for (int l = 0; l < count; l++) {
         stage->rule[l] = rules[l];
-        stage->exponent[l][0] = -0.5 * EXP_SCALE / (rules[l].sigmaLower * rules[l].sigmaLower);
-        stage->exponent[l][1] = -0.5 * EXP_SCALE / (rules[l].sigmaUpper * rules[l].sigmaUpper);
+        stage->exponent[l][0] = -REAL(0.5) * EXP_SCALE / (rules[l].sigmaLower * rules[l].sigmaLower);
+        stage->exponent[l][1] = -REAL(0.5) * EXP_SCALE / (rules[l].sigmaUpper * rules[l].sigmaUpper);
         stage->plain = overlap(stage->plain, rule_cannot_underflow(&rules[l], stage->exponent[l]));
     }
     const struct it2_end lower = it2_end_at(stage, range.minimum);
@@ -40,31 +38,32 @@ void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, str
 }
 
 /* exp of the differences of both scaled exponents to the largest, finite however narrow the rule is. */
-static void relative(const double exponent[2], double square, double largest, double result[2])
+static void relative(const real exponent[2], real square, real largest, real result[2])
 {
-    double difference[2];
+    real difference[2];
 
     for (int i = 0; i < 2; i++)
-        difference[i] = fmax(square * exponent[i], -DBL_MAX) - largest;
+        difference[i] = real_fmax(square * exponent[i], -REAL_MAX) - largest;
     exp_scaled_pair(difference, result);
 }
 
 /* Far from every centre all memberships underflow and (10) would be 0/0. Scaling all of them by the
  * largest leaves (10) as it is and finite; its limit is the nearest rule, the one whose distance in
  * units of its upper deviation is smallest. */
-static void memberships_far(const struct it2 *stage, double y_previous, struct it2_memberships *m)
+static void memberships_far(const struct it2 *stage, real y_previous, struct it2_memberships *m)
 {
-    double square[IT2_MAX_RULES];
-    double largest = -DBL_MAX;
+    real square[IT2_MAX_RULES];
+    real largest = -REAL_MAX;
 
     for (int l = 0; l < stage->rules; l++) {
-        const double distance = fmin(fmax(y_previous - stage->rule[l].centre, -FARTHEST), FARTHEST);
+        const real distance =
+            real_fmin(real_fmax(y_previous - stage->rule[l].centre, -IT2_FARTHEST), IT2_FARTHEST);
         square[l] = distance * distance;
-        largest = fmax(largest, square[l] * stage->exponent[l][1]);
+        largest = real_fmax(largest, square[l] * stage->exponent[l][1]);
     }
-    m->sum = 0.0;
+    m->sum = 0;
     for (int l = 0; l < stage->rules; l++) {
-        double membership[2];
+        real membership[2];
         relative(stage->exponent[l], square[l], largest, membership);
         m->lower[l] = membership[0];
         m->upper[l] = membership[1];
@@ -73,11 +72,11 @@ static void memberships_far(const struct it2 *stage, double y_previous, struct i
     }
 }
 
-void it2_memberships_anywhere(const struct it2 *stage, double y_previous, struct it2_memberships *m)
+void it2_memberships_anywhere(const struct it2 *stage, real y_previous, struct it2_memberships *m)
 {
-    m->sum = 0.0;
+    m->sum = 0;
     for (int l = 0; l < stage->rules; l++) {
-        double scaled[2], membership[2];
+        real scaled[2], membership[2];
         it2_exponents(stage, l, y_previous, scaled);
         exp_scaled_pair(scaled, membership);
         m->lower[l] = membership[0];
@@ -89,16 +88,16 @@ void it2_memberships_anywhere(const struct it2 *stage, double y_previous, struct
         memberships_far(stage, y_previous, m);
 }
 
-static double consequent(const struct it2_rule *rule, double y_previous, double x)
+static real consequent(const struct it2_rule *rule, real y_previous, real x)
 {
     return rule->q1 * y_previous + (rule->q2 * x + rule->q3);
 }
 
-static double evaluate_elsewhere(const struct it2 *stage, double y_previous, double x)
+static real evaluate_elsewhere(const struct it2 *stage, real y_previous, real x)
 {
     const struct it2_end *end = it2_beyond(stage, y_previous);
     struct it2_memberships m;
-    double numerator = 0.0;
+    real numerator = 0;
 
     if (end)
         return end->y + end->dx * (x - end->x) + end->dy * (y_previous - end->y);
@@ -108,28 +107,28 @@ static double evaluate_elsewhere(const struct it2 *stage, double y_previous, dou
     return numerator / m.sum;
 }
 
-double it2_evaluate(const struct it2 *stage, double y_previous, double x)
+real it2_evaluate(const struct it2 *stage, real y_previous, real x)
 {
-    double lower, upper; /* not of interest here */
-    double sum = 0.0;
-    double numerator = 0.0;
+    real lower, upper; /* not of interest here */
+    real sum = 0;
+    real numerator = 0;
 
     if (!it2_is_plain(stage, y_previous))
         return evaluate_elsewhere(stage, y_previous, x);
     for (int l = 0; l < stage->rules; l++) {
-        const double weight = it2_membership(stage, l, y_previous, &lower, &upper);
+        const real weight = it2_membership(stage, l, y_previous, &lower, &upper);
         numerator += consequent(&stage->rule[l], y_previous, x) * weight;
         sum += weight;
     }
     return numerator / sum;
 }
 
-void it2_reset(struct it2_state *state, double y)
+void it2_reset(struct it2_state *state, real y)
 {
     state->y = y;
 }
 
-double it2_step(const struct it2 *stage, struct it2_state *state, double x)
+real it2_step(const struct it2 *stage, struct it2_state *state, real x)
 {
     state->y = it2_evaluate(stage, state->y, x);
     return state->y;

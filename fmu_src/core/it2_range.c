@@ -7,103 +7,102 @@
 #include "it2.h"
 #include "it2_membership.h"
 
-struct it2_end it2_end_at(const struct it2 *stage, double y)
+struct it2_end it2_end_at(const struct it2 *stage, real y)
 {
     if (!isfinite(y))
         return (struct it2_end){ .y = y };
-    const double x = it2_solve(stage, y, y);
+    const real x = it2_solve(stage, y, y);
     const struct it2_partials f = it2_partials(stage, y, x);
     return (struct it2_end){ .y = y, .x = x, .dx = f.dx, .dy = f.dy };
 }
 
 /* A rule at the equilibrium of an end: its weight w = f_l + F_l, and derivatives of w by y. */
 struct rule_at_end {
-    double weight;
-    double slope;
-    double curvature;
-    double excess; /* n_l - y_e */
+    real weight;
+    real slope;
+    real curvature;
+    real excess; /* n_l - y_e */
 };
 
 /* What a parameter of a rule changes there: w, dw/dy, n_l, and its coefficients of y and x. */
 struct rule_change {
-    double weight;
-    double slope;
-    double consequent;
-    double q1;
-    double q2;
+    real weight;
+    real slope;
+    real consequent;
+    real q1;
+    real q2;
 };
 
 /* Second derivatives of (10) there, and the sum of weights D with its derivative. */
 struct curvature {
-    double dxdy;
-    double dydy;
-    double sum;
-    double slopes;
+    real dxdy;
+    real dydy;
+    real sum;
+    real slopes;
 };
 
 /* How far (y_{k-1}, x_k) is from it. */
 struct distance {
-    double y;
-    double x;
+    real y;
+    real x;
 };
 
-static struct rule_at_end at_end(const struct it2_rule *rule, const struct it2_end *end, double lower,
-                                 double upper)
+static struct rule_at_end at_end(const struct it2_rule *rule, const struct it2_end *end, real lower, real upper)
 {
-    const double distance = end->y - rule->centre;
-    const double square_lower = rule->sigmaLower * rule->sigmaLower;
-    const double square_upper = rule->sigmaUpper * rule->sigmaUpper;
-    const double ratio_lower = distance * distance / square_lower;
-    const double ratio_upper = distance * distance / square_upper;
+    const real distance = end->y - rule->centre;
+    const real square_lower = rule->sigmaLower * rule->sigmaLower;
+    const real square_upper = rule->sigmaUpper * rule->sigmaUpper;
+    const real ratio_lower = distance * distance / square_lower;
+    const real ratio_upper = distance * distance / square_upper;
 
     return (struct rule_at_end){
         .weight = lower + upper,
         .slope = -distance * (lower / square_lower + upper / square_upper),
-        .curvature = lower * (ratio_lower - 1.0) / square_lower + upper * (ratio_upper - 1.0) / square_upper,
+        .curvature = lower * (ratio_lower - 1) / square_lower + upper * (ratio_upper - 1) / square_upper,
         .excess = rule->q1 * end->y + (rule->q2 * end->x + rule->q3) - end->y,
     };
 }
 
-static struct rule_change by_deviation(double membership, double distance, double sigma)
+static struct rule_change by_deviation(real membership, real distance, real sigma)
 {
-    const double ratio = distance * distance / (sigma * sigma);
+    const real ratio = distance * distance / (sigma * sigma);
 
     return (struct rule_change){
         .weight = membership * ratio / sigma,
-        .slope = membership * distance * (2.0 - ratio) / (sigma * sigma * sigma),
+        .slope = membership * distance * (2 - ratio) / (sigma * sigma * sigma),
     };
 }
 
 /* In the order of struct it2_rule. */
-static void rule_changes(const struct it2_rule *rule, const struct it2_end *end, double lower, double upper,
+static void rule_changes(const struct it2_rule *rule, const struct it2_end *end, real lower, real upper,
                          const struct rule_at_end *at, struct rule_change change[IT2_RULE_PARAMETERS])
 {
-    const double distance = end->y - rule->centre;
+    const real distance = end->y - rule->centre;
 
     change[0] = by_deviation(lower, distance, rule->sigmaLower);
     change[1] = by_deviation(upper, distance, rule->sigmaUpper);
     change[2] = (struct rule_change){ .weight = -at->slope, .slope = -at->curvature };
-    change[3] = (struct rule_change){ .consequent = end->y, .q1 = 1.0 };
-    change[4] = (struct rule_change){ .consequent = end->x, .q2 = 1.0 };
-    change[5] = (struct rule_change){ .consequent = 1.0 };
+    change[3] = (struct rule_change){ .consequent = end->y, .q1 = 1 };
+    change[4] = (struct rule_change){ .consequent = end->x, .q2 = 1 };
+    change[5] = (struct rule_change){ .consequent = 1 };
 }
 
 /* dF/dp = dA/dp (x - x_e) - A dx_e/dp + ds/dp (y - y_e), where (10) changes by d at (y_e, x_e) and
  * dx_e/dp = -d / A brings it back to y_e. */
-static double by_parameter(const struct it2_rule *rule, const struct it2_end *end, const struct curvature *f,
-                           const struct rule_at_end *at, const struct rule_change *change, struct distance from)
+static real by_parameter(const struct it2_rule *rule, const struct it2_end *end, const struct curvature *f,
+                         const struct rule_at_end *at, const struct rule_change *change, struct distance from)
 {
-    const double d = (change->consequent * at->weight + at->excess * change->weight) / f->sum;
-    const double dA = (change->q2 * at->weight + (rule->q2 - end->dx) * change->weight) / f->sum;
-    const double ds = (change->q1 * at->weight + (rule->q1 - end->dy) * change->weight +
-                       change->consequent * at->slope + at->excess * change->slope - d * f->slopes) /
-                      f->sum;
+    const real d = (change->consequent * at->weight + at->excess * change->weight) / f->sum;
+    const real dA = (change->q2 * at->weight + (rule->q2 - end->dx) * change->weight) / f->sum;
+    const real ds = (change->q1 * at->weight + (rule->q1 - end->dy) * change->weight +
+                     change->consequent * at->slope + at->excess * change->slope - d * f->slopes) /
+                    f->sum;
 
     return dA * from.x + d + (ds - f->dxdy * d / end->dx) * from.y;
 }
 
-double it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, double y_previous, double x,
-                           double *gradient, struct it2_partials *partials)
+real it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, real y_previous, real x,
+                         real *gradient, struct it2_partials *partials)
 {
     const struct distance from = { y_previous - end->y, x - end->x };
     struct it2_memberships m;
@@ -117,7 +116,7 @@ double it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, d
         at[l] = at_end(rule, end, m.lower[l], m.upper[l]);
         f.slopes += at[l].slope;
         f.dxdy += (rule->q2 - end->dx) * at[l].slope / m.sum;
-        f.dydy += (2.0 * (rule->q1 - end->dy) * at[l].slope + at[l].excess * at[l].curvature) / m.sum;
+        f.dydy += (2 * (rule->q1 - end->dy) * at[l].slope + at[l].excess * at[l].curvature) / m.sum;
     }
     for (int l = 0; l < stage->rules; l++) {
         rule_changes(&stage->rule[l], end, m.lower[l], m.upper[l], &at[l], change);
@@ -129,7 +128,7 @@ double it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, d
         *partials = (struct it2_partials){
             .dx = end->dx,
             .dy = end->dy,
-            .end = f.dxdy * from.x + (f.dydy + f.dxdy * (1.0 - end->dy) / end->dx) * from.y,
+            .end = f.dxdy * from.x + (f.dydy + f.dxdy * (1 - end->dy) / end->dx) * from.y,
         };
     return end->y + end->dx * from.x + end->dy * from.y;
 }

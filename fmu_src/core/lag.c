@@ -1,40 +1,38 @@
 #include "lag.h"
 
-#include <math.h>
-
 #include "chain.h"
 
 /* A slower pole would leave too few digits for the inverse. */
-#define LAG_SLOWEST 1e9 /* sample times */
+#define LAG_SLOWEST REAL(1e9) /* sample times */
 
 static bool lag_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    const double time_constant = p->lag.timeConstant;
+    const real time_constant = p->lag.timeConstant;
 
-    if (!(time_constant >= 0.0))
+    if (!(time_constant >= 0))
         return refuse(message, size, "lag.timeConstant is %g s; it must be positive, or 0 for no lag",
-                      time_constant);
+                      (double)time_constant);
     if (!(time_constant <= LAG_SLOWEST * p->sampleTime))
         return refuse(message, size,
                       "lag.timeConstant is %g s; at a sampleTime of %g s it must be at "
                       "most %g s",
-                      time_constant, p->sampleTime, LAG_SLOWEST * p->sampleTime);
+                      (double)time_constant, (double)p->sampleTime, (double)(LAG_SLOWEST * p->sampleTime));
     return true;
 }
 
 static bool lag_is_on(const struct chain_parameters *p)
 {
-    return p->lag.timeConstant > 0.0;
+    return p->lag.timeConstant > 0;
 }
 
 static void lag_prepare(void *constants, const struct chain_parameters *p)
 {
     struct lag *lag = constants;
 
-    lag->gain = -expm1(-p->sampleTime / p->lag.timeConstant);
+    lag->gain = -real_expm1(-p->sampleTime / p->lag.timeConstant);
 }
 
-static double lag_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
+static real lag_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
 {
     struct lag_state *s = state;
 
@@ -42,7 +40,7 @@ static double lag_rest(const void *constants, void *state, double y, const struc
     return s->y = y;
 }
 
-static double lag_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real lag_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct lag *lag = constants;
     struct lag_state *s = state;
@@ -52,11 +50,11 @@ static double lag_step(const void *constants, void *state, double x, const struc
     return s->y;
 }
 
-static double lag_inverse(const void *constants, void *state, double y, const struct chain_surroundings *around)
+static real lag_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
 {
     const struct lag *lag = constants;
     struct lag_state *s = state;
-    const double x = s->y + (y - s->y) / lag->gain;
+    const real x = s->y + (y - s->y) / lag->gain;
 
     (void)around;
     s->y = y;
@@ -66,24 +64,24 @@ static double lag_inverse(const void *constants, void *state, double y, const st
 static void lag_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
                                 const struct chain_parameters *d)
 {
-    const double time_constant = p->lag.timeConstant;
-    const double ratio = p->sampleTime / time_constant;
+    const real time_constant = p->lag.timeConstant;
+    const real ratio = p->sampleTime / time_constant;
     struct lag *result = d_constants;
 
     (void)constants;
-    result->gain = -ratio / time_constant * exp(-ratio) * d->lag.timeConstant;
+    result->gain = -ratio / time_constant * real_exp(-ratio) * d->lag.timeConstant;
 }
 
-static double lag_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                               double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+static real lag_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
+                             const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)d_constants, (void)x, (void)d;
     return lag_rest(constants, d_state, d_y, p);
 }
 
-static void lag_tangent(const void *constants, const void *state, double x,
-                        const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                        double *restrict row)
+static void lag_tangent(const void *constants, const void *state, real x,
+                        const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                        real *restrict row)
 {
     const struct lag *lag = constants;
 
@@ -94,20 +92,20 @@ static void lag_tangent(const void *constants, const void *state, double x,
     }
 }
 
-static double lag_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                const struct chain_surroundings *around, double *d_state, int stride)
+static real lag_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                              const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct lag *d = d_constants;
     const struct lag_state *s = state;
-    const double moved = d->gain * (x - s->y);
+    const real moved = d->gain * (x - s->y);
 
     (void)constants, (void)around, (void)stride;
     d_state[0] += moved;
     return moved;
 }
 
-static double lag_inverse_tangent(const void *constants, const void *state, double x, void *d_state, double d_y,
-                                  const struct chain_surroundings *d_around)
+static real lag_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                const struct chain_surroundings *d_around)
 {
     (void)state, (void)x;
     return lag_inverse(constants, d_state, d_y, d_around); /* it is linear */

@@ -6,15 +6,15 @@
 #include "stage.h"
 
 typedef struct lag_parameters {
-    double timeConstant; /* s; 0: none */
+    real timeConstant; /* s; 0: none */
 } lag_parameters;
 
 struct lag {
-    double gain; /* g */
+    real gain; /* g */
 };
 
 struct lag_state {
-    double y; /* y_{k-1} */
+    real y; /* y_{k-1} */
 };
 
 HIDDEN_BEGIN

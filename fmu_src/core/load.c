@@ -4,17 +4,17 @@
 
 static bool load_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(p->load.compliance >= 0.0))
+    if (!(p->load.compliance >= 0))
         return refuse(message, size,
                       "load.compliance is %g m/N; it must not be negative (force is "
                       "compressive positive)",
-                      p->load.compliance);
+                      (double)p->load.compliance);
     return true;
 }
 
 static bool load_is_on(const struct chain_parameters *p)
 {
-    return p->load.compliance != 0.0;
+    return p->load.compliance != 0;
 }
 
 static void load_prepare(void *constants, const struct chain_parameters *p)
@@ -24,7 +24,7 @@ static void load_prepare(void *constants, const struct chain_parameters *p)
     load->compliance = p->load.compliance;
 }
 
-static double load_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real load_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct load *load = constants;
 
@@ -32,8 +32,7 @@ static double load_step(const void *constants, void *state, double x, const stru
     return x - load->compliance * around->force;
 }
 
-static double load_inverse(const void *constants, void *state, double y,
-                           const struct chain_surroundings *around)
+static real load_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
 {
     const struct load *load = constants;
 
@@ -48,19 +47,19 @@ static void load_prepare_tangent(void *d_constants, const void *constants, const
     load_prepare(d_constants, d);
 }
 
-static void load_tangent(const void *constants, const void *state, double x,
-                         const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                         double *restrict row)
+static void load_tangent(const void *constants, const void *state, real x,
+                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                         real *restrict row)
 {
     const struct load *load = constants;
 
     (void)state, (void)x, (void)d_state;
-    for (int c = 0; c < count && d_around->force != 0.0; c++)
+    for (int c = 0; c < count && d_around->force != 0; c++)
         row[c] -= load->compliance * d_around->force;
 }
 
-static double load_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                 const struct chain_surroundings *around, double *d_state, int stride)
+static real load_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                               const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct load *d = d_constants;
 
@@ -68,8 +67,8 @@ static double load_by_parameters(const void *constants, const void *d_constants,
     return -d->compliance * around->force;
 }
 
-static double load_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                   double d_y, const struct chain_surroundings *d_around)
+static real load_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                 const struct chain_surroundings *d_around)
 {
     (void)state, (void)x;
     return load_inverse(constants, d_state, d_y, d_around); /* it is linear */

@@ -6,11 +6,11 @@
 #include "stage.h"
 
 typedef struct load_parameters {
-    double compliance; /* m/N; 0: rigid */
+    real compliance; /* m/N; 0: rigid */
 } load_parameters;
 
 struct load {
-    double compliance;
+    real compliance;
 };
 
 HIDDEN_BEGIN

@@ -9,17 +9,17 @@
 #include "stage.h"
 
 typedef struct nonlinearity_parameters {
-    double quadratic; /* m, as the others */
-    double cubic;
-    double quartic;
-    double minimum; /* ends of the curve, from the sensor's zero */
-    double maximum;
+    real quadratic; /* m, as the others */
+    real cubic;
+    real quartic;
+    real minimum; /* ends of the curve, from the sensor's zero */
+    real maximum;
 } nonlinearity_parameters;
 
 struct nonlinearity {
     struct nonlinearity_parameters coefficient;
-    double centre;
-    double half_range;
+    real centre;
+    real half_range;
 };
 
 HIDDEN_BEGIN

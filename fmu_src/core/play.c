@@ -7,23 +7,23 @@
 static bool play_check(const struct chain_parameters *p, char *message, size_t size)
 {
     const struct play_element *elements = p->play;
-    double slope = 1.0;
+    real slope = 1;
 
     if (p->playCount < 0 || p->playCount > PLAY_MAX)
         return refuse(message, size, "playCount is %d; it must be 0 to %d", p->playCount, PLAY_MAX);
     for (int j = 0; j < p->playCount; j++) {
-        const double least = j > 0 ? elements[j - 1].threshold : 0.0;
+        const real least = j > 0 ? elements[j - 1].threshold : 0;
         if (!(elements[j].threshold >= least))
             return refuse(message, size,
                           "play[%d].threshold is %g V; thresholds must rise, so it must be "
                           "at least %g V",
-                          j + 1, elements[j].threshold, least);
+                          j + 1, (double)elements[j].threshold, (double)least);
         slope += elements[j].weight;
-        if (!(slope > 0.0))
+        if (!(slope > 0))
             return refuse(message, size,
                           "1 plus the weights up to play[%d].weight is %g; it must be "
                           "positive: the play operators would not be monotone and could not be inverted",
-                          j + 1, slope);
+                          j + 1, (double)slope);
     }
     return true;
 }
@@ -43,15 +43,15 @@ static void play_prepare(void *constants, const struct chain_parameters *p)
         play->element[j] = p->play[j];
 }
 
-static double play_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real play_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct play *play = constants;
     struct play_state *s = state;
-    double h = x;
+    real h = x;
 
     (void)around;
     for (int j = 0; j < play->count; j++) {
-        const double r = play->element[j].threshold;
+        const real r = play->element[j].threshold;
         s->p[j] = clamp(s->p[j], x - r, x + r);
         h += play->element[j].weight * s->p[j];
     }
@@ -60,17 +60,17 @@ static double play_step(const void *constants, void *state, double x, const stru
 
 /* h = x + sum_j w_j (x + g_j), where the history leaves g_j above the input. Play operators know differences
  * of voltages only: the history is walked with rest at 0. */
-static double play_rest(const void *constants, void *state, double h, const struct chain_parameters *p)
+static real play_rest(const void *constants, void *state, real h, const struct chain_parameters *p)
 {
     const struct play *play = constants;
     struct play_state *s = state;
-    double slope = 1.0;
+    real slope = 1;
 
-    *s = (struct play_state){ { 0.0 } };
+    *s = (struct play_state){ { 0 } };
     for (int j = 0; j < play->count; j++)
         s->p[j] = p->initialRestOffset;
     play_step(play, s, p->initialRestOffset + p->initialExcursion, NULL);
-    play_step(play, s, 0.0, NULL);
+    play_step(play, s, 0, NULL);
     for (int j = 0; j < play->count; j++) {
         h -= play->element[j].weight * s->p[j];
         slope += play->element[j].weight;
@@ -82,14 +82,14 @@ static double play_rest(const void *constants, void *state, double h, const stru
 
 /* Walks from the segment in which no operator moves, upwards (side 1) or downwards (side -1), to the
  * segment that holds h. On a segment: slope x = sum. */
-static double play_walk(const struct play *play, const struct play_state *s, double sum, double side)
+static real play_walk(const struct play *play, const struct play_state *s, real sum, real side)
 {
-    double slope = 1.0;
-    double x = sum;
+    real slope = 1;
+    real x = sum;
 
     for (int j = 0; j < play->count; j++) {
-        const double corner = s->p[j] + side * play->element[j].threshold;
-        if (!(side * (x - corner) > 0.0))
+        const real corner = s->p[j] + side * play->element[j].threshold;
+        if (!(side * (x - corner) > 0))
             break;
         sum += play->element[j].weight * corner;
         slope += play->element[j].weight;
@@ -98,23 +98,22 @@ static double play_walk(const struct play *play, const struct play_state *s, dou
     return x;
 }
 
-static double play_inverse(const void *constants, void *state, double h,
-                           const struct chain_surroundings *around)
+static real play_inverse(const void *constants, void *state, real h, const struct chain_surroundings *around)
 {
     const struct play *play = constants;
     const struct play_state *s = state;
-    double sum = h;
+    real sum = h;
 
     (void)around;
     for (int j = 0; j < play->count; j++)
         sum -= play->element[j].weight * s->p[j];
-    return play_walk(play, s, sum, sum > s->p[0] ? 1.0 : -1.0);
+    return play_walk(play, s, sum, sum > s->p[0] ? 1 : -1);
 }
 
 /* Does x move operator j: upwards 1, downwards -1, or not? */
-static int play_moves(const struct play *play, const struct play_state *s, int j, double x)
+static int play_moves(const struct play *play, const struct play_state *s, int j, real x)
 {
-    const double r = play->element[j].threshold;
+    const real r = play->element[j].threshold;
 
     return (s->p[j] < x - r) - (s->p[j] > x + r);
 }
@@ -128,7 +127,7 @@ static void play_prepare_tangent(void *d_constants, const void *constants, const
     (void)p;
     for (int j = play->count - 1; j >= 0; j--) {
         result->element[j] = d->play[j];
-        if (d->play[j].threshold == 0.0 && d->play[j].weight == 0.0)
+        if (d->play[j].threshold == 0 && d->play[j].weight == 0)
             continue;
         result->first = j;
         result->count = result->count ? result->count : j + 1;
@@ -137,13 +136,12 @@ static void play_prepare_tangent(void *d_constants, const void *constants, const
 
 /* An operator's output and its derivative. */
 struct play_moved {
-    double p;
-    double d_p;
+    real p;
+    real d_p;
 };
 
 /* Once the input has come to x. */
-static struct play_moved play_move(struct play_moved from, double threshold, double d_threshold, double x,
-                                   double d_x)
+static struct play_moved play_move(struct play_moved from, real threshold, real d_threshold, real x, real d_x)
 {
     if (x - threshold > from.p)
         return (struct play_moved){ x - threshold, d_x - d_threshold };
@@ -152,20 +150,20 @@ static struct play_moved play_move(struct play_moved from, double threshold, dou
     return from;
 }
 
-static double play_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                double d_h, const struct chain_parameters *p, const struct chain_parameters *d)
+static real play_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_h,
+                              const struct chain_parameters *p, const struct chain_parameters *d)
 {
     const struct play *play = constants, *by = d_constants;
     const struct play_moved rested = { p->initialRestOffset, d->initialRestOffset };
     struct play_state *s = d_state;
-    double slope = 1.0;
+    real slope = 1;
 
     for (int j = 0; j < play->count; j++) {
         const struct play_element *element = &play->element[j], *d_element = &by->element[j];
         const struct play_moved turned =
             play_move(rested, element->threshold, d_element->threshold,
                       p->initialRestOffset + p->initialExcursion, d->initialRestOffset + d->initialExcursion);
-        const struct play_moved last = play_move(turned, element->threshold, d_element->threshold, 0.0, 0.0);
+        const struct play_moved last = play_move(turned, element->threshold, d_element->threshold, 0, 0);
         d_h -= d_element->weight * (x + last.p) + element->weight * last.d_p;
         slope += element->weight;
         s->p[j] = last.d_p;
@@ -175,21 +173,21 @@ static double play_rest_tangent(const void *constants, const void *d_constants, 
     return d_h / slope;
 }
 
-static void play_tangent(const void *constants, const void *state, double x,
-                         const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                         double *restrict row)
+static void play_tangent(const void *constants, const void *state, real x,
+                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                         real *restrict row)
 {
     const struct play *play = constants;
-    double input[STAGE_CHUNK];
+    real input[STAGE_CHUNK];
 
     (void)d_around;
     for (int first = 0; first < count; first += STAGE_CHUNK) {
         const int n = count - first < STAGE_CHUNK ? count - first : STAGE_CHUNK;
-        double *restrict output = row + first;
+        real *restrict output = row + first;
         memcpy(input, output, (size_t)n * sizeof *input);
         for (int j = 0; j < play->count; j++) {
-            const double weight = play->element[j].weight;
-            double *restrict p = d_state + (ptrdiff_t)j * count + first;
+            const real weight = play->element[j].weight;
+            real *restrict p = d_state + (ptrdiff_t)j * count + first;
             if (play_moves(play, state, j, x))
                 memcpy(p, input, (size_t)n * sizeof *input);
             for (int c = 0; c < n; c++)
@@ -198,29 +196,29 @@ static void play_tangent(const void *constants, const void *state, double x,
     }
 }
 
-static double play_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                 const struct chain_surroundings *around, double *d_state, int stride)
+static real play_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                               const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct play *play = constants, *d = d_constants;
     const struct play_state *s = state;
-    double d_h = 0.0;
+    real d_h = 0;
 
     (void)around;
     for (int j = d->first; j < d->count; j++) {
-        const double r = play->element[j].threshold;
-        const double moved = -play_moves(play, s, j, x) * d->element[j].threshold;
+        const real r = play->element[j].threshold;
+        const real moved = (real)-play_moves(play, s, j, x) * d->element[j].threshold;
         d_state[(ptrdiff_t)j * stride] += moved;
         d_h += play->element[j].weight * moved + d->element[j].weight * clamp(s->p[j], x - r, x + r);
     }
     return d_h;
 }
 
-static double play_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                   double d_h, const struct chain_surroundings *d_around)
+static real play_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_h,
+                                 const struct chain_surroundings *d_around)
 {
     const struct play *play = constants;
     const struct play_state *d = d_state;
-    double slope = 1.0;
+    real slope = 1;
 
     (void)d_around;
     for (int j = 0; j < play->count; j++) {

@@ -16,8 +16,8 @@
 enum { PLAY_MAX = 16 };
 
 struct play_element {
-    double threshold; /* r_j, V */
-    double weight;    /* w_j */
+    real threshold; /* r_j, V */
+    real weight;    /* w_j */
 };
 
 typedef struct play_element play_parameters[PLAY_MAX];
@@ -29,7 +29,7 @@ struct play {
 };
 
 struct play_state {
-    double p[PLAY_MAX]; /* p_j,k-1 */
+    real p[PLAY_MAX]; /* p_j,k-1 */
 };
 
 HIDDEN_BEGIN

@@ -1,47 +1,47 @@
 #include "resonance.h"
 
-#include <math.h>
-
 #include "chain.h"
 
 /* A slower pair of poles would leave too few digits in 1 - a1 - a2. */
-#define RESONANCE_SLOWEST 1e-5 /* per sample time */
+#define RESONANCE_SLOWEST REAL(1e-5) /* per sample time */
 
 static bool resonance_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    const double frequency = p->resonance.frequency, damping = p->resonance.damping;
-    const double sample_time = p->sampleTime;
+    const real frequency = p->resonance.frequency, damping = p->resonance.damping;
+    const real sample_time = p->sampleTime;
 
-    if (frequency == 0.0)
+    if (frequency == 0)
         return true;
-    if (!(frequency >= RESONANCE_SLOWEST / sample_time && frequency < 0.5 / sample_time))
+    if (!(frequency >= RESONANCE_SLOWEST / sample_time && frequency < REAL(0.5) / sample_time))
         return refuse(message, size,
                       "resonance.frequency is %g Hz; at a sampleTime of %g s it must be "
                       "%g Hz to below %g Hz (Nyquist), or 0 for none",
-                      frequency, sample_time, RESONANCE_SLOWEST / sample_time, 0.5 / sample_time);
-    if (!(damping > 0.0 && damping < 1.0))
-        return refuse(message, size, "resonance.damping is %g; it must be above 0 and below 1", damping);
+                      (double)frequency, (double)sample_time, (double)(RESONANCE_SLOWEST / sample_time),
+                      (double)(REAL(0.5) / sample_time));
+    if (!(damping > 0 && damping < 1))
+        return refuse(message, size, "resonance.damping is %g; it must be above 0 and below 1",
+                      (double)damping);
     return true;
 }
 
 static bool resonance_is_on(const struct chain_parameters *p)
 {
-    return p->resonance.frequency > 0.0;
+    return p->resonance.frequency > 0;
 }
 
 static void resonance_prepare(void *constants, const struct chain_parameters *p)
 {
-    const double angle = TWO_PI * p->resonance.frequency * p->sampleTime;
-    const double damping = p->resonance.damping;
-    const double radius = exp(-damping * angle);
+    const real angle = TWO_PI * p->resonance.frequency * p->sampleTime;
+    const real damping = p->resonance.damping;
+    const real radius = real_exp(-damping * angle);
     struct resonance *resonance = constants;
 
-    resonance->a1 = 2.0 * radius * cos(angle * sqrt(1.0 - damping * damping));
+    resonance->a1 = 2 * radius * real_cos(angle * real_sqrt(1 - damping * damping));
     resonance->a2 = -radius * radius;
-    resonance->b = 1.0 - resonance->a1 - resonance->a2;
+    resonance->b = 1 - resonance->a1 - resonance->a2;
 }
 
-static double resonance_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
+static real resonance_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
 {
     struct resonance_state *s = state;
 
@@ -49,30 +49,29 @@ static double resonance_rest(const void *constants, void *state, double y, const
     return s->y1 = s->y2 = y;
 }
 
-static void resonance_advance(struct resonance_state *state, double y)
+static void resonance_advance(struct resonance_state *state, real y)
 {
     state->y2 = state->y1;
     state->y1 = y;
 }
 
-static double resonance_step(const void *constants, void *state, double x,
-                             const struct chain_surroundings *around)
+static real resonance_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
-    const double y = resonance->a1 * s->y1 + resonance->a2 * s->y2 + resonance->b * x;
+    const real y = resonance->a1 * s->y1 + resonance->a2 * s->y2 + resonance->b * x;
 
     (void)around;
     resonance_advance(s, y);
     return y;
 }
 
-static double resonance_inverse(const void *constants, void *state, double y,
-                                const struct chain_surroundings *around)
+static real resonance_inverse(const void *constants, void *state, real y,
+                              const struct chain_surroundings *around)
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
-    const double x = (y - resonance->a1 * s->y1 - resonance->a2 * s->y2) / resonance->b;
+    const real x = (y - resonance->a1 * s->y1 - resonance->a2 * s->y2) / resonance->b;
 
     (void)around;
     resonance_advance(s, y);
@@ -82,59 +81,57 @@ static double resonance_inverse(const void *constants, void *state, double y,
 static void resonance_prepare_tangent(void *d_constants, const void *constants,
                                       const struct chain_parameters *p, const struct chain_parameters *d)
 {
-    const double damping = p->resonance.damping, d_damping = d->resonance.damping;
-    const double angle = TWO_PI * p->resonance.frequency * p->sampleTime;
-    const double d_angle = TWO_PI * d->resonance.frequency * p->sampleTime;
-    const double radius = exp(-damping * angle);
-    const double d_radius = -radius * (d_damping * angle + damping * d_angle);
-    const double root = sqrt(1.0 - damping * damping);
-    const double d_phase = d_angle * root - angle * damping / root * d_damping;
+    const real damping = p->resonance.damping, d_damping = d->resonance.damping;
+    const real angle = TWO_PI * p->resonance.frequency * p->sampleTime;
+    const real d_angle = TWO_PI * d->resonance.frequency * p->sampleTime;
+    const real radius = real_exp(-damping * angle);
+    const real d_radius = -radius * (d_damping * angle + damping * d_angle);
+    const real root = real_sqrt(1 - damping * damping);
+    const real d_phase = d_angle * root - angle * damping / root * d_damping;
     struct resonance *result = d_constants;
 
     (void)constants;
-    result->a1 = 2.0 * (d_radius * cos(angle * root) - radius * sin(angle * root) * d_phase);
-    result->a2 = -2.0 * radius * d_radius;
+    result->a1 = 2 * (d_radius * real_cos(angle * root) - radius * real_sin(angle * root) * d_phase);
+    result->a2 = -2 * radius * d_radius;
     result->b = -result->a1 - result->a2;
 }
 
-static double resonance_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                     double d_y, const struct chain_parameters *p,
-                                     const struct chain_parameters *d)
+static real resonance_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x,
+                                   real d_y, const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)d_constants, (void)x, (void)d;
     return resonance_rest(constants, d_state, d_y, p);
 }
 
-static void resonance_tangent(const void *constants, const void *state, double x,
-                              const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                              double *restrict row)
+static void resonance_tangent(const void *constants, const void *state, real x,
+                              const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                              real *restrict row)
 {
     const struct resonance *resonance = constants;
-    double *restrict d_y2 = d_state + count;
+    real *restrict d_y2 = d_state + count;
 
     (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
-        const double d_y = resonance->a1 * d_state[c] + resonance->a2 * d_y2[c] + resonance->b * row[c];
+        const real d_y = resonance->a1 * d_state[c] + resonance->a2 * d_y2[c] + resonance->b * row[c];
         d_y2[c] = d_state[c];
         d_state[c] = row[c] = d_y;
     }
 }
 
-static double resonance_by_parameters(const void *constants, const void *d_constants, const void *state,
-                                      double x, const struct chain_surroundings *around, double *d_state,
-                                      int stride)
+static real resonance_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                                    const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct resonance *d = d_constants;
     const struct resonance_state *s = state;
-    const double moved = d->a1 * s->y1 + d->a2 * s->y2 + d->b * x;
+    const real moved = d->a1 * s->y1 + d->a2 * s->y2 + d->b * x;
 
     (void)constants, (void)around, (void)stride;
     d_state[0] += moved;
     return moved;
 }
 
-static double resonance_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                        double d_y, const struct chain_surroundings *d_around)
+static real resonance_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                      const struct chain_surroundings *d_around)
 {
     (void)state, (void)x;
     return resonance_inverse(constants, d_state, d_y, d_around); /* it is linear */

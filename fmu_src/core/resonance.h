@@ -8,19 +8,19 @@
 #include "stage.h"
 
 typedef struct resonance_parameters {
-    double frequency; /* Hz; 0: none */
-    double damping;   /* of critical */
+    real frequency; /* Hz; 0: none */
+    real damping;   /* of critical */
 } resonance_parameters;
 
 struct resonance {
-    double a1;
-    double a2;
-    double b; /* 1 - a1 - a2 */
+    real a1;
+    real a2;
+    real b; /* 1 - a1 - a2 */
 };
 
 struct resonance_state {
-    double y1; /* y_{k-1} */
-    double y2; /* y_{k-2} */
+    real y1; /* y_{k-1} */
+    real y2; /* y_{k-2} */
 };
 
 HIDDEN_BEGIN

@@ -6,13 +6,13 @@ static bool saturation_check(const struct chain_parameters *p, char *message, si
 {
     const struct saturation_parameters *limits = &p->saturation;
 
-    if (limits->minimum == 0.0 && limits->maximum == 0.0)
+    if (limits->minimum == 0 && limits->maximum == 0)
         return true;
     if (!(limits->minimum < limits->maximum))
         return refuse(message, size,
                       "saturation.minimum, %g V, must be below saturation.maximum, %g V "
                       "(both 0: no saturation)",
-                      limits->minimum, limits->maximum);
+                      (double)limits->minimum, (double)limits->maximum);
     return true;
 }
 
@@ -26,8 +26,7 @@ static void saturation_prepare(void *constants, const struct chain_parameters *p
     *(struct saturation *)constants = (struct saturation){ p->saturation.minimum, p->saturation.maximum };
 }
 
-static double saturation_step(const void *constants, void *state, double x,
-                              const struct chain_surroundings *around)
+static real saturation_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct saturation *limits = constants;
 
@@ -42,9 +41,9 @@ static void saturation_prepare_tangent(void *d_constants, const void *constants,
     saturation_prepare(d_constants, d);
 }
 
-static void saturation_tangent(const void *constants, const void *state, double x,
-                               const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                               double *restrict row)
+static void saturation_tangent(const void *constants, const void *state, real x,
+                               const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                               real *restrict row)
 {
     const struct saturation *limits = constants;
 
@@ -52,17 +51,16 @@ static void saturation_tangent(const void *constants, const void *state, double 
     if (!(x < limits->minimum || x > limits->maximum))
         return;
     for (int c = 0; c < count; c++)
-        row[c] = 0.0;
+        row[c] = 0;
 }
 
-static double saturation_by_parameters(const void *constants, const void *d_constants, const void *state,
-                                       double x, const struct chain_surroundings *around, double *d_state,
-                                       int stride)
+static real saturation_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                                     const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct saturation *limits = constants, *d = d_constants;
 
     (void)state, (void)around, (void)d_state, (void)stride;
-    return x < limits->minimum ? d->minimum : x > limits->maximum ? d->maximum : 0.0;
+    return x < limits->minimum ? d->minimum : x > limits->maximum ? d->maximum : 0;
 }
 
 const struct stage saturation_stage = {

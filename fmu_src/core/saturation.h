@@ -7,13 +7,13 @@
 #include "stage.h"
 
 typedef struct saturation_parameters {
-    double minimum; /* V; both 0: no limits */
-    double maximum;
+    real minimum; /* V; both 0: no limits */
+    real maximum;
 } saturation_parameters;
 
 struct saturation {
-    double minimum;
-    double maximum;
+    real minimum;
+    real maximum;
 };
 
 HIDDEN_BEGIN

@@ -4,15 +4,15 @@
 
 static bool slew_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(p->slew.rate >= 0.0))
+    if (!(p->slew.rate >= 0))
         return refuse(message, size, "slew.rate is %g V/s; it must be positive, or 0 for no limit",
-                      p->slew.rate);
+                      (double)p->slew.rate);
     return true;
 }
 
 static bool slew_is_on(const struct chain_parameters *p)
 {
-    return p->slew.rate > 0.0;
+    return p->slew.rate > 0;
 }
 
 static void slew_prepare(void *constants, const struct chain_parameters *p)
@@ -22,7 +22,7 @@ static void slew_prepare(void *constants, const struct chain_parameters *p)
     slew->step = p->slew.rate * p->sampleTime;
 }
 
-static double slew_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
+static real slew_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
 {
     struct slew_state *s = state;
 
@@ -30,7 +30,7 @@ static double slew_rest(const void *constants, void *state, double y, const stru
     return s->y = y;
 }
 
-static double slew_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real slew_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct slew *slew = constants;
     struct slew_state *s = state;
@@ -49,22 +49,22 @@ static void slew_prepare_tangent(void *d_constants, const void *constants, const
     result->step = d->slew.rate * p->sampleTime;
 }
 
-static double slew_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+static real slew_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
+                              const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)d_constants, (void)x, (void)d;
     return slew_rest(constants, d_state, d_y, p);
 }
 
 /* 1 above what it lets through, -1 below, 0 within. */
-static int slew_limited(const struct slew *slew, const struct slew_state *s, double x)
+static int slew_limited(const struct slew *slew, const struct slew_state *s, real x)
 {
     return (x > s->y + slew->step) - (x < s->y - slew->step);
 }
 
-static void slew_tangent(const void *constants, const void *state, double x,
-                         const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                         double *restrict row)
+static void slew_tangent(const void *constants, const void *state, real x,
+                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                         real *restrict row)
 {
     const bool limited = slew_limited(constants, state, x) != 0;
 
@@ -73,11 +73,11 @@ static void slew_tangent(const void *constants, const void *state, double x,
         row[c] = d_state[c] = limited ? d_state[c] : row[c];
 }
 
-static double slew_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                 const struct chain_surroundings *around, double *d_state, int stride)
+static real slew_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                               const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct slew *d = d_constants;
-    const double moved = slew_limited(constants, state, x) * d->step;
+    const real moved = (real)slew_limited(constants, state, x) * d->step;
 
     (void)around, (void)stride;
     d_state[0] += moved;

@@ -7,15 +7,15 @@
 #include "stage.h"
 
 typedef struct slew_parameters {
-    double rate; /* V/s; 0: no limit */
+    real rate; /* V/s; 0: no limit */
 } slew_parameters;
 
 struct slew {
-    double step; /* largest change from tick to tick */
+    real step; /* largest change from tick to tick */
 };
 
 struct slew_state {
-    double y; /* y_{k-1} */
+    real y; /* y_{k-1} */
 };
 
 HIDDEN_BEGIN

@@ -4,7 +4,7 @@
  * A stage's file defines
  *     <stage>_parameters           a type with the names of the variable table
  *     struct <stage>               constants, which follow from the parameters
- *     struct <stage>_state         of doubles, where it has one
+ *     struct <stage>_state         of type real, where it has one
  *     <stage>_stage                what runs in a tick
  *     <stage>_analysis             what only hosts need: words for a bad parameter, and exact derivatives
  * and the chain does the rest. Constants and states come as pointers to these structs; a stage without a
@@ -18,16 +18,17 @@
 #include <stdio.h>
 
 #include "hidden.h"
+#include "real.h"
 
-#define TWO_PI 6.283185307179586
+#define TWO_PI REAL(6.283185307179586)
 
 struct chain_parameters;
 
 /* What acts on the chain beside its input. */
 struct chain_surroundings {
-    double force;
-    double temperature;
-    double time; /* of the tick */
+    real force;
+    real temperature;
+    real time; /* of the tick */
 };
 
 struct stage {
@@ -36,17 +37,17 @@ struct stage {
     void (*prepare)(void *constants, const struct chain_parameters *);
 
     /* At rest at the output y; returns the input. NULL: that is y, and there is no state. */
-    double (*rest)(const void *constants, void *state, double y, const struct chain_parameters *);
+    real (*rest)(const void *constants, void *state, real y, const struct chain_parameters *);
 
     /* Input to output; advances the state. */
-    double (*step)(const void *constants, void *state, double x, const struct chain_surroundings *);
+    real (*step)(const void *constants, void *state, real x, const struct chain_surroundings *);
 
     /* Output to input. A state of the memory AIMED or SHORT (stages.h) is advanced to what `step` would have
      * left, a long one stays. NULL: the stage has no part in the inverse. */
-    double (*inverse)(const void *constants, void *state, double y, const struct chain_surroundings *);
+    real (*inverse)(const void *constants, void *state, real y, const struct chain_surroundings *);
 
     /* How much later its output comes, in s, where the inverse does not make up for that; NULL: at once. */
-    double (*latency)(const void *constants);
+    real (*latency)(const void *constants);
 };
 
 /* Derivatives along a direction; d_ is the derivative of what has the name without it. NULL: the output's is
@@ -60,23 +61,22 @@ struct stage_analysis {
                             const struct chain_parameters *d);
 
     /* Of `rest`, which has returned x. */
-    double (*rest_tangent)(const void *constants, const void *d_constants, void *d_state, double x, double d_y,
-                           const struct chain_parameters *, const struct chain_parameters *d);
+    real (*rest_tangent)(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
+                         const struct chain_parameters *, const struct chain_parameters *d);
 
     /* Of `step` by state, input and surroundings, along `count` directions at once: number i of the state has
      * its derivatives from d_state[i * count] on; `row` goes from those of the input to those of the output. */
-    void (*tangent)(const void *constants, const void *state, double x,
-                    const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                    double *restrict row);
+    void (*tangent)(const void *constants, const void *state, real x, const struct chain_surroundings *d_around,
+                    int count, real *restrict d_state, real *restrict row);
 
     /* Of `step` by the constants alone: returns that of the output, and adds to d_state[i * stride]. */
-    double (*by_parameters)(const void *constants, const void *d_constants, const void *state, double x,
-                            const struct chain_surroundings *, double *d_state, int stride);
+    real (*by_parameters)(const void *constants, const void *d_constants, const void *state, real x,
+                          const struct chain_surroundings *, real *d_state, int stride);
 
     /* Of `inverse`, which has returned x, by state, output and surroundings. For a stage that limits it is
      * `tangent`. */
-    double (*inverse_tangent)(const void *constants, const void *state, double x, void *d_state, double d_y,
-                              const struct chain_surroundings *d_around);
+    real (*inverse_tangent)(const void *constants, const void *state, real x, void *d_state, real d_y,
+                            const struct chain_surroundings *d_around);
 };
 
 /* Directions that a tangent takes at a time, where it has to keep their inputs. */
@@ -94,7 +94,7 @@ static inline bool refuse(char *message, size_t size, const char *format, ...)
 }
 
 /* A NaN stays one. */
-static inline double clamp(double value, double low, double high)
+static inline real clamp(real value, real low, real high)
 {
     return value < low ? low : value > high ? high : value;
 }

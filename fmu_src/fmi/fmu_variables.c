@@ -31,7 +31,7 @@ static int integer(const void *parameters, size_t offset)
     return *(const int *)((const char *)parameters + offset);
 }
 
-static double real(const void *parameters, size_t offset)
+static double real_at(const void *parameters, size_t offset)
 {
     return *(const double *)((const char *)parameters + offset);
 }
@@ -48,7 +48,8 @@ bool fmu_within_bounds(const struct fmu_model *model, const void *parameters, ch
         const struct fmu_variable *v = fmu_find(model, i);
         if (!v || v->causality != FMU_PARAMETER || !in_use(v, parameters))
             continue;
-        const double value = v->base == FMU_REAL ? real(parameters, v->offset) : integer(parameters, v->offset);
+        const double value =
+            v->base == FMU_REAL ? real_at(parameters, v->offset) : integer(parameters, v->offset);
         if (!(value >= v->minimum && value <= v->maximum)) {
             snprintf(message, size, "%s is %g; it must be %g to %g", v->name, value, v->minimum, v->maximum);
             return false;
@@ -97,7 +98,7 @@ bool fmu_values_possible(const struct fmu *fmu, const struct fmu_snapshot *snaps
             continue;
         if (v->base == FMU_INTEGER && !count_possible(fmu, v, integer(parameters, v->offset), message, size))
             return false;
-        if (v->base == FMU_REAL && !isfinite(real(parameters, v->offset))) {
+        if (v->base == FMU_REAL && !isfinite(real_at(parameters, v->offset))) {
             snprintf(message, size, "%s has no finite value", v->name);
             return false;
         }

@@ -101,7 +101,7 @@ static void end(void)
 
 /* --- arguments ----------------------------------------------------------------------------------- */
 
-static double real(struct fuzz_bytes *in)
+static double number(struct fuzz_bytes *in)
 {
     static const double SPECIAL[] = { 0.0,     -0.0,   NAN,  INFINITY, -INFINITY, DBL_MAX, -DBL_MAX,
                                       DBL_MIN, 5e-324, 1e16, 1e-12,    1.0,       -1.0,    1e150 };
@@ -146,7 +146,7 @@ static void arrays(struct fuzz_bytes *in, struct arrays *a)
     a->null = shape >= 250;
     for (size_t i = 0; i < a->count; i++) {
         a->reference[i] = reference(in);
-        a->real[i] = real(in);
+        a->real[i] = number(in);
         a->integer[i] = (int)fuzz_byte(in) - 2;
     }
     a->references = shape >= 253 ? NULL : a->reference;
@@ -173,7 +173,7 @@ static double step_time(struct fuzz_bytes *in, double now)
 
     if (kind < 232)
         return now;
-    return kind < 240 ? now * (1.0 + DBL_EPSILON * (kind - 236.0)) : real(in);
+    return kind < 240 ? now * (1.0 + DBL_EPSILON * (kind - 236.0)) : number(in);
 }
 
 /* --- promises ------------------------------------------------------------------------------------ */
@@ -223,7 +223,7 @@ static void call_lifecycle(struct subject *s, struct fuzz_bytes *in)
     switch (which % 8) {
     case 0:
     case 1: {
-        const double start = real(in), stop = real(in), tolerance = real(in);
+        const double start = number(in), stop = number(in), tolerance = number(in);
         check(s, m->SetupExperiment(s->c, which & 16, tolerance, start, which & 32, stop), OK_ERROR);
         break;
     }
@@ -391,7 +391,7 @@ static void call_deserialize(struct subject *s, struct fuzz_bytes *in)
     for (unsigned i = 0; i < which % 4 && blob_size; i++) {
         const size_t at = fuzz_short(in) % (blob_size - 8);
         if (which & 4) { /* a whole number, in its place */
-            const double value = real(in);
+            const double value = number(in);
             memcpy(blob + at / 8 * 8, &value, sizeof value);
         } else
             blob[at] ^= (fmi2Byte)fuzz_byte(in);

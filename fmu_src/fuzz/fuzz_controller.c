@@ -58,7 +58,7 @@ static void open_instances(void)
 
 /* --- arguments ----------------------------------------------------------------------------------- */
 
-static double real(struct fuzz_bytes *in)
+static double number(struct fuzz_bytes *in)
 {
     static const double SPECIAL[] = { 0.0,     NAN,    INFINITY, -INFINITY, DBL_MAX, -DBL_MAX,
                                       DBL_MIN, 5e-324, 1e-12,    1.0,       -1.0,    1e150 };
@@ -90,7 +90,7 @@ static void arrays(struct fuzz_bytes *in, struct arrays *a)
     a->count = shape < 192 ? 1 : shape % (ARRAY + 1);
     for (size_t i = 0; i < a->count; i++) {
         a->reference[i] = fuzz_byte(in) % 14;
-        a->real[i] = real(in);
+        a->real[i] = number(in);
     }
     a->references = shape >= 253 ? NULL : a->reference;
     a->reals = shape >= 250 && shape < 253 ? NULL : a->real;
@@ -111,7 +111,7 @@ static double step_size(fmi2Component c, struct fuzz_bytes *in)
 
 static void call_lifecycle(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
-    const double start = real(in);
+    const double start = number(in);
 
     switch (fuzz_byte(in) % 6) {
     case 0: *status = fmi2SetupExperiment(c, fmi2False, 0.0, start, fmi2False, 0.0); break;
@@ -147,7 +147,7 @@ static void call_get(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 static void call_step(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
     const unsigned kind = fuzz_byte(in);
-    const double time = kind < 240 ? inside(c)->s.clock.time : real(in);
+    const double time = kind < 240 ? inside(c)->s.clock.time : number(in);
 
     *status = fmi2DoStep(c, time, step_size(c, in), fmi2False);
 }
@@ -172,7 +172,7 @@ static void call_deserialize(fmi2Component c, struct fuzz_bytes *in, fmi2Status 
     fmi2FMUstate state = NULL;
 
     for (unsigned i = 0; i < which % 4; i++) {
-        const double value = real(in);
+        const double value = number(in);
         memcpy(blob + HEADER + fuzz_byte(in) % (sizeof(struct block) / 8) * 8, &value, sizeof value);
     }
     const uint64_t checksum = fmu_hash(blob + HEADER, sizeof(struct block));
@@ -211,7 +211,7 @@ static void call_lacking(fmi2Component c, struct fuzz_bytes *in, fmi2Status *sta
 {
     const fmi2ValueReference reference = fuzz_byte(in);
     const fmi2Integer order = 1;
-    double value = real(in);
+    double value = number(in);
 
     FUZZ_PROMISE(fmi2SetRealInputDerivatives(c, &reference, 1, &order, &value) == fmi2Error);
     FUZZ_PROMISE(fmi2GetRealOutputDerivatives(c, &reference, 1, &order, &value) == fmi2Error);

@@ -6,11 +6,3 @@ bool actuator_check(const struct fmu_model *model, const void *parameters, char 
 {
     return fmu_within_bounds(model, parameters, message, size) && chain_check(parameters, message, size);
 }
-
-size_t actuator_prepare(void *constants, const void *parameters)
-{
-    struct chain *chain = constants;
-
-    chain_prepare(chain, parameters);
-    return chain->state_in_use;
-}

@@ -15,7 +15,6 @@ extern const struct fmu_model plant_model, inverse_model;
 extern const struct fmu_variable actuator_table[];
 
 bool actuator_check(const struct fmu_model *model, const void *parameters, char *message, size_t size);
-size_t actuator_prepare(void *constants, const void *parameters);
 
 static inline struct chain_surroundings actuator_surroundings(const double input[FMU_INPUTS], double time)
 {
@@ -34,6 +33,6 @@ HIDDEN_END
 #define ACTUATOR \
     .table = actuator_table, .rows = FMU_TABLE_ROWS, .parameters_size = sizeof(struct chain_parameters), \
     .constants_size = sizeof(struct chain), .state_size = sizeof(struct chain_state), .interpolates = true, \
-    .check = actuator_check, .prepare = actuator_prepare
+    .check = actuator_check
 
 #endif

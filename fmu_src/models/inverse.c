@@ -6,6 +6,14 @@
 
 enum inverse_finding { INVERSE_OUT_OF_REACH = 1, INVERSE_AMPLIFIER_LIMIT = 2, INVERSE_VOLTAGE_LIMIT = 4 };
 
+static size_t inverse_prepare(void *constants, const void *parameters)
+{
+    struct chain *chain = constants;
+
+    chain_prepare(chain, parameters);
+    return chain->retraced;
+}
+
 /* Before the first tick: the voltage that holds the plant at its initial displacement, so that a
  * master that hands values on one step late starts from rest. */
 static bool inverse_start(const void *constants, void *state, const void *parameters,
@@ -96,6 +104,7 @@ const struct fmu_model inverse_model = {
     .table_hash = FMU_TABLE_HASH_INVERSE,
     .input_start = FMU_INVERSE_INPUT_START,
     .diverging = "voltage",
+    .prepare = inverse_prepare,
     .start = inverse_start,
     .start_tangent = inverse_start_tangent,
     .tick = inverse_tick,

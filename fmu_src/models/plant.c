@@ -6,6 +6,14 @@
 
 enum plant_finding { PLANT_VOLTAGE_RANGE = 1, PLANT_DISPLACEMENT_RANGE = 2 };
 
+static size_t plant_prepare(void *constants, const void *parameters)
+{
+    struct chain *chain = constants;
+
+    chain_prepare(chain, parameters);
+    return chain->walked;
+}
+
 /* Before the first tick the reading is taken as the displacement: hum begins with the ticks. */
 static bool plant_start(const void *constants, void *state, const void *parameters, struct fmu_outputs *output,
                         char *message, size_t size)
@@ -91,6 +99,7 @@ const struct fmu_model plant_model = {
     .table_hash = FMU_TABLE_HASH_PLANT,
     .input_start = FMU_PLANT_INPUT_START,
     .diverging = "displacement",
+    .prepare = plant_prepare,
     .start = plant_start,
     .start_tangent = plant_start_tangent,
     .tick = plant_tick,

@@ -25,6 +25,12 @@ static unsigned counting_tick(const void *constants, void *state, const void *pa
     return 0;
 }
 
+static size_t counting_prepare(void *constants, const void *parameters)
+{
+    (void)constants, (void)parameters;
+    return sizeof(double);
+}
+
 static const struct fmu_model COUNTING_MODEL = {
     ACTUATOR,
     .identifier = "Counting",
@@ -32,6 +38,7 @@ static const struct fmu_model COUNTING_MODEL = {
     .table_hash = FMU_TABLE_HASH_PLANT,
     .input_start = FMU_PLANT_INPUT_START,
     .diverging = "count",
+    .prepare = counting_prepare,
     .start = counting_start,
     .tick = counting_tick,
 };

@@ -55,11 +55,12 @@ else
 fi
 
 if supports -fanalyzer; then
+    headers=$("$python" -c "import fmpy; print(fmpy.__path__[0])")/c-code
     for file in "$source"/core/*.c "$source"/fmi/*.c "$source"/models/*.c \
         "$source"/identification/*.c "$source"/python/stepper.c; do
         cc -std=c99 -O2 -fanalyzer -fdiagnostics-path-format=none -Werror -c "$file" -o "$probe.o" \
             -I"$source/core" -I"$source/fmi" -I"$source/models" -I"$build/generated" \
-            -isystem "$source/fmi/standard"
+            -isystem "$headers"
     done
     echo "hardened: -fanalyzer finds nothing"
 else

@@ -423,20 +423,20 @@ def _records(
     validate: Sequence[Frame],
     test: Sequence[Frame],
     invert_displacement: bool,
-) -> list[list[Record]]:
+) -> tuple[list[Record], list[Record], list[Record]]:
     """Return training, validation and test records."""
     single = isinstance(train, str | Path | Record | Mapping) or hasattr(train, "columns")
     roles = ([train] if single else train, validate, test)
     with tempfile.TemporaryDirectory(prefix="it2hys-") as folder:
-        records = [
+        fitted, deciding, tested = (
             [
                 _record(item, f"{role}_{i}", Path(folder), invert_displacement)
                 for i, item in enumerate(items, start=1)
             ]
             for role, items in zip(("train", "validate", "test"), roles, strict=True)
-        ]
-    check_roles(*records)
-    return records
+        )
+    check_roles(fitted, deciding, tested)
+    return fitted, deciding, tested
 
 
 def _record(item: Frame, name: str, folder: Path, invert_displacement: bool) -> Record:

@@ -169,13 +169,13 @@ def test_the_wheel_holds_what_it_needs(wheel):
     assert files_of_python() <= names
     assert {f"it2hys/scenarios/{p.name}" for p in (ROOT / "scenarios").glob("*.toml")} <= names
     native = {name.removeprefix("it2hys/native/") for name in names if "/native/" in name}
-    assert {"it2core.so", "LICENSE", "single_chain.h"} <= native
+    assert {"it2core.so", "LICENSE"} <= native
     for platform, suffix in BINARIES.items():
         assert {f"binaries/{platform}/{fmu}.{suffix}" for fmu in FMUS} <= native
     for folder, own in {
         "sources": {"IT2Plant.c", "IT2Inverse.c"},
         "controller": {"PIController.c"},
-        "embedded": {"it2_single.c", "it2_single.h"},
+        "embedded": set(),
     }.items():
         expected = {f"{folder}/{name}" for name in ("it2hys.c", "it2hys.h", *own)}
         assert {name for name in native if name.startswith(f"{folder}/")} == expected

@@ -13,7 +13,7 @@ from fmpy import fmi2
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from it2hys.model import compiled
+from it2hys.model import compiled, it2
 from it2hys.model.parameters import table_1
 from it2hys.stand.excitations import identification, tracking_reference
 
@@ -51,7 +51,6 @@ def test_the_fmu_under_22_is_the_c_core_at_every_tick(models, under_22):
 
 
 def test_casadi_under_22_is_the_c_core_at_every_tick(under_22):
-    it2 = pytest.importorskip("it2hys.model.it2", reason="the CasADi model is not there yet")
     x, y = under_22
     rules = table_1().rules
     step = it2.step_function(len(rules))

@@ -13,6 +13,7 @@ from scipy.integrate import dblquad
 
 import it2hys.stand
 from it2hys.errors import InputError
+from it2hys.records import Record
 from it2hys.stand import (
     LINEAR_SLOPE,
     NOMINAL_GAIN,
@@ -168,10 +169,9 @@ def test_finer_grid_converges():
 
 
 def test_record_for_the_identification():
-    records = pytest.importorskip("it2hys.records")
     voltage, temperature = sine(50.0, 1), np.full(200, 295.0)
     record = Stand().record(voltage, "sine", seed=2, temperature=temperature)
-    assert isinstance(record, records.Record)
+    assert isinstance(record, Record)
     reading = Stand().run(voltage, seed=2, temperature=temperature)
     assert record.name == "sine" and record.sample_time == TS
     assert record.force is None and np.array_equal(record.temperature, temperature)

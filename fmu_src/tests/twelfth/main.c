@@ -30,7 +30,7 @@ int main(void)
 
     plain(&p);
     chain_prepare(&chain, &p);
-    MUST(chain.effects == 0 && chain.state_in_use == sizeof(double));
+    MUST(chain.effects == 0 && chain.walked == sizeof(double) && chain.retraced == sizeof(double));
     add_effects(&seed, &p, CHAIN_LAG | CHAIN_PLAY | CHAIN_CREEP | CHAIN_RESONANCE);
     p.tilt.gain = -2.0;
     MUST(!chain_check(&p, message, sizeof message) && strstr(message, "tilt.gain is -2"));

@@ -7,12 +7,10 @@ compiles the `.c` files of the folder and includes `it2hys_model.h`.
 from pathlib import Path
 
 from it2hys.fmu.codegen import initialisers
-from it2hys.fmu.single_precision import with_float_literals
 from it2hys.model.parameters import ParameterSet
 from it2hys.support.files import write_atomically
 
 HEADER = "it2hys_model.h"
-SINGLE_HEADER = "it2hys_single.h"
 
 # Operations of one tick with L rules; tests/end_to_end/test_embedded.py counts them. Additions include
 # subtractions; loads and integers are not counted.
@@ -30,28 +28,30 @@ _TEXT = """\
  *
  *     int main(void)
  *     {{
- *         const double start = IT2HYS_PARAMETERS.initialDisplacement;
- *         const double stroke = IT2HYS_PARAMETERS.displacementMax - start;
+ *         const real start = IT2HYS_PARAMETERS.initialDisplacement; // double, unless told otherwise
+ *         const real stroke = IT2HYS_PARAMETERS.displacementMax - start;
  *
  *         it2hys_begin(&chain, &plant);
  *         it2hys_begin(&chain, &inverse);
  *         for (int k = 0; k < 100; k++) {{ // every {sample_time!r} s
- *             const double time = k * IT2HYS_PARAMETERS.sampleTime;
- *             const double reference = start + 0.005 * k * stroke;
- *             const struct chain_surroundings around = {{ 0.0, 293.15, time }}; // force, temperature
+ *             const real time = (real)k * IT2HYS_PARAMETERS.sampleTime;
+ *             const real reference = start + REAL(0.005) * (real)k * stroke;
+ *             // force, temperature, time
+ *             const struct chain_surroundings around = {{ 0, REAL(293.15), time }};
  *             unsigned limits; // why the reference is out of reach (enum chain_limit), or 0
- *             const double voltage = chain_inverse(&chain, &inverse, reference, &around, &limits);
- *             const double displacement = chain_step(&chain, &plant, voltage, &around);
- *             const double measured = chain_measure(&chain, displacement, time); // by a sensor
+ *             const real voltage = chain_inverse(&chain, &inverse, reference, &around, &limits);
+ *             const real displacement = chain_step(&chain, &plant, voltage, &around);
+ *             const real measured = chain_measure(&chain, displacement, time); // by a sensor
  *
- *             printf("%.17g %.17g %.17g %.17g %u\\n", reference, voltage, displacement, measured,
- *                    limits);
+ *             printf("%.17g %.17g %.17g %.17g %u\\n", (double)reference, (double)voltage,
+ *                    (double)displacement, (double)measured, limits);
  *         }}
  *         return 0;
  *     }}
  *
  * Displacements are in m, voltages in V, force in N, temperature in K, time in s.
- * Compile the .c files beside this one with it (C99, not C++).
+ * Compile the .c files beside this one with it (C99, not C++); all of the program with -DIT2HYS_SINGLE
+ * for single precision (below).
  * Nothing is allocated and nothing is global; every loop runs over the {rules} rules. chain_check,
  * which explains in words what is wrong with a parameter set, is the only part that uses snprintf; this
  * set has passed it.
@@ -61,79 +61,17 @@ _TEXT = """\
  *                          multiplications   additions   comparisons   divisions
  *     chain_step           22 L              24 L        2             1
  *                          {step}
- *     it2_single_step      {single_formula}
+ *     in single precision  24 L              26 L        2             1
  *                          {single}
  * chain_inverse takes one multiplication, one addition and three comparisons more than chain_step.
- * Where the displacement is so far from a rule that a membership may underflow in double (more than
- * 35 of its sigmaLower), 2 L + 3 comparisons come on top, and where all memberships do (more than 35
- * of the widest sigmaUpper), 2 L exponentials more. Beyond displacementMin..displacementMax the core is
- * its linearisation at that end: 2 multiplications, 4 additions and at most 4 comparisons.
+ * Where the displacement is so far from a rule that a membership may underflow (more than 35 of its
+ * sigmaLower, in single precision more than 7), at most 4 L + 3 comparisons come on top, and where all
+ * memberships do (as far from all rules), 2 L exponentials more. Beyond displacementMin..Max
+ * the core is its linearisation at that end: 2 multiplications, 4 additions and at most 4 comparisons.
  *
- * In single precision: it2hys_single.h is all of this in float. The core alone is in it2_single.h, with
- * it2hys_begin_single here.
- */
-#ifndef IT2HYS_MODEL_H
-#define IT2HYS_MODEL_H
-
-#include "it2hys.h"
-#include "it2_single.h"
-
-static const struct chain_parameters IT2HYS_PARAMETERS = {{
-{values}
-}};
-
-static inline void it2hys_begin(struct chain *chain, struct chain_state *state)
-{{
-    chain_prepare(chain, &IT2HYS_PARAMETERS);
-    chain_reset(chain, state, &IT2HYS_PARAMETERS);
-}}
-
-static inline void it2hys_begin_single(struct it2_single *stage)
-{{
-    const struct it2_single_range range = {{ (float)IT2HYS_PARAMETERS.displacementMin,
-                                            (float)IT2HYS_PARAMETERS.displacementMax }};
-    it2_single_prepare(stage, IT2HYS_PARAMETERS.rule, IT2HYS_PARAMETERS.ruleCount, range);
-}}
-
-#endif
-"""
-
-_SINGLE_TEXT = """\
-/* The model of it2hys_model.h, all of it in single precision: the core, the inverse and the effects.
- * Made by `it2hys package --c-header` from the sources beside it, for one file of a program; it needs
- * it2_single.c.
- *
- *     #include <stdio.h>
- *     #include "it2hys_single.h"
- *
- *     static struct single_chain chain;                // constants, shared
- *     static struct single_chain_state plant, inverse; // one state per signal path
- *
- *     int main(void)
- *     {{
- *         const float start = IT2HYS_SINGLE_PARAMETERS.initialDisplacement;
- *         const float stroke = IT2HYS_SINGLE_PARAMETERS.displacementMax - start;
- *
- *         it2hys_single_begin(&chain, &plant);
- *         it2hys_single_begin(&chain, &inverse);
- *         for (int k = 0; k < 100; k++) {{ // every {sample_time!r} s
- *             const float time = (float)k * IT2HYS_SINGLE_PARAMETERS.sampleTime;
- *             const float reference = start + 0.005f * (float)k * stroke;
- *             const struct single_chain_surroundings around = {{ 0.0f, 293.15f, time }};
- *             unsigned limits; // why the reference is out of reach, or 0
- *             const float voltage =
- *                 single_chain_inverse(&chain, &inverse, reference, &around, &limits);
- *             const float displacement = single_chain_step(&chain, &plant, voltage, &around);
- *             const float measured = single_chain_measure(&chain, displacement, time); // by a sensor
- *
- *             printf("%.9g %.9g %.9g %.9g %u\\n", (double)reference, (double)voltage,
- *                    (double)displacement, (double)measured, limits);
- *         }}
- *         return 0;
- *     }}
- *
- * Against double, over a million ticks of 1e-4 s with Table 1 and effects of usual size, it was off by
- * less than (tests/end_to_end/test_embedded.py):
+ * With IT2HYS_SINGLE defined, `real` is float, and nothing is computed in double. Against double, over
+ * a million ticks of 1e-4 s with Table 1 and effects of usual size, that was off by less than
+ * (tests/end_to_end/test_embedded.py):
  *                                displacement     voltage of      inverse, then plant,
  *                                of its range     the inverse     of the range
  *     core                       1e-6             0.5 mV          1.5e-6
@@ -148,26 +86,19 @@ _SINGLE_TEXT = """\
  * after 100 s of 50 Hz it is off by 3e-3. Where that counts, hand over the time within a whole number
  * of its periods.
  */
-#ifndef IT2HYS_SINGLE_H
-#define IT2HYS_SINGLE_H
+#ifndef IT2HYS_MODEL_H
+#define IT2HYS_MODEL_H
 
-#include <float.h>
-#include <math.h>
-#include <stdbool.h>
-#include <stddef.h>
-#include <string.h>
+#include "it2hys.h"
 
-#include "it2_single.h"
-
-{chain}
-static const struct single_chain_parameters IT2HYS_SINGLE_PARAMETERS = {{
+static const struct chain_parameters IT2HYS_PARAMETERS = {{
 {values}
 }};
 
-static inline void it2hys_single_begin(struct single_chain *chain, struct single_chain_state *state)
+static inline void it2hys_begin(struct chain *chain, struct chain_state *state)
 {{
-    single_chain_prepare(chain, &IT2HYS_SINGLE_PARAMETERS);
-    single_chain_reset(chain, state, &IT2HYS_SINGLE_PARAMETERS);
+    chain_prepare(chain, &IT2HYS_PARAMETERS);
+    chain_reset(chain, state, &IT2HYS_PARAMETERS);
 }}
 
 #endif
@@ -182,30 +113,8 @@ def model_header(parameters: ParameterSet) -> str:
         rules=rules,
         sample_time=parameters["sampleTime"],
         step=_row(22 * rules, 24 * rules, 2, 1),
-        single_formula=_row("25 L + 1", "28 L + 1", "5 L + 2", "1"),
-        single=_row(25 * rules + 1, 28 * rules + 1, 5 * rules + 2, 1),
-        values="\n".join(initialisers(parameters)),
-    )
-
-
-def single_header(parameters: ParameterSet, chain: str) -> str:
-    """Return `it2hys_single.h`: model and inverse with all effects in single precision.
-
-    Parameters
-    ----------
-    parameters : ParameterSet
-        The set.
-    chain : str
-        The chain in single precision (`it2hys.fmu.single_precision`).
-    """
-    lines = (  # the rules stay in double: it2_single_prepare reduces them itself
-        line if line.lstrip().startswith(".rule[") else with_float_literals(line)
-        for line in initialisers(parameters)
-    )
-    return _SINGLE_TEXT.format(
-        chain=chain,
-        sample_time=parameters["sampleTime"],
-        values="\n".join(lines),
+        single=_row(24 * rules, 26 * rules, 2, 1),
+        values="\n".join(initialisers(parameters, "REAL({!r})")),
     )
 
 
@@ -218,8 +127,6 @@ def write_embedded(parameters: ParameterSet, directory: Path, native: Path) -> l
     """Write the header and the C core into a directory, which exists; return the files."""
     contents = {path.name: path.read_bytes() for path in sorted((native / "embedded").glob("*.[ch]"))}
     contents[HEADER] = model_header(parameters).encode()
-    chain = (native / "single_chain.h").read_text(encoding="utf-8")
-    contents[SINGLE_HEADER] = single_header(parameters, chain).encode()
     contents["LICENSE"] = (native / "LICENSE").read_bytes()
     for name, content in contents.items():
         write_atomically(directory / name, content)

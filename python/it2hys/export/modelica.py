@@ -189,7 +189,8 @@ def field(name: str) -> str:
 def _values(parameters: ParameterSet) -> dict[str, str]:
     """Return the values by their name in the record, structured parameters as vectors."""
     known = load_table().parameters()
-    scalars, vectors = {}, {}
+    scalars: dict[str, str] = {}
+    vectors: dict[str, list[str]] = {}
     for name, value in parameters.items():
         text = _literal(value)
         if known[name].group is None:
@@ -240,7 +241,7 @@ def _attributes(kind: DeclaredType, each: str) -> str:
     return f"({','.join(lines)})" if lines else ""
 
 
-def _literal(value: float | int | bool | str) -> str:
+def _literal(value: float | int | bool | str | None) -> str:
     """Return a Modelica literal."""
     if isinstance(value, str):
         return _string(value)

@@ -17,8 +17,6 @@ from pathlib import Path
 
 HEADER, SOURCE = "it2hys.h", "it2hys.c"
 FOLDERS = ("core", "fmi", "models")
-#: The core in single precision, for the C header package.
-SINGLE = ("it2_single.h", "it2_single.c")
 #: What finds another parameter set than the one compiled in; the Modelica library has none.
 RESOURCES = ("fmu_parameters.c", "fmu_location.c")
 LAYER = (
@@ -135,11 +133,6 @@ def face(places: dict[str, Path], name: str, header: str) -> str:
     return f'{_TITLE.format(name)}#include "{HEADER}"\n\n{files.beginning()}{text}'
 
 
-def _beside(path: Path) -> str:
-    """Return a file that stands by itself, for beside `it2hys.h`."""
-    return path.read_text(encoding="utf-8").replace('#include "it2.h"', f'#include "{HEADER}"')
-
-
 def folders(source: Path, generated: Path) -> dict[str, dict[str, str]]:
     """Return the files of each folder by their names."""
     places = source_places(source, generated)
@@ -154,10 +147,7 @@ def folders(source: Path, generated: Path) -> dict[str, dict[str, str]]:
             **amalgamate(places, "controller.h", [*LAYER, "controller.c"]),
             "PIController.c": face(places, "PIController.c", "controller.h"),
         },
-        "embedded": {
-            **amalgamate(places, "chain.h", core),
-            **{name: _beside(source / "embedded" / name) for name in SINGLE},
-        },
+        "embedded": amalgamate(places, "chain.h", core),
     }
 
 
@@ -165,6 +155,9 @@ def write_folders(source: Path, generated: Path) -> None:
     """Write the folders into the one of the generated headers."""
     for folder, files in folders(source, generated).items():
         (generated / folder).mkdir(parents=True, exist_ok=True)
+        for old in (generated / folder).iterdir():  # a build folder outlives the names in it
+            if old.name not in files:
+                old.unlink()
         for name, text in files.items():
             (generated / folder / name).write_text(text, encoding="utf-8", newline="\n")
 

@@ -72,7 +72,7 @@ def places(variables: Sequence[Variable]) -> dict[tuple[str, str], int]:
 
     What several models have is at the same place in each.
     """
-    found = {}
+    found: dict[tuple[str, str], int] = {}
     for model in sorted({m for v in variables for m in v.models}):
         for (causality, base), room in ROOM.items():
             own = [
@@ -235,11 +235,11 @@ def start_header(parameters: Mapping, ssv: str) -> str:
     )
 
 
-def initialisers(parameters: Mapping) -> Iterator[str]:
-    """Yield the lines of a C initialiser of `struct chain_parameters`."""
+def initialisers(parameters: Mapping, real: str = "{!r}") -> Iterator[str]:
+    """Yield the lines of a C initialiser of `struct chain_parameters`; `real` formats its reals."""
     for name, value in parameters.items():
-        number = int(value) if isinstance(value, bool) else value
-        yield f"    .{parameter_path(name)} = {number!r},"
+        number = real.format(value) if isinstance(value, float) else repr(int(value))
+        yield f"    .{parameter_path(name)} = {number},"
 
 
 def write_headers(directory: Path) -> None:

@@ -69,10 +69,11 @@ def reference_run(model: str, parameters: ParameterSet) -> tuple[dict, dict]:
     through. A row of the outputs is what is read at its time: the result of the tick before.
     """
     start, limits = parameters["initialDisplacement"], parameters.displacement_range
-    around = {"force": _quantised(2.0 * _wave(3)), "temperature": _quantised(293.15 + 2.0 * _wave(2))}
+    force, temperature = _quantised(2.0 * _wave(3)), _quantised(293.15 + 2.0 * _wave(2))
+    around = {"force": force, "temperature": temperature}
     if model == "inverse":
         reference = _quantised(_excursion(start, limits))
-        voltage, saturated = compiled.chain_inverse_run(parameters, reference, *around.values())
+        voltage, saturated = compiled.chain_inverse_run(parameters, reference, force, temperature)
         return {"reference": reference, **around}, {
             "voltage": _read_later(compiled.chain_equilibrium(parameters), voltage),
             "saturated": _read_later(0, saturated.astype(int)),
@@ -81,8 +82,8 @@ def reference_run(model: str, parameters: ParameterSet) -> tuple[dict, dict]:
     way = _excursion(begin, limits)
     before = np.concatenate([[begin], way[:-1]])
     voltage = _quantised(compiled.solve(parameters.rules, before, way, limits))
-    displacement, measured = compiled.chain_free_run(parameters, voltage, *around.values())
-    outside = compiled.chain_out_of_range(parameters, voltage, *around.values())
+    displacement, measured = compiled.chain_free_run(parameters, voltage, force, temperature)
+    outside = compiled.chain_out_of_range(parameters, voltage, force, temperature)
     return {"voltage": voltage, **around}, {
         "displacement": _read_later(start, displacement),
         "measured": _read_later(start, measured),

@@ -19,12 +19,12 @@ from pathlib import Path
 from lxml import etree
 
 from it2hys.fmu.controller import IDENTIFIER as CONTROLLER
-from it2hys.fmu.controller import controller_fmu, load_controller, suitable_gains
+from it2hys.fmu.controller import controller_fmu, suitable_gains
 from it2hys.fmu.model_description import DEFAULT_TICKS, IDENTIFIERS
 from it2hys.fmu.packaging import fmu_archive, make_directory, package_bytes
 from it2hys.model.parameters import ParameterSet, format_ssv
 from it2hys.model.ssv import SSV_NAMESPACE, format_entries
-from it2hys.model.variables import Variable, load_table
+from it2hys.model.variables import Variable, load_controller, load_table
 from it2hys.support.files import write_atomically
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
@@ -250,9 +250,10 @@ def _add_connectors(parent: etree._Element, connectors: Iterable[tuple[str, str,
 
 def _add_units(root: etree._Element, system: System) -> None:
     """Add the definitions of the connectors' units."""
-    used = {v.type.unit for label in system.components for v in system.connected(label)}
+    connected = [v for label in system.components for v in system.connected(label)]
+    used = {v.type.unit for v in connected if v.type.unit}
     units = _add(root, SSD, "Units")
-    for name in sorted(used - {None}):
+    for name in sorted(used):
         exponents = load_controller().units[name].items()
         unit = _add(units, SSC, "Unit", name=name)
         _add(unit, SSC, "BaseUnit", **{k: str(v) for k, v in exponents if k != "display"})

@@ -232,7 +232,6 @@ class ChainCriterion:
         self._roughness = self._smoothness()
         self._steepness = self._slopes()
         self._prior = self._prior_weights()
-        self._own_knobs = [c.knob(0.0) for c in self._own]
 
     def _layout(self) -> dict[str, slice]:
         sizes = {
@@ -482,15 +481,14 @@ class ChainCriterion:
     def _record_blocks(self, point: np.ndarray) -> Iterator[Block | None]:
         model, places = self.unpack(point), self._places
         common = point[places["effects"]]
-        knobs = [c.knob(v) for c, v in zip(self.common, common, strict=True)]
-        knobs += self._own_knobs
+        names = [c.name for c in (*self.common, *self._own)]
         to_point = self._by_coordinates(point)
         for i, trace in enumerate(self.traces):
             rows = trace.fitted
             weight = trace.weight[rows, None]
             if not len(weight):
                 continue
-            run, by = compiled.chain_sensitivity(model.packed(trace, i), trace.drive, knobs)
+            run, by = compiled.chain_sensitivity(model.packed(trace, i), trace.drive, names)
             residual = (run + model.offsets[i] - trace.y) / self.scaling.y_unit
             if not (np.all(np.abs(residual) < _DIVERGED) and np.all(np.isfinite(by[-1]))):
                 yield None

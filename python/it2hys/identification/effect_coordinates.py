@@ -10,14 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from it2hys.model.compiled import Knob
 from it2hys.model.effect import Start
-from it2hys.model.stages import BEFORE_CORE, EFFECTS, READING
-from it2hys.model.variables import load_table
+from it2hys.model.stages import EFFECTS, READING
 
 _SHARE = 0.1
-#: Change of a coordinate for a difference quotient: its error is of the second order.
-_STEP = 1e-6
 #: Parameters whose value differs from record to record: how it begins, and a line's phase, which
 #: nothing in the voltage tells.
 BY_RECORD = ("initialDisplacement", *(n for e in EFFECTS.values() for n in e.per_record))
@@ -66,8 +62,3 @@ class Coordinate:
     def slope(self, coordinate: float) -> float:
         """Return d value / d coordinate."""
         return self.value(coordinate) if self.logarithmic else self.unit
-
-    def knob(self, coordinate: float) -> Knob:
-        """Return what the C core needs to differentiate by the parameter."""
-        effect = load_table().parameters()[self.name].effect
-        return Knob(self.name, effect in BEFORE_CORE, _STEP * self.slope(coordinate))

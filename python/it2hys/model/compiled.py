@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -109,7 +110,7 @@ class _Record(ctypes.Structure):
     ]
 
 
-def library_function(name: str) -> ctypes._CFuncPtr:
+def library_function(name: str) -> Any:
     """Return a function of the library, whose arguments the caller declares."""
     return getattr(_library(), name)
 
@@ -269,7 +270,8 @@ def check(rules: np.ndarray, minimum: float, maximum: float) -> str | None:
 @cache
 def _places() -> dict[str, tuple[int, bool]]:
     """Return offset in bytes and whether it is an integer, of every parameter of the chain."""
-    library, places = _library(), {}
+    library = _library()
+    places: dict[str, tuple[int, bool]] = {}
     name, integer = ctypes.c_char_p(), ctypes.c_int()
     while True:
         offset = library.it2core_chain_parameter(len(places), ctypes.byref(name), ctypes.byref(integer))
@@ -456,25 +458,6 @@ class Drive:
         return _Record(*(c.ctypes.data for c in channels), 0, len(self.voltage))
 
 
-@dataclass(frozen=True)
-class Knob:
-    """A parameter of an effect with respect to which the chain is differentiated.
-
-    Parameters
-    ----------
-    name : str
-        FMU variable name.
-    before_core : bool
-        Whether its effect stands before the core.
-    step : float
-        Change for a difference quotient.
-    """
-
-    name: str
-    before_core: bool
-    step: float
-
-
 def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Simulate the chain from rest at the first voltage of a record, its core being (10) everywhere.
 
@@ -503,7 +486,7 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
 
 
 def chain_sensitivity(
-    packed: np.ndarray, drive: Drive, knobs: Sequence[Knob]
+    packed: np.ndarray, drive: Drive, names: Sequence[str]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Simulate as `chain_predict` with derivatives.
 
@@ -511,23 +494,23 @@ def chain_sensitivity(
     ----------
     packed, drive
         As in `chain_predict`.
-    knobs : sequence of Knob
-        At most 96.
+    names : sequence of str
+        Parameters of effects, by their FMU variable names: at most 96.
 
     Returns
     -------
     measured : ndarray, shape (N,)
-    sensitivity : ndarray, shape (N, 6 L + len(knobs))
-        Derivatives by the rules' parameters, row by row, and the knobs. NaN from the sample on at which
+    sensitivity : ndarray, shape (N, 6 L + len(names))
+        Derivatives by the rules' parameters, row by row, and these. NaN from the sample on at which
         the run is no longer finite.
     """
     places = _places()
     rows = int(packed.view(np.int32)[places["ruleCount"][0] // 4])
-    columns = 6 * rows + len(knobs)
-    offsets = (ctypes.c_size_t * len(knobs))(*(places[k.name][0] for k in knobs))
+    columns = 6 * rows + len(names)
+    offsets = (ctypes.c_size_t * len(names))(*(places[name][0] for name in names))
     measured, sensitivity = np.empty(len(drive.voltage)), np.empty((len(drive.voltage), columns))
     done = _library().it2core_chain_sensitivity(
-        packed, drive._struct, offsets, len(knobs), measured, sensitivity
+        packed, drive._struct, offsets, len(names), measured, sensitivity
     )
     measured[done:] = sensitivity[done:] = np.nan
     return measured, sensitivity

@@ -8,6 +8,7 @@ import difflib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from lxml import etree
@@ -37,7 +38,7 @@ class ParameterSet(Mapping):
         incomplete rule.
     """
 
-    values: Mapping[str, float | int | bool]
+    values: Mapping[str, float | int | bool]  # type: ignore[assignment]
     name: str = "parameters"
     _complete: dict = field(init=False, repr=False, compare=False)
 
@@ -119,31 +120,37 @@ def _complete(values: Mapping) -> dict[str, float | int | bool]:
             raise InputError(f"unknown parameter {name!r}; {_suggest(name, known)}")
     given = {name: _checked(known[name], value) for name, value in values.items()}
     counts = {g: _count(g, entry, given) for g, entry in load_table().counts.items()}
-    complete = {}
+    complete: dict[str, float | int | bool] = {}
     for name, variable in known.items():
-        if variable.group is None:
-            complete[name] = given.get(name, variable.start)
-        elif variable.index <= counts[variable.group]:
+        group = variable.group
+        if group is None:
+            complete[name] = given[name] if name in given else _start(variable)
+        elif variable.is_among(counts):
             if name not in given:
                 raise InputError(
                     f"parameter {name!r} is missing; a set with "
-                    f"{counts[variable.group]} {variable.group}s must give all their parameters"
+                    f"{counts[group]} {group}s must give all their parameters"
                 )
             complete[name] = given[name]
         elif name in given:
             raise InputError(
                 f"parameter {name!r} is given, but "
-                f"{load_table().counts[variable.group]['variable']} is {counts[variable.group]}"
+                f"{load_table().counts[group]['variable']} is {counts[group]}"
             )
     for group, entry in load_table().counts.items():
         complete[entry["variable"]] = counts[group]
     return complete
 
 
+def _start(variable: Variable) -> float | int | bool:
+    assert variable.start is not None, variable.name
+    return variable.start
+
+
 def _count(group: str, entry: dict, given: Mapping) -> int:
     """Return the number of elements of a group: as given, or as many as are named."""
     if entry["variable"] in given:
-        return given[entry["variable"]]
+        return int(given[entry["variable"]])
     known = load_table().parameters()
     indices = [int(m["index"]) for m in map(INDEXED.fullmatch, given) if m and m["group"] == group]
     if not indices and known[entry["variable"]].type.min == 0:
@@ -158,7 +165,7 @@ def _suggest(name: str, known: Mapping) -> str:
     return f"did you mean {matches[0]!r}?" if matches else "`variables.toml` lists the known ones"
 
 
-def _checked(variable: Variable, value: object) -> float | int | bool:
+def _checked(variable: Variable, value: Any) -> float | int | bool:
     """Return the value in its declared type; bounds are part of the type."""
     kind = variable.type
     if kind.base == "Boolean":
@@ -216,7 +223,7 @@ def read_ssv(path: str | Path) -> ParameterSet:
         raise InputError(f"{path}: {error}") from None
 
 
-def _up_to_date(entries: dict[str, object]) -> dict[str, object]:
+def _up_to_date(entries: dict[str, Any]) -> dict[str, Any]:
     """Return the entries of a file without what older versions wrote and nothing depends on."""
     outdated = load_table().outdated
     for name, old in outdated.items():
@@ -225,7 +232,7 @@ def _up_to_date(entries: dict[str, object]) -> dict[str, object]:
     return {name: value for name, value in entries.items() if name not in outdated}
 
 
-def _entries(root: etree._Element) -> Iterator[tuple[str, object]]:
+def _entries(root: etree._Element) -> Iterator[tuple[str, Any]]:
     """Yield name and value of every entry of an SSV document, in SI units."""
     known = load_table().parameters()
     seen = set()

@@ -7,11 +7,12 @@ the table too.
 
 import re
 import tomllib
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 TABLE = Path(__file__).with_name("variables.toml")
 CONTROLLER = Path(__file__).with_name("controller.toml")
@@ -61,6 +62,10 @@ class Variable:
         """Name within the group; the name itself for a variable outside any group."""
         return self.name.rsplit(".", 1)[-1]
 
+    def is_among(self, counts: Mapping[str, int]) -> bool:
+        """Tell whether it is used where the groups have so many elements."""
+        return self.group is None or self.index is None or self.index <= counts[self.group]
+
     @property
     def variability(self) -> str:
         """FMI's variability: parameters are fixed, flags and integers discrete."""
@@ -86,33 +91,27 @@ class Table:
     def start(self) -> dict[str, float | int | bool]:
         """Return the start values of the parameters by name, structured ones at their start count."""
         parameters = self.parameters()
-        counts = {g: parameters[c["variable"]].start for g, c in self.counts.items()}
+        counts = {g: int(parameters[c["variable"]].start or 0) for g, c in self.counts.items()}
         return {
             name: v.start
             for name, v in parameters.items()
-            if v.group is None or v.index <= counts[v.group]
+            if v.start is not None and v.is_among(counts)
         }
 
     def of_model(self, model: str, counts: dict[str, int]) -> list[Variable]:
         """Return one FMU's variables, with as many structured elements as `counts` says."""
-        return [
-            v
-            for v in self.variables
-            if model in v.models and (v.group is None or v.index <= counts[v.group])
-        ]
+        return [v for v in self.variables if model in v.models and v.is_among(counts)]
 
 
-def _expand(
-    rows: list[dict], counts: dict[str, dict]
-) -> Iterator[tuple[dict, str, int | None, object]]:
+def _expand(rows: list[dict], counts: dict[str, dict]) -> Iterator[tuple[dict, str, int | None, Any]]:
     """Yield row, name, index and start value of every scalar; a group's elements stay together."""
     for group, members in groupby(rows, key=lambda row: row.get("per")):
         if group is None:
             yield from ((row, row["name"], None, row.get("start")) for row in members)
             continue
-        members = list(members)
+        elements = list(members)
         for index in range(1, counts[group]["maximum"] + 1):
-            for row in members:
+            for row in elements:
                 start = row["start"][index - 1] if index <= len(row["start"]) else 0.0
                 yield row, row["name"].replace("[]", f"[{index}]"), index, start
 
@@ -122,7 +121,7 @@ def load_table() -> Table:
     """Read and expand `variables.toml`."""
     source = tomllib.loads(TABLE.read_text(encoding="utf-8"))
     types = {name: DeclaredType(name, **fields) for name, fields in source["types"].items()}
-    variables = []
+    variables: list[Variable] = []
     for row, name, index, start in _expand(source["variable"], source["counts"]):
         variables.append(
             Variable(
@@ -145,7 +144,11 @@ def load_table() -> Table:
 def off_values(effects: Collection[str]) -> dict[str, float | int]:
     """Return the parameters of effects where these are off, but for those of their elements."""
     known = load_table().parameters()
-    return {n: v.start for n, v in known.items() if v.effect in effects and v.group is None}
+    return {
+        n: v.start
+        for n, v in known.items()
+        if v.start is not None and v.effect in effects and v.group is None
+    }
 
 
 @dataclass(frozen=True)

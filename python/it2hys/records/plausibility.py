@@ -135,7 +135,7 @@ def _stuck_notes(table: Table, runs: list[tuple[int, int]]) -> list[str]:
         displacement.max(): "at its maximum: the sensor looks clipped",
         displacement.min(): "at its minimum: the sensor looks clipped",
     }
-    found = {}
+    found: dict[str, list] = {}
     for run in runs:
         kind = kinds.get(displacement[run[0]], "at one value: the reading looks stuck")
         found.setdefault(kind, []).append(run)

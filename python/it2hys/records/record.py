@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +66,8 @@ class Record:
     reference: np.ndarray | None = None
     path: Path | None = None
     notes: tuple[str, ...] = ()
-    outliers: np.ndarray = None  # stands for no outlier; always an array once constructed
+    # None stands for no outlier; always an array once constructed
+    outliers: np.ndarray = None  # type: ignore[assignment]
     inverted: bool = False
     unused: tuple[str, ...] = ()
 
@@ -105,11 +107,14 @@ class Record:
             A record whose arrays are views into this one.
         """
         part = slice(start, stop)
-        return replace(self, **{name: values[part] for name, values in self._arrays().items()})
+        parts: dict[str, Any] = {name: values[part] for name, values in self._arrays().items()}
+        return replace(self, **parts)
 
     def invert(self) -> Record:
         """Return the record with the sign of the displacement, and of the reference, flipped."""
-        flipped = {name: -values for name, values in self._arrays().items() if name in SIGNED}
+        flipped: dict[str, Any] = {
+            name: -values for name, values in self._arrays().items() if name in SIGNED
+        }
         return replace(self, notes=(*self.notes, INVERTED), inverted=not self.inverted, **flipped)
 
     def _arrays(self) -> dict[str, np.ndarray]:

@@ -21,7 +21,6 @@ from matplotlib.figure import Figure
 MEASURED = {"color": "0.72", "linewidth": 2.6, "solid_capstyle": "round"}
 MODEL = {"color": "#1f77b4", "linewidth": 1.1}
 SECOND = {"color": "#d95f02", "linewidth": 1.1, "linestyle": "--"}
-ERROR = {"color": "#b2182b", "linewidth": 0.8}
 NOISE = {"color": "0.6", "linewidth": 0.8, "linestyle": ":"}
 STYLE = {
     "font.size": 9,

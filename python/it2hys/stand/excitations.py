@@ -53,7 +53,7 @@ def time_grid(duration: float, sample_time: float) -> np.ndarray:
     InputError
         Where an argument is not positive and finite.
     """
-    return np.arange(tick_count(duration, sample_time)) * sample_time
+    return np.arange(int(tick_count(duration, sample_time))) * sample_time
 
 
 def tick_count(duration: ArrayLike, sample_time: ArrayLike) -> np.ndarray | np.int64:
@@ -398,7 +398,7 @@ def _scaled(unit_signal: np.ndarray, low: float, high: float) -> np.ndarray:
 def _require_positive(**values: ArrayLike) -> None:
     for name, value in values.items():
         if not np.all(np.isfinite(value) & np.greater(value, 0.0)):
-            raise InputError(f"{name} must be positive and finite, got {value}")
+            raise InputError(f"{name} must be positive and finite, got {value!s}")
 
 
 #: Signals by the names that scenarios use.

@@ -43,7 +43,8 @@ class Keys:
     def __init__(self, place: str, table: object) -> None:
         if not isinstance(table, Mapping):
             raise InputError(f"{place}must be a table, not {table!r}")
-        self.place, self._left, self._known = place, dict(table), []
+        self.place, self._left = place, dict(table)
+        self._known: list[str] = []
 
     def take(self, key: str, kind: type | UnionType, *default: object) -> Any:
         """Return the value of a key, of a type (an int is a float too), or the default."""

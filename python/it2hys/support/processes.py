@@ -88,7 +88,8 @@ def _begin(begin: Callable | None, scratch: str | None) -> None:
 
 
 def _end_with_parent(scratch: str | None) -> None:
-    multiprocessing.parent_process().join()
+    if parent := multiprocessing.parent_process():
+        parent.join()
     if scratch is not None:
         shutil.rmtree(scratch, ignore_errors=True)
     os._exit(1)

@@ -5,7 +5,6 @@
 #include "it2hys.h"
 
 #include <ctype.h>
-#include <float.h>
 #include <locale.h>
 #include <math.h>
 #include <stdarg.h>
@@ -19,8 +18,8 @@
 /* --- chain.c --- */
 
 /* Values of a range are the same if no more than this share of it is between them, or last digits. */
-#define SAME 1e-10
-#define LAST_DIGITS (64.0 * DBL_EPSILON)
+#define SAME REAL(1e-10)
+#define LAST_DIGITS (64 * REAL_EPSILON)
 
 /* --- the list ---------------------------------------------------------------------------------- */
 
@@ -51,7 +50,7 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
     void *constants = (char *)chain + place->constants;
     const size_t end = place->state + place->state_size;
 
-    chain->active[chain->all++] = (unsigned char)i;
+    chain->active[chain->all++] = place;
     chain->before += place->side == CHAIN_BEFORE;
     chain->behind += place->side != CHAIN_READING;
     if (place->side == CHAIN_READING)
@@ -61,8 +60,10 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
     place->stage->prepare(constants, p);
     if (place->stage->latency)
         chain->latency += place->stage->latency(constants);
-    if (end > chain->state_in_use)
-        chain->state_in_use = end;
+    if (end > chain->walked)
+        chain->walked = end;
+    if (end > chain->retraced && place->stage->inverse)
+        chain->retraced = end;
 }
 
 void chain_prepare(struct chain *chain, const struct chain_parameters *p)
@@ -73,24 +74,33 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
     chain->displacement = range;
     chain->voltage = (struct it2_range){ p->voltageMin, p->voltageMax };
     it2_prepare(&chain->core, p->rule, p->ruleCount, range);
+    chain->walked = chain->retraced = sizeof(struct it2_state);
     for (int i = 0; i < CHAIN_STAGE_COUNT; i++)
         if (CHAIN_PLACES[i].stage->is_on(p))
             activate(chain, i, p);
-    const size_t least = chain->effects ? offsetof(struct chain_state, reached) + sizeof(struct chain_reached)
-                                        : sizeof(struct it2_state);
-    if (chain->state_in_use < least)
-        chain->state_in_use = least;
+    const size_t reached = offsetof(struct chain_state, reached) + sizeof(struct chain_reached);
+    if (chain->effects && chain->retraced < reached)
+        chain->retraced = reached;
+}
+
+/* The stage, with such a memory, is where it was aimed at. */
+static void arrive_at(const struct chain_place *place, struct chain_state *state)
+{
+    if (place->memory == CHAIN_AIMED)
+        copy_words((char *)state + place->reached, (const char *)state + place->state, place->state_size);
 }
 
 /* The plant is where it was aimed at. */
-static void arrive(struct chain_state *state)
+static void arrive(const struct chain *chain, struct chain_state *state)
 {
-    memcpy(&state->reached, state, sizeof state->reached);
+    state->reached.core = state->core;
+    for (int i = 0; i < chain->behind; i++)
+        arrive_at(chain_active(chain, i), state);
 }
 
 /* From the output at rest of a stage to its input, back over those from number `end` - 1 to `first`. */
-static double rest(const struct chain *chain, int first, int end, struct chain_state *state, double y,
-                   const struct chain_parameters *parameters)
+static real rest(const struct chain *chain, int first, int end, struct chain_state *state, real y,
+                 const struct chain_parameters *parameters)
 {
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
@@ -104,20 +114,20 @@ static double rest(const struct chain *chain, int first, int end, struct chain_s
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters)
 {
-    *state = (struct chain_state){ .core = { 0.0 } };
-    const double y =
+    *state = (struct chain_state){ .core = { 0 } };
+    const real y =
         rest(chain, chain->before, chain->behind, state, parameters->initialDisplacement, parameters);
     it2_reset(&state->core, y);
     if (!chain->effects)
         return;
     rest(chain, 0, chain->before, state, it2_solve(&chain->core, y, y), parameters);
-    arrive(state);
+    arrive(chain, state);
 }
 
 /* --- forwards ---------------------------------------------------------------------------------- */
 
-double chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, double x,
-                  const struct chain_surroundings *around)
+real chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, real x,
+                const struct chain_surroundings *around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -126,16 +136,16 @@ double chain_walk(const struct chain *chain, int first, int end, struct chain_st
     return x;
 }
 
-double chain_step_effects(const struct chain *chain, struct chain_state *state, double voltage,
-                          const struct chain_surroundings *around)
+real chain_step_effects(const struct chain *chain, struct chain_state *state, real voltage,
+                        const struct chain_surroundings *around)
 {
-    const double x = chain_walk(chain, 0, chain->before, state, voltage, around);
-    const double y = it2_step(&chain->core, &state->core, x);
+    const real x = chain_walk(chain, 0, chain->before, state, voltage, around);
+    const real y = it2_step(&chain->core, &state->core, x);
 
     return chain_walk(chain, chain->before, chain->behind, state, y, around);
 }
 
-double chain_measure_effects(const struct chain *chain, double displacement, double time)
+real chain_measure_effects(const struct chain *chain, real displacement, real time)
 {
     const struct chain_surroundings around = { .time = time };
 
@@ -144,31 +154,31 @@ double chain_measure_effects(const struct chain *chain, double displacement, dou
 
 /* --- backwards --------------------------------------------------------------------------------- */
 
-static double within_reach(const struct chain *chain, double displacement)
+static real within_reach(const struct chain *chain, real displacement)
 {
-    return fmin(fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
+    return real_fmin(real_fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
 }
 
-static double within_voltages(const struct chain *chain, double x)
+static real within_voltages(const struct chain *chain, real x)
 {
     return clamp(x, chain->voltage.minimum, chain->voltage.maximum);
 }
 
-static bool is_near(double a, double b, struct it2_range range)
+static bool is_near(real a, real b, struct it2_range range)
 {
-    const double low = range.minimum, high = range.maximum;
+    const real low = range.minimum, high = range.maximum;
 
-    return fabs(a - b) <= SAME * (high - low) + LAST_DIGITS * fmax(fabs(low), fabs(high));
+    return real_fabs(a - b) <= SAME * (high - low) + LAST_DIGITS * real_fmax(real_fabs(low), real_fabs(high));
 }
 
-static inline bool other_voltage(const struct chain *chain, double a, double b)
+static inline bool other_voltage(const struct chain *chain, real a, real b)
 {
     return a != b && !is_near(a, b, chain->voltage);
 }
 
 bool chain_is_astray(const struct chain_state *state)
 {
-    const double *aimed = &state->core.y, *reached = &state->reached.core.y;
+    const real *aimed = &state->core.y, *reached = &state->reached.core.y;
 
     for (size_t i = 0; i < sizeof state->reached / sizeof *reached; i++)
         if (reached[i] != aimed[i])
@@ -182,8 +192,8 @@ static bool is_back(const struct chain *chain, const struct chain_state *state)
         return false;
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        const double *aimed = (const double *)((const char *)state + place->state);
-        const double *reached = (const double *)((const char *)state + place->reached);
+        const real *aimed = (const real *)((const char *)state + place->state);
+        const real *reached = (const real *)((const char *)state + place->reached);
         const struct it2_range range = place->side == CHAIN_BEFORE ? chain->voltage : chain->displacement;
         for (size_t k = 0; place->memory == CHAIN_AIMED && k < place->state_size / sizeof *aimed; k++)
             if (!is_near(reached[k], aimed[k], range))
@@ -199,8 +209,8 @@ static bool is_followed(const struct chain_place *place)
 }
 
 /* Takes the plant's way on from `x` over the stages from number `first` to before `end`. */
-static double follow(const struct chain *chain, int first, int end, struct chain_state *state, double x,
-                     const struct chain_surroundings *around)
+static real follow(const struct chain *chain, int first, int end, struct chain_state *state, real x,
+                   const struct chain_surroundings *around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -213,20 +223,20 @@ static double follow(const struct chain *chain, int first, int end, struct chain
 }
 
 /* The plant's way from what its amplifier lets through; returns whether it is where it was aimed at. */
-static bool follow_plant(const struct chain *chain, struct chain_state *state, double x,
+static bool follow_plant(const struct chain *chain, struct chain_state *state, real x,
                          const struct chain_surroundings *around)
 {
     x = follow(chain, 0, chain->before, state, x, around);
-    const double y = it2_step(&chain->core, &state->reached.core, x);
+    const real y = it2_step(&chain->core, &state->reached.core, x);
     follow(chain, chain->before, chain->behind, state, y, around);
     if (!is_back(chain, state))
         return false;
-    arrive(state);
+    arrive(chain, state);
     return true;
 }
 
 /* The plant's way where nothing is cut off: `input` is what each stage was aimed to get. */
-static void follow_aim(const struct chain *chain, struct chain_state *state, const double input[],
+static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[],
                        const struct chain_surroundings *around)
 {
     for (int i = 0; i < chain->behind; i++) {
@@ -234,13 +244,14 @@ static void follow_aim(const struct chain *chain, struct chain_state *state, con
         if (place->memory == CHAIN_LONG)
             place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
                                around);
+        arrive_at(place, state);
     }
-    arrive(state);
+    state->reached.core = state->core;
 }
 
 /* Back over the stages that do not limit, from number `end` - 1 to `first`; notes what each is to get. */
-static double solve(const struct chain *chain, int first, int end, struct chain_state *state, double y,
-                    const struct chain_surroundings *around, double input[])
+static real solve(const struct chain *chain, int first, int end, struct chain_state *state, real y,
+                  const struct chain_surroundings *around, real input[])
 {
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
@@ -255,10 +266,10 @@ static double solve(const struct chain *chain, int first, int end, struct chain_
 /* The nearest voltage to `wanted` that may be given. `*passed` is what the amplifier makes of it: something
  * else only while the amplifier, at rest at the start, is farther out of the range than it can come back in a
  * tick. */
-static double within_limits(const struct chain *chain, struct chain_state *state, double wanted, double *passed,
-                            unsigned *limits)
+static real within_limits(const struct chain *chain, struct chain_state *state, real wanted, real *passed,
+                          unsigned *limits)
 {
-    double x = wanted, allowed = wanted;
+    real x = wanted, allowed = wanted;
     bool followed = false;
 
     for (int i = chain->before - 1; i >= 0; i--) {
@@ -274,28 +285,28 @@ static double within_limits(const struct chain *chain, struct chain_state *state
             *limits |= CHAIN_AMPLIFIER;
         followed |= is_followed(place);
     }
-    const double voltage = within_voltages(chain, x);
+    const real voltage = within_voltages(chain, x);
     if (other_voltage(chain, voltage, x))
         *limits |= CHAIN_VOLTAGE_RANGE;
     *passed = followed ? x : voltage;
     return voltage;
 }
 
-static double inverse_with_effects(const struct chain *chain, struct chain_state *state, double displacement,
-                                   const struct chain_surroundings *around, unsigned *limits)
+static real inverse_with_effects(const struct chain *chain, struct chain_state *state, real displacement,
+                                 const struct chain_surroundings *around, unsigned *limits)
 {
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */
     const struct chain_surroundings later = { around->force, around->temperature,
                                               around->time + chain->latency };
-    double input[CHAIN_STAGE_COUNT] = { 0.0 };
-    double passed;
+    real input[CHAIN_STAGE_COUNT] = { 0 };
+    real passed;
     unsigned cut = 0;
 
-    const double aim = solve(chain, chain->before, chain->behind, state, displacement, &later, input);
-    const double x = it2_inverse(&chain->core, &state->core, aim);
-    const double wanted = solve(chain, 0, chain->before, state, x, around, input);
-    const double voltage = within_limits(chain, state, wanted, &passed, &cut);
+    const real aim = solve(chain, chain->before, chain->behind, state, displacement, &later, input);
+    const real x = it2_inverse(&chain->core, &state->core, aim);
+    const real wanted = solve(chain, 0, chain->before, state, x, around, input);
+    const real voltage = within_limits(chain, state, wanted, &passed, &cut);
     *limits |= cut;
     if (!astray && !cut)
         follow_aim(chain, state, input, around);
@@ -305,12 +316,12 @@ static double inverse_with_effects(const struct chain *chain, struct chain_state
 }
 
 /* Without effects; goes on from what the plant reaches. */
-static double inverse_of_core(const struct chain *chain, struct chain_state *state, double displacement,
-                              unsigned *limits)
+static real inverse_of_core(const struct chain *chain, struct chain_state *state, real displacement,
+                            unsigned *limits)
 {
-    const double before = state->core.y;
-    const double wanted = it2_inverse(&chain->core, &state->core, displacement);
-    const double voltage = within_voltages(chain, wanted);
+    const real before = state->core.y;
+    const real wanted = it2_inverse(&chain->core, &state->core, displacement);
+    const real voltage = within_voltages(chain, wanted);
 
     if (voltage == wanted)
         return voltage;
@@ -321,10 +332,10 @@ static double inverse_of_core(const struct chain *chain, struct chain_state *sta
     return voltage;
 }
 
-double chain_inverse(const struct chain *chain, struct chain_state *state, double displacement,
-                     const struct chain_surroundings *around, unsigned *limits)
+real chain_inverse(const struct chain *chain, struct chain_state *state, real displacement,
+                   const struct chain_surroundings *around, unsigned *limits)
 {
-    const double aim = within_reach(chain, displacement);
+    const real aim = within_reach(chain, displacement);
 
     *limits = aim != displacement ? CHAIN_REFERENCE_RANGE : 0u;
     return chain->effects ? inverse_with_effects(chain, state, aim, around, limits)
@@ -334,9 +345,9 @@ double chain_inverse(const struct chain *chain, struct chain_state *state, doubl
 /* --- at rest ----------------------------------------------------------------------------------- */
 
 /* The stages with a long memory hold, as they are; the others follow. */
-double chain_hold(const struct chain *chain, const struct chain_state *state)
+real chain_hold(const struct chain *chain, const struct chain_state *state)
 {
-    double x = it2_solve(&chain->core, state->core.y, state->core.y);
+    real x = it2_solve(&chain->core, state->core.y, state->core.y);
 
     for (int i = chain->before - 1; i >= 0; i--) {
         const struct chain_place *place = chain_active(chain, i);
@@ -347,9 +358,9 @@ double chain_hold(const struct chain *chain, const struct chain_state *state)
     return x;
 }
 
-double chain_equilibrium(const struct chain *chain, const struct chain_state *state)
+real chain_equilibrium(const struct chain *chain, const struct chain_state *state)
 {
-    double x = chain_hold(chain, state);
+    real x = chain_hold(chain, state);
 
     if (!isfinite(x)) /* nothing holds it there */
         return x;
@@ -367,12 +378,12 @@ double chain_equilibrium(const struct chain *chain, const struct chain_state *st
 
 /* How far beyond the range a run may begin, in lengths of the range: a stage is not farther away, and a
  * displacement in another unit is. */
-#define FARTHEST_START 4.0
+#define FARTHEST_START 4
 
 /* For parameters that have passed all other checks. */
 static bool check_start(const struct chain_parameters *p, char *message, size_t size)
 {
-    const double reach = FARTHEST_START * (p->displacementMax - p->displacementMin);
+    const real reach = FARTHEST_START * (p->displacementMax - p->displacementMin);
     struct chain chain;
     struct chain_state state;
 
@@ -384,7 +395,8 @@ static bool check_start(const struct chain_parameters *p, char *message, size_t 
                   "initialDisplacement is %g m: the run would begin more than %g times the length of "
                   "displacementMin..displacementMax, %g to %g m, outside it; set it to where the stage is "
                   "(is it in another unit?)",
-                  p->initialDisplacement, FARTHEST_START, p->displacementMin, p->displacementMax);
+                  (double)p->initialDisplacement, (double)FARTHEST_START, (double)p->displacementMin,
+                  (double)p->displacementMax);
 }
 
 static bool check_stages(const struct chain_parameters *p, char *message, size_t size)
@@ -399,11 +411,11 @@ bool chain_check(const struct chain_parameters *parameters, char *message, size_
 {
     const struct it2_range range = { parameters->displacementMin, parameters->displacementMax };
 
-    if (!(parameters->sampleTime > 0.0))
-        return refuse(message, size, "sampleTime is %g s; it must be positive", parameters->sampleTime);
+    if (!(parameters->sampleTime > 0))
+        return refuse(message, size, "sampleTime is %g s; it must be positive", (double)parameters->sampleTime);
     if (!(parameters->voltageMin < parameters->voltageMax))
-        return refuse(message, size, "voltageMin, %g V, must be below voltageMax, %g V", parameters->voltageMin,
-                      parameters->voltageMax);
+        return refuse(message, size, "voltageMin, %g V, must be below voltageMax, %g V",
+                      (double)parameters->voltageMin, (double)parameters->voltageMax);
     return it2_check(parameters->rule, parameters->ruleCount, range, message, size) &&
            check_stages(parameters, message, size) && check_start(parameters, message, size);
 }
@@ -417,12 +429,23 @@ const struct stage_analysis *const CHAIN_ANALYSES[CHAIN_STAGE_COUNT] = { CHAIN_E
 
 /* A value and its derivative. */
 struct both {
-    double value;
-    double d;
+    real value;
+    real d;
 };
 
-static double stage_tangent(const struct chain *chain, int i, const void *state, double x, void *d_state,
-                            double d_x, const struct chain_surroundings *d_around)
+/* Copies what one stage is about to advance, at `at` of a state; returns where that is. A whole state is long,
+ * and little of it is in use. */
+static void *copied(struct chain_state *copy, const struct chain_state *state, const struct chain_place *place,
+                    size_t at)
+{
+    if (place->memory == CHAIN_NONE)
+        return NULL;
+    copy_words((char *)copy + at, (const char *)state + at, place->state_size);
+    return (char *)copy + at;
+}
+
+static real stage_tangent(const struct chain *chain, int i, const void *state, real x, void *d_state, real d_x,
+                          const struct chain_surroundings *d_around)
 {
     const struct stage_analysis *analysis = chain_analysis(chain, i);
 
@@ -432,22 +455,24 @@ static double stage_tangent(const struct chain *chain, int i, const void *state,
     return d_x;
 }
 
-/* Takes x on over the stages from number `first` to before `end`; advances `state` and `d`. */
-static struct both walk_tangent(const struct chain *chain, int first, int end, struct chain_state *state,
+/* Takes x on over the stages from number `first` to before `end`; advances `d`. */
+static struct both walk_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
                                 struct both x, const struct chain_surroundings *around, struct chain_state *d,
                                 const struct chain_surroundings *d_around)
 {
+    struct chain_state copy;
+
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        void *own = chain_state_of(state, place);
+        void *own = copied(&copy, state, place, place->state);
         x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, d_around);
         x.value = place->stage->step(chain_constants_of(chain, place), own, x.value, around);
     }
     return x;
 }
 
-static double core_tangent(const struct chain *chain, const struct it2_state *state, double x,
-                           struct it2_state *d, double d_x)
+static real core_tangent(const struct chain *chain, const struct it2_state *state, real x, struct it2_state *d,
+                         real d_x)
 {
     const struct it2_partials f = it2_partials(&chain->core, state->y, x);
 
@@ -455,20 +480,17 @@ static double core_tangent(const struct chain *chain, const struct it2_state *st
     return d->y;
 }
 
-struct chain_point chain_step_tangent(const struct chain *chain, const struct chain_state *state,
-                                      double voltage, const struct chain_surroundings *around,
-                                      struct chain_state d_state, double d_voltage,
-                                      const struct chain_surroundings *d_around)
+struct chain_point chain_step_tangent(const struct chain *chain, const struct chain_state *state, real voltage,
+                                      const struct chain_surroundings *around, struct chain_state d_state,
+                                      real d_voltage, const struct chain_surroundings *d_around)
 {
     struct chain_point d = { .state = d_state };
     struct both x = { voltage, d_voltage };
-    struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
-    x = walk_tangent(chain, 0, chain->before, &copy, x, around, &d.state, d_around);
+    x = walk_tangent(chain, 0, chain->before, state, x, around, &d.state, d_around);
     x.d = core_tangent(chain, &state->core, x.value, &d.state.core, x.d);
-    x.value = it2_step(&chain->core, &copy.core, x.value);
-    x = walk_tangent(chain, chain->before, chain->behind, &copy, x, around, &d.state, d_around);
+    x.value = it2_evaluate(&chain->core, state->core.y, x.value);
+    x = walk_tangent(chain, chain->before, chain->behind, state, x, around, &d.state, d_around);
     d.output = x.d;
     return d;
 }
@@ -476,20 +498,20 @@ struct chain_point chain_step_tangent(const struct chain *chain, const struct ch
 /* --- inverse ----------------------------------------------------------------------------------- */
 
 /* From y = F(y_previous, x): dx = (dy - dF/dy_previous dy_previous) / (dF/dx). */
-static double core_inverse_tangent(const struct chain *chain, const struct it2_state *state, double x,
-                                   struct it2_state *d, double d_y)
+static real core_inverse_tangent(const struct chain *chain, const struct it2_state *state, real x,
+                                 struct it2_state *d, real d_y)
 {
     const struct it2_partials f = it2_partials(&chain->core, state->y, x);
-    const double d_x = (d_y - f.dy * d->y) / f.dx;
+    const real d_x = (d_y - f.dy * d->y) / f.dx;
 
     d->y = d_y;
     return d_x;
 }
 
 /* Of the nearest value to x within limits that may move, too. */
-static struct both within(struct it2_range limits, struct both x, double d_minimum, double d_maximum)
+static struct both within(struct it2_range limits, struct both x, real d_minimum, real d_maximum)
 {
-    const double d = x.value < limits.minimum ? d_minimum : x.value > limits.maximum ? d_maximum : x.d;
+    const real d = x.value < limits.minimum ? d_minimum : x.value > limits.maximum ? d_maximum : x.d;
 
     return (struct both){ clamp(x.value, limits.minimum, limits.maximum), d };
 }
@@ -501,13 +523,13 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 {
     struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
         const void *constants = chain_constants_of(chain, place);
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->stage->inverse && !place->stage->limits) {
-            y.value = place->stage->inverse(constants, chain_state_of(&copy, place), y.value, around);
+            void *advanced = copied(&copy, state, place, place->state);
+            y.value = place->stage->inverse(constants, advanced, y.value, around);
             y.d = chain_analysis(chain, i)->inverse_tangent(constants, own, y.value, chain_state_of(d, place),
                                                             y.d, d_around);
         }
@@ -520,24 +542,23 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 static struct both within_limits_tangent(const struct chain *chain, const struct chain_state *state,
                                          struct both x, struct chain_state *d)
 {
-    static const struct chain_surroundings none = { 0.0, 0.0, 0.0 };
+    static const struct chain_surroundings none = { 0, 0, 0 };
     struct chain_state copy;
     bool followed = false;
 
-    chain_copy(chain, &copy, state);
     for (int i = chain->before - 1; i >= 0; i--) {
         const struct chain_place *place = chain_active(chain, i);
         if (!place->stage->limits)
             continue;
         if (place->memory != CHAIN_NONE) {
-            x = within(chain->voltage, x, 0.0, 0.0);
+            x = within(chain->voltage, x, 0, 0);
             followed = true;
         }
-        void *own = chain_state_of(&copy, place);
+        void *own = copied(&copy, state, place, place->state);
         x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, &none);
         x.value = place->stage->inverse(chain_constants_of(chain, place), own, x.value, &none);
     }
-    return followed ? x : within(chain->voltage, x, 0.0, 0.0);
+    return followed ? x : within(chain->voltage, x, 0, 0);
 }
 
 static void arrive_tangent(struct chain_state *d)
@@ -553,11 +574,10 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
 {
     struct chain_state copy;
 
-    chain_copy(chain, &copy, state);
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
         const size_t at = place->memory == CHAIN_AIMED ? place->reached : place->state;
-        void *own = place->memory == CHAIN_NONE ? NULL : (char *)&copy + at;
+        void *own = copied(&copy, state, place, at);
         void *d_own = place->memory == CHAIN_NONE ? NULL : (char *)d + at;
         if (!place->stage->inverse || (place->stage->limits && place->memory != CHAIN_NONE))
             continue;
@@ -572,8 +592,8 @@ static void follow_plant_tangent(const struct chain *chain, const struct chain_s
                                  const struct chain_surroundings *d_around)
 {
     x = follow_tangent(chain, 0, chain->before, state, x, around, d, d_around);
-    const double y = it2_evaluate(&chain->core, state->reached.core.y, x.value);
-    const double d_y = core_tangent(chain, &state->reached.core, x.value, &d->reached.core, x.d);
+    const real y = it2_evaluate(&chain->core, state->reached.core.y, x.value);
+    const real d_y = core_tangent(chain, &state->reached.core, x.value, &d->reached.core, x.d);
     follow_tangent(chain, chain->before, chain->behind, state, (struct both){ y, d_y }, around, d, d_around);
 }
 
@@ -590,18 +610,18 @@ static void follow_aim_tangent(const struct chain *chain, const struct chain_sta
 }
 
 /* `after` is what chain_inverse leaves of `state`: there is the core's aim. */
-static double inverse_with_effects_tangent(const struct chain *chain, const struct chain_state *state,
-                                           const struct chain_state *after, unsigned limits, struct both y,
-                                           const struct chain_surroundings *around, struct chain_state *d,
-                                           const struct chain_surroundings *d_around)
+static real inverse_with_effects_tangent(const struct chain *chain, const struct chain_state *state,
+                                         const struct chain_state *after, unsigned limits, struct both y,
+                                         const struct chain_surroundings *around, struct chain_state *d,
+                                         const struct chain_surroundings *d_around)
 {
     const struct chain_surroundings later = { around->force, around->temperature,
                                               around->time + chain->latency };
-    struct both input[CHAIN_STAGE_COUNT] = { { 0.0, 0.0 } };
+    struct both input[CHAIN_STAGE_COUNT] = { { 0, 0 } };
 
     const struct both aim =
         solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, d_around, input);
-    struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0.0 };
+    struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0 };
     x.d = core_inverse_tangent(chain, &state->core, x.value, &d->core, aim.d);
     const struct both wanted = solve_tangent(chain, 0, chain->before, state, x, around, d, d_around, input);
     const struct both passed = within_limits_tangent(chain, state, wanted, d);
@@ -611,24 +631,24 @@ static double inverse_with_effects_tangent(const struct chain *chain, const stru
         follow_aim_tangent(chain, state, input, d, d_around);
     if (!chain_is_astray(after))
         arrive_tangent(d);
-    return within(chain->voltage, passed, 0.0, 0.0).d;
+    return within(chain->voltage, passed, 0, 0).d;
 }
 
-static double inverse_of_core_tangent(const struct chain *chain, const struct it2_state *state,
-                                      double displacement, double d_displacement, struct it2_state *d)
+static real inverse_of_core_tangent(const struct chain *chain, const struct it2_state *state, real displacement,
+                                    real d_displacement, struct it2_state *d)
 {
-    const double wanted = it2_solve(&chain->core, state->y, displacement);
-    const double voltage = clamp(wanted, chain->voltage.minimum, chain->voltage.maximum);
+    const real wanted = it2_solve(&chain->core, state->y, displacement);
+    const real voltage = clamp(wanted, chain->voltage.minimum, chain->voltage.maximum);
 
     if (voltage == wanted)
         return core_inverse_tangent(chain, state, wanted, d, d_displacement);
-    core_tangent(chain, state, voltage, d, 0.0);
-    return 0.0;
+    core_tangent(chain, state, voltage, d, 0);
+    return 0;
 }
 
 struct chain_point chain_inverse_tangent(const struct chain *chain, const struct chain_state *state,
-                                         double displacement, const struct chain_surroundings *around,
-                                         struct chain_state d_state, double d_displacement,
+                                         real displacement, const struct chain_surroundings *around,
+                                         struct chain_state d_state, real d_displacement,
                                          const struct chain_surroundings *d_around)
 {
     struct chain_point d = { .state = d_state };
@@ -637,10 +657,10 @@ struct chain_point chain_inverse_tangent(const struct chain *chain, const struct
     struct chain_state after;
     unsigned limits;
 
-    chain_copy(chain, &after, state);
+    memcpy(&after, state, chain->retraced);
     chain_inverse(chain, &after, displacement, around, &limits);
     if (limits & CHAIN_REFERENCE_RANGE)
-        y = (struct both){ displacement < reach.minimum ? reach.minimum : reach.maximum, 0.0 };
+        y = (struct both){ displacement < reach.minimum ? reach.minimum : reach.maximum, 0 };
     d.output = chain->effects
                    ? inverse_with_effects_tangent(chain, state, &after, limits, y, around, &d.state, d_around)
                    : inverse_of_core_tangent(chain, &state->core, y.value, y.d, &d.state.core);
@@ -661,9 +681,9 @@ void chain_prepare_tangent(const struct chain *chain, struct chain *d,
     }
 }
 
-double chain_rest_tangent(const struct chain *chain, int first, int end, const struct chain *d_chain, double y,
-                          const struct chain_parameters *parameters, struct chain_state *d, double d_y,
-                          const struct chain_parameters *d_parameters)
+real chain_rest_tangent(const struct chain *chain, int first, int end, const struct chain *d_chain, real y,
+                        const struct chain_parameters *parameters, struct chain_state *d, real d_y,
+                        const struct chain_parameters *d_parameters)
 {
     struct chain_state state;
 
@@ -681,18 +701,18 @@ double chain_rest_tangent(const struct chain *chain, int first, int end, const s
 }
 
 /* From y = F(y, x, p): dx = (dy - dF/dy dy - dF/dp dp) / (dF/dx). */
-static double core_rest_tangent(const struct chain *chain, double y, double d_y,
-                                const struct chain_parameters *d_parameters)
+static real core_rest_tangent(const struct chain *chain, real y, real d_y,
+                              const struct chain_parameters *d_parameters)
 {
-    double gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
+    real gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
     struct it2_partials f;
-    double d = d_y;
+    real d = d_y;
 
     it2_gradient(&chain->core, y, it2_solve(&chain->core, y, y), gradient, &f);
     d -= f.dy * d_y;
     d -= f.end * (y < chain->core.lower.y ? d_parameters->displacementMin : d_parameters->displacementMax);
     for (int l = 0; l < chain->core.rules; l++) {
-        const double *by_rule = gradient + IT2_RULE_PARAMETERS * l;
+        const real *by_rule = gradient + IT2_RULE_PARAMETERS * l;
         const struct it2_rule *rule = &d_parameters->rule[l];
         d -= by_rule[0] * rule->sigmaLower + by_rule[1] * rule->sigmaUpper + by_rule[2] * rule->centre +
              by_rule[3] * rule->q1 + by_rule[4] * rule->q2 + by_rule[5] * rule->q3;
@@ -700,16 +720,16 @@ static double core_rest_tangent(const struct chain *chain, double y, double d_y,
     return d / f.dx;
 }
 
-double chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
-                                 const struct chain_parameters *parameters,
-                                 const struct chain_parameters *d_parameters)
+real chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
+                               const struct chain_parameters *parameters,
+                               const struct chain_parameters *d_parameters)
 {
-    static const struct chain_surroundings none = { 0.0, 0.0, 0.0 };
-    const double y = state->core.y;
-    const double hold = it2_solve(&chain->core, y, y);
+    static const struct chain_surroundings none = { 0, 0, 0 };
+    const real y = state->core.y;
+    const real hold = it2_solve(&chain->core, y, y);
     struct chain d_chain;
     struct chain_state d;
-    struct both x = { chain_hold(chain, state), 0.0 };
+    struct both x = { chain_hold(chain, state), 0 };
 
     chain_prepare_tangent(chain, &d_chain, parameters, d_parameters);
     x.d = chain_rest_tangent(chain, chain->before, chain->behind, &d_chain, parameters->initialDisplacement,
@@ -733,21 +753,21 @@ double chain_equilibrium_tangent(const struct chain *chain, const struct chain_s
 
 static bool creep_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    double least = 1.0;
+    real least = 1;
 
     if (p->creepCount < 0 || p->creepCount > CREEP_MAX)
         return refuse(message, size, "creepCount is %d; it must be 0 to %d", p->creepCount, CREEP_MAX);
     for (int i = 0; i < p->creepCount; i++) {
         const struct creep_element *element = &p->creep[i];
-        if (!(element->timeConstant > 0.0))
+        if (!(element->timeConstant > 0))
             return refuse(message, size, "creep[%d].timeConstant is %g s; it must be positive", i + 1,
-                          element->timeConstant);
-        least += fmin(element->gain, 0.0);
-        if (!(least > 0.0))
+                          (double)element->timeConstant);
+        least += real_fmin(element->gain, 0);
+        if (!(least > 0))
             return refuse(message, size,
                           "1 plus the negative gains up to creep[%d].gain is %g; it must "
                           "be positive: creep could not be inverted",
-                          i + 1, least);
+                          i + 1, (double)least);
     }
     return true;
 }
@@ -764,17 +784,17 @@ static void creep_prepare(void *constants, const struct chain_parameters *p)
     creep->first = 0;
     creep->count = p->creepCount;
     creep->zero = p->displacementZero;
-    creep->slope = 1.0;
+    creep->slope = 1;
     for (int i = 0; i < creep->count; i++) {
         creep->gain[i] = p->creep[i].gain;
-        creep->rate[i] = -expm1(-p->sampleTime / p->creep[i].timeConstant);
+        creep->rate[i] = -real_expm1(-p->sampleTime / p->creep[i].timeConstant);
         creep->slope += creep->gain[i] * creep->rate[i];
     }
 }
 
-static double sum_of_gains(const struct creep *creep)
+static real sum_of_gains(const struct creep *creep)
 {
-    double sum = 0.0;
+    real sum = 0;
 
     for (int i = 0; i < creep->count; i++)
         sum += creep->gain[i];
@@ -782,25 +802,25 @@ static double sum_of_gains(const struct creep *creep)
 }
 
 /* With states that lie initialCreep ahead of the input: by 0 after long rest. */
-static double creep_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
+static real creep_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
 {
     const struct creep *creep = constants;
     struct creep_state *s = state;
-    const double ahead = p->initialCreep;
-    const double sum = sum_of_gains(creep);
-    const double x = (y - creep->zero - sum * ahead) / (1.0 + sum);
+    const real ahead = p->initialCreep;
+    const real sum = sum_of_gains(creep);
+    const real x = (y - creep->zero - sum * ahead) / (1 + sum);
 
     for (int i = 0; i < creep->count; i++)
         s->s[i] = x + ahead;
     return creep->zero + x;
 }
 
-static double creep_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real creep_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct creep *creep = constants;
     struct creep_state *s = state;
-    const double above = x - creep->zero;
-    double y = above;
+    const real above = x - creep->zero;
+    real y = above;
 
     (void)around;
     for (int i = 0; i < creep->count; i++) {
@@ -811,15 +831,14 @@ static double creep_step(const void *constants, void *state, double x, const str
 }
 
 /* What of y above zero is left for the input, where the states are these. */
-static double creep_solve(const struct creep *creep, const struct creep_state *s, double y)
+static real creep_solve(const struct creep *creep, const struct creep_state *s, real y)
 {
     for (int i = 0; i < creep->count; i++)
         y -= creep->gain[i] * (s->s[i] - creep->rate[i] * s->s[i]);
     return y / creep->slope;
 }
 
-static double creep_inverse(const void *constants, void *state, double y,
-                            const struct chain_surroundings *around)
+static real creep_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
 {
     const struct creep *creep = constants;
 
@@ -835,46 +854,46 @@ static void creep_prepare_tangent(void *d_constants, const void *constants, cons
 
     result->zero = d->displacementZero;
     for (int i = creep->count - 1; i >= 0; i--) {
-        const double ratio = p->sampleTime / p->creep[i].timeConstant;
+        const real ratio = p->sampleTime / p->creep[i].timeConstant;
         result->gain[i] = d->creep[i].gain;
-        result->rate[i] = -ratio / p->creep[i].timeConstant * exp(-ratio) * d->creep[i].timeConstant;
-        if (result->gain[i] == 0.0 && result->rate[i] == 0.0)
+        result->rate[i] = -ratio / p->creep[i].timeConstant * real_exp(-ratio) * d->creep[i].timeConstant;
+        if (result->gain[i] == 0 && result->rate[i] == 0)
             continue;
         result->first = i;
         result->count = result->count ? result->count : i + 1;
     }
 }
 
-static double creep_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                 double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+static real creep_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
+                               const struct chain_parameters *p, const struct chain_parameters *d)
 {
     const struct creep *creep = constants, *by = d_constants;
-    const double sum = sum_of_gains(creep);
+    const real sum = sum_of_gains(creep);
     struct creep_state *s = d_state;
-    double d_x = d_y - by->zero;
+    real d_x = d_y - by->zero;
 
     for (int i = by->first; i < by->count; i++)
         d_x -= (x - creep->zero + p->initialCreep) * by->gain[i];
-    d_x = (d_x - sum * d->initialCreep) / (1.0 + sum);
+    d_x = (d_x - sum * d->initialCreep) / (1 + sum);
     for (int i = 0; i < creep->count; i++)
         s->s[i] = d_x + d->initialCreep;
     return by->zero + d_x;
 }
 
-static void creep_tangent(const void *constants, const void *state, double x,
-                          const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                          double *restrict row)
+static void creep_tangent(const void *constants, const void *state, real x,
+                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                          real *restrict row)
 {
     const struct creep *creep = constants;
-    double input[STAGE_CHUNK];
+    real input[STAGE_CHUNK];
 
     (void)state, (void)x, (void)d_around;
     for (int first = 0; first < count; first += STAGE_CHUNK) {
         const int n = count - first < STAGE_CHUNK ? count - first : STAGE_CHUNK;
-        double *restrict output = row + first;
+        real *restrict output = row + first;
         memcpy(input, output, (size_t)n * sizeof *input);
         for (int i = 0; i < creep->count; i++) {
-            double *restrict s = d_state + (ptrdiff_t)i * count + first;
+            real *restrict s = d_state + (ptrdiff_t)i * count + first;
             for (int c = 0; c < n; c++) {
                 s[c] += creep->rate[i] * (input[c] - s[c]);
                 output[c] += creep->gain[i] * s[c];
@@ -883,29 +902,29 @@ static void creep_tangent(const void *constants, const void *state, double x,
     }
 }
 
-static double creep_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                  const struct chain_surroundings *around, double *d_state, int stride)
+static real creep_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                                const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct creep *creep = constants, *d = d_constants;
     const struct creep_state *s = state;
-    const double above = x - creep->zero;
-    double d_y = 0.0;
+    const real above = x - creep->zero;
+    real d_y = 0;
 
     (void)around;
     for (int i = d->first; i < d->count; i++) {
-        const double moved = d->rate[i] * (above - s->s[i]);
+        const real moved = d->rate[i] * (above - s->s[i]);
         d_state[(ptrdiff_t)i * stride] += moved;
         d_y += creep->gain[i] * moved + d->gain[i] * (s->s[i] + creep->rate[i] * (above - s->s[i]));
     }
-    for (int i = 0; i < creep->count && d->zero != 0.0; i++) {
+    for (int i = 0; i < creep->count && d->zero != 0; i++) {
         d_state[(ptrdiff_t)i * stride] -= creep->rate[i] * d->zero;
         d_y -= creep->gain[i] * creep->rate[i] * d->zero;
     }
     return d_y;
 }
 
-static double creep_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                    double d_y, const struct chain_surroundings *d_around)
+static real creep_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                  const struct chain_surroundings *d_around)
 {
     (void)state, (void)x, (void)d_around;
     return creep_solve(constants, d_state, d_y); /* it is linear */
@@ -931,44 +950,45 @@ const struct stage_analysis creep_analysis = {
 /* --- delay.c --- */
 
 /* Ticks: a time that is a whole number of them but for rounding is taken as whole. */
-#define ROUNDING 1e-9
+#define ROUNDING REAL(1e-9)
 
 static bool delay_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(p->delay.time >= 0.0))
-        return refuse(message, size, "delay.time is %g s; it must not be negative", p->delay.time);
+    if (!(p->delay.time >= 0))
+        return refuse(message, size, "delay.time is %g s; it must not be negative", (double)p->delay.time);
     if (!(p->delay.time <= (DELAY_MAX_TICKS + ROUNDING) * p->sampleTime))
         return refuse(message, size,
                       "delay.time is %g s; at a sampleTime of %g s it must be at most %g s, "
                       "%d ticks",
-                      p->delay.time, p->sampleTime, DELAY_MAX_TICKS * p->sampleTime, DELAY_MAX_TICKS);
+                      (double)p->delay.time, (double)p->sampleTime, (double)(DELAY_MAX_TICKS * p->sampleTime),
+                      DELAY_MAX_TICKS);
     return true;
 }
 
 static bool delay_is_on(const struct chain_parameters *p)
 {
-    return p->delay.time > 0.0;
+    return p->delay.time > 0;
 }
 
 static void delay_prepare(void *constants, const struct chain_parameters *p)
 {
-    const double ticks = p->delay.time / p->sampleTime;
-    const double whole = floor(ticks + ROUNDING);
-    const double fraction = ticks - whole;
+    const real ticks = p->delay.time / p->sampleTime;
+    const real whole = real_floor(ticks + ROUNDING);
+    const real fraction = ticks - whole;
 
     *(struct delay *)constants = (struct delay){ .ticks = (int)whole,
-                                                 .fraction = fraction > ROUNDING ? fraction : 0.0,
+                                                 .fraction = fraction > ROUNDING ? fraction : 0,
                                                  .time = p->delay.time };
 }
 
-static double delay_latency(const void *constants)
+static real delay_latency(const void *constants)
 {
     const struct delay *delay = constants;
 
     return delay->time;
 }
 
-static double delay_rest(const void *constants, void *state, double u, const struct chain_parameters *p)
+static real delay_rest(const void *constants, void *state, real u, const struct chain_parameters *p)
 {
     struct delay_state *s = state;
 
@@ -984,14 +1004,14 @@ static int delay_needed(const struct delay *delay)
     return delay->ticks < DELAY_MAX_TICKS ? delay->ticks + 1 : DELAY_MAX_TICKS;
 }
 
-static double delay_step(const void *constants, void *state, double u, const struct chain_surroundings *around)
+static real delay_step(const void *constants, void *state, real u, const struct chain_surroundings *around)
 {
     const struct delay *delay = constants;
     struct delay_state *s = state;
-    double y = delay->ticks > 0 ? s->u[delay->ticks - 1] : u;
+    real y = delay->ticks > 0 ? s->u[delay->ticks - 1] : u;
 
     (void)around;
-    if (delay->fraction > 0.0)
+    if (delay->fraction > 0)
         y += delay->fraction * (s->u[delay->ticks] - y);
     for (int i = delay_needed(delay) - 1; i > 0; i--)
         s->u[i] = s->u[i - 1];
@@ -1009,25 +1029,25 @@ static void delay_prepare_tangent(void *d_constants, const void *constants, cons
     result->time = d->delay.time;
 }
 
-static double delay_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                 double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+static real delay_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
+                               const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)d_constants, (void)x, (void)d;
     return delay_rest(constants, d_state, d_y, p);
 }
 
-static void delay_tangent(const void *constants, const void *state, double x,
-                          const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                          double *restrict row)
+static void delay_tangent(const void *constants, const void *state, real x,
+                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                          real *restrict row)
 {
     const struct delay *delay = constants;
     const size_t size = (size_t)count;
 
     (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
-        double d_y = delay->ticks > 0 ? d_state[(size_t)(delay->ticks - 1) * size + (size_t)c] : row[c];
-        const double newest = row[c];
-        if (delay->fraction > 0.0)
+        real d_y = delay->ticks > 0 ? d_state[(size_t)(delay->ticks - 1) * size + (size_t)c] : row[c];
+        const real newest = row[c];
+        if (delay->fraction > 0)
             d_y += delay->fraction * (d_state[(size_t)delay->ticks * size + (size_t)c] - d_y);
         for (int i = delay_needed(delay) - 1; i > 0; i--)
             d_state[(size_t)i * size + (size_t)c] = d_state[(size_t)(i - 1) * size + (size_t)c];
@@ -1037,20 +1057,20 @@ static void delay_tangent(const void *constants, const void *state, double x,
 }
 
 /* At a whole number of ticks the output has a corner; its derivative there is the mean of both sides. */
-static double delay_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                  const struct chain_surroundings *around, double *d_state, int stride)
+static real delay_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                                const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct delay *delay = constants, *d = d_constants;
     const struct delay_state *s = state;
     const int ticks = delay->ticks;
-    const double here = ticks > 0 ? s->u[ticks - 1] : x;
-    const double older = ticks < DELAY_MAX_TICKS ? s->u[ticks] : here;
-    const double newer = ticks > 1 ? s->u[ticks - 2] : x;
+    const real here = ticks > 0 ? s->u[ticks - 1] : x;
+    const real older = ticks < DELAY_MAX_TICKS ? s->u[ticks] : here;
+    const real newer = ticks > 1 ? s->u[ticks - 2] : x;
 
     (void)around, (void)d_state, (void)stride;
-    if (delay->fraction > 0.0)
+    if (delay->fraction > 0)
         return d->fraction * (older - here);
-    return d->fraction * (ticks < DELAY_MAX_TICKS ? 0.5 * (older - newer) : here - newer);
+    return d->fraction * (ticks < DELAY_MAX_TICKS ? REAL(0.5) * (older - newer) : here - newer);
 }
 
 const struct stage delay_stage = {
@@ -1073,7 +1093,7 @@ const struct stage_analysis delay_analysis = {
 
 static bool drift_is_on(const struct chain_parameters *p)
 {
-    return p->drift.temperatureCoefficient != 0.0 || p->drift.rate != 0.0;
+    return p->drift.temperatureCoefficient != 0 || p->drift.rate != 0;
 }
 
 static void drift_prepare(void *constants, const struct chain_parameters *p)
@@ -1081,20 +1101,19 @@ static void drift_prepare(void *constants, const struct chain_parameters *p)
     *(struct drift *)constants = (struct drift){ p->drift.temperatureCoefficient, p->drift.rate };
 }
 
-static double drift_offset(const struct drift *drift, const struct chain_surroundings *around)
+static real drift_offset(const struct drift *drift, const struct chain_surroundings *around)
 {
     return drift->temperatureCoefficient * (around->temperature - DRIFT_REFERENCE_TEMPERATURE) +
            drift->rate * around->time;
 }
 
-static double drift_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real drift_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     (void)state;
     return x + drift_offset(constants, around);
 }
 
-static double drift_inverse(const void *constants, void *state, double y,
-                            const struct chain_surroundings *around)
+static real drift_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
 {
     (void)state;
     return y - drift_offset(constants, around);
@@ -1107,26 +1126,26 @@ static void drift_prepare_tangent(void *d_constants, const void *constants, cons
     drift_prepare(d_constants, d);
 }
 
-static void drift_tangent(const void *constants, const void *state, double x,
-                          const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                          double *restrict row)
+static void drift_tangent(const void *constants, const void *state, real x,
+                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                          real *restrict row)
 {
     const struct drift *drift = constants;
 
     (void)state, (void)x, (void)d_state;
-    for (int c = 0; c < count && d_around->temperature != 0.0; c++)
+    for (int c = 0; c < count && d_around->temperature != 0; c++)
         row[c] += drift->temperatureCoefficient * d_around->temperature;
 }
 
-static double drift_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                  const struct chain_surroundings *around, double *d_state, int stride)
+static real drift_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                                const struct chain_surroundings *around, real *d_state, int stride)
 {
     (void)constants, (void)state, (void)x, (void)d_state, (void)stride;
     return drift_offset(d_constants, around);
 }
 
-static double drift_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                    double d_y, const struct chain_surroundings *d_around)
+static real drift_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                  const struct chain_surroundings *d_around)
 {
     const struct drift *drift = constants;
 
@@ -1152,18 +1171,18 @@ const struct stage_analysis drift_analysis = {
 
 static bool hum_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(p->hum.amplitude >= 0.0))
+    if (!(p->hum.amplitude >= 0))
         return refuse(message, size, "hum.amplitude is %g m; it must be positive, or 0 for none",
-                      p->hum.amplitude);
-    if (p->hum.amplitude > 0.0 && !(p->hum.frequency > 0.0))
+                      (double)p->hum.amplitude);
+    if (p->hum.amplitude > 0 && !(p->hum.frequency > 0))
         return refuse(message, size, "hum.frequency is %g Hz; with a hum.amplitude it must be positive",
-                      p->hum.frequency);
+                      (double)p->hum.frequency);
     return true;
 }
 
 static bool hum_is_on(const struct chain_parameters *p)
 {
-    return p->hum.amplitude > 0.0;
+    return p->hum.amplitude > 0;
 }
 
 static void hum_prepare(void *constants, const struct chain_parameters *p)
@@ -1171,12 +1190,12 @@ static void hum_prepare(void *constants, const struct chain_parameters *p)
     *(struct hum *)constants = (struct hum){ p->hum.amplitude, p->hum.frequency, p->hum.phase };
 }
 
-static double hum_step(const void *constants, void *state, double y, const struct chain_surroundings *around)
+static real hum_step(const void *constants, void *state, real y, const struct chain_surroundings *around)
 {
     const struct hum *hum = constants;
 
     (void)state;
-    return y + hum->amplitude * sin(TWO_PI * hum->frequency * around->time + hum->phase);
+    return y + hum->amplitude * real_sin(TWO_PI * hum->frequency * around->time + hum->phase);
 }
 
 static void hum_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
@@ -1186,15 +1205,15 @@ static void hum_prepare_tangent(void *d_constants, const void *constants, const 
     hum_prepare(d_constants, d);
 }
 
-static double hum_by_parameters(const void *constants, const void *d_constants, const void *state, double y,
-                                const struct chain_surroundings *around, double *d_state, int stride)
+static real hum_by_parameters(const void *constants, const void *d_constants, const void *state, real y,
+                              const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct hum *hum = constants, *d = d_constants;
-    const double phase = TWO_PI * hum->frequency * around->time + hum->phase;
-    const double d_phase = TWO_PI * d->frequency * around->time + d->phase;
+    const real phase = TWO_PI * hum->frequency * around->time + hum->phase;
+    const real d_phase = TWO_PI * d->frequency * around->time + d->phase;
 
     (void)state, (void)y, (void)d_state, (void)stride;
-    return d->amplitude * sin(phase) + hum->amplitude * cos(phase) * d_phase;
+    return d->amplitude * real_sin(phase) + hum->amplitude * real_cos(phase) * d_phase;
 }
 
 const struct stage hum_stage = {
@@ -1227,6 +1246,43 @@ const struct stage_analysis hum_analysis = {
  * 1 + p(r) with p of degree 5, interpolated at Chebyshev nodes (error 1e-18). Without a call, the
  * exponentials of one step overlap, and every compiler gets the same bits.
  * Measured error below 1 unit in the last place (fmu_src/tests/test_exponential.c). */
+
+#if defined IT2HYS_SINGLE
+
+/* --- exponential_single.h --- */
+
+/* exponential.h in single precision: exp(x) = 2^n e^(r ln 2) with the integer n next to the argument, which
+ * comes multiplied by 1 / ln 2, and |r| <= 1/2; the second factor by its series to degree 7. */
+#define EXP_SCALE 1.44269504f
+#define EXP_UNDERFLOW (-126)
+
+/* 1.5 * 2^23: a sum with it is rounded to an integer. */
+#define EXP_ROUND 12582912
+
+/* exp(x / EXP_SCALE) of two x in EXP_UNDERFLOW..0. */
+static inline void exp_scaled_normal_pair(const real x[2], real result[2])
+{
+    for (int i = 0; i < 2; i++) {
+        const real n = (x[i] + EXP_ROUND) - EXP_ROUND;
+        const real r = (x[i] - n) * REAL(0.693147181);
+        union {
+            uint32_t bits;
+            real value;
+        } power = { ((uint32_t)(int32_t)n + 127) << 23 };
+        real series = REAL(1.98412698e-4);
+
+        series = series * r + REAL(1.38888889e-3);
+        series = series * r + REAL(8.33333333e-3);
+        series = series * r + REAL(4.16666667e-2);
+        series = series * r + REAL(1.66666667e-1);
+        series = series * r + REAL(0.5);
+        series = series * r + 1;
+        series = series * r + 1;
+        result[i] = power.value * series;
+    }
+}
+
+#else
 
 #define EXP_STEPS 64 /* per factor of two */
 #define EXP_SHIFT 46 /* from the low bits to the exponent, past log2(EXP_STEPS) of them */
@@ -1299,7 +1355,7 @@ static const double EXP_TAIL[EXP_STEPS] = {
 typedef double exp_lanes __attribute__((vector_size(16)));
 typedef uint64_t exp_words __attribute__((vector_size(16)));
 
-static inline void exp_scaled_normal_pair(const double x[2], double result[2])
+static inline void exp_scaled_normal_pair(const real x[2], real result[2])
 {
     const exp_lanes scaled = { x[0], x[1] };
     const exp_lanes n = scaled + EXP_ROUND;
@@ -1320,65 +1376,79 @@ static inline void exp_scaled_normal_pair(const double x[2], double result[2])
 
 #else
 
-static inline void exp_scaled_normal_pair(const double x[2], double result[2])
+static inline void exp_scaled_normal_pair(const real x[2], real result[2])
 {
     for (int i = 0; i < 2; i++) {
         union {
-            double value;
+            real value;
             uint64_t bits;
         } n = { x[i] + EXP_ROUND }, power;
         const unsigned j = (unsigned)(n.bits % EXP_STEPS);
         power.bits = EXP_BITS[j] + (n.bits << EXP_SHIFT);
-        const double r = x[i] - (n.value - EXP_ROUND);
-        const double r2 = r * r;
+        const real r = x[i] - (n.value - EXP_ROUND);
+        const real r2 = r * r;
         result[i] = power.value + power.value * EXP_REST(r, r2, EXP_TAIL[j]);
     }
 }
 
 #endif
 
+#endif
+
 /* The same of any x <= 0, minus infinity included. */
-static inline void exp_scaled_pair(const double x[2], double result[2])
+static inline void exp_scaled_pair(const real x[2], real result[2])
 {
-    exp_scaled_normal_pair(x, result);
+#if defined IT2HYS_SINGLE /* an integer is made of it */
+    const real normal[2] = { real_fmax(x[0], EXP_UNDERFLOW), real_fmax(x[1], EXP_UNDERFLOW) };
+#else
+    const real *normal = x;
+#endif
+
+    exp_scaled_normal_pair(normal, result);
     for (int i = 0; i < 2; i++)
-        result[i] = x[i] < EXP_UNDERFLOW ? 0.0 : result[i];
+        result[i] = x[i] < EXP_UNDERFLOW ? 0 : result[i];
 }
 
 struct it2_memberships {
-    double lower[IT2_MAX_RULES];  /* f_l */
-    double upper[IT2_MAX_RULES];  /* F_l */
-    double weight[IT2_MAX_RULES]; /* f_l + F_l */
-    double sum;                   /* D of (10) */
+    real lower[IT2_MAX_RULES];  /* f_l */
+    real upper[IT2_MAX_RULES];  /* F_l */
+    real weight[IT2_MAX_RULES]; /* f_l + F_l */
+    real sum;                   /* D of (10) */
 };
 
-/* Below this sum some memberships have underflowed while others still count. */
+/* Below this sum some memberships have underflowed while others still count, or products with them have.
+ * A membership with a scaled exponent above IT2_NO_UNDERFLOW is above it. The square of IT2_FARTHEST times an
+ * exponent is finite: the widest rule stays the nearest one. */
+#if defined IT2HYS_SINGLE
+#define IT2_SUM_UNDERFLOW REAL(1e-12)
+#define IT2_NO_UNDERFLOW (-39)
+#define IT2_FARTHEST REAL(1e9)
+#else
 #define IT2_SUM_UNDERFLOW 1e-280
-
-/* A membership with a scaled exponent above this is above IT2_SUM_UNDERFLOW. */
-#define IT2_NO_UNDERFLOW -59000.0
+#define IT2_NO_UNDERFLOW (-59000)
+#define IT2_FARTHEST 1e140
+#endif
 
 /* Within the range, where nothing can underflow either: neither exponentials nor their sum need be checked. */
-static inline bool it2_is_plain(const struct it2 *stage, double y_previous)
+static inline bool it2_is_plain(const struct it2 *stage, real y_previous)
 {
     return y_previous >= stage->plain.minimum && y_previous <= stage->plain.maximum;
 }
 
-static inline void it2_exponents(const struct it2 *stage, int l, double y_previous, double scaled[2])
+static inline void it2_exponents(const struct it2 *stage, int l, real y_previous, real scaled[2])
 {
-    const double distance = y_previous - stage->rule[l].centre;
-    const double square = distance * distance;
+    const real distance = y_previous - stage->rule[l].centre;
+    const real square = distance * distance;
 
     scaled[0] = square * stage->exponent[l][0];
     scaled[1] = square * stage->exponent[l][1];
 }
 
 /* (8), (11) and (9), (12) for one rule, where it2_is_plain; returns f_l + F_l. */
-static inline double it2_membership(const struct it2 *stage, int l, double y_previous, double *lower,
-                                    double *upper)
+static inline real it2_membership(const struct it2 *stage, int l, real y_previous, real *lower, real *upper)
 {
-    double scaled[2];
-    double membership[2] = { 0.0, 0.0 }; /* gcc's analyzer cannot follow the lanes */
+    real scaled[2];
+    real membership[2] = { 0, 0 }; /* gcc's analyzer cannot follow the lanes */
 
     it2_exponents(stage, l, y_previous, scaled);
     exp_scaled_normal_pair(scaled, membership);
@@ -1389,23 +1459,23 @@ static inline double it2_membership(const struct it2 *stage, int l, double y_pre
 
 HIDDEN_BEGIN
 /* it2_memberships for any y_{k-1}. */
-void it2_memberships_anywhere(const struct it2 *stage, double y_previous, struct it2_memberships *m);
+void it2_memberships_anywhere(const struct it2 *stage, real y_previous, struct it2_memberships *m);
 
 /* An end of the range at y, from a stage that is (10) there; of an infinite one only that. */
-struct it2_end it2_end_at(const struct it2 *stage, double y);
+struct it2_end it2_end_at(const struct it2 *stage, real y);
 
 /* it2_gradient for y_{k-1} beyond an end. */
-double it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, double y_previous, double x,
-                           double *gradient, struct it2_partials *partials);
+real it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, real y_previous, real x,
+                         real *gradient, struct it2_partials *partials);
 HIDDEN_END
 
-static inline void it2_memberships(const struct it2 *stage, double y_previous, struct it2_memberships *m)
+static inline void it2_memberships(const struct it2 *stage, real y_previous, struct it2_memberships *m)
 {
     if (!it2_is_plain(stage, y_previous)) {
         it2_memberships_anywhere(stage, y_previous, m);
         return;
     }
-    m->sum = 0.0;
+    m->sum = 0;
     for (int l = 0; l < stage->rules; l++) {
         m->weight[l] = it2_membership(stage, l, y_previous, &m->lower[l], &m->upper[l]);
         m->sum += m->weight[l];
@@ -1422,15 +1492,15 @@ static int point_count(const struct it2 *stage)
     return GRID + 1 + NEAR * stage->rules;
 }
 
-static double point(const struct it2 *stage, struct it2_range range, int i)
+static real point(const struct it2 *stage, struct it2_range range, int i)
 {
     if (i == GRID)
         return range.maximum; /* the sum need not round to it */
     if (i < GRID)
-        return range.minimum + (range.maximum - range.minimum) * i / GRID;
+        return range.minimum + (range.maximum - range.minimum) * (real)i / GRID;
     const struct it2_rule *rule = &stage->rule[(i - GRID - 1) / NEAR];
-    const double y = rule->centre + ((i - GRID - 1) % NEAR - NEAR / 2) * rule->sigmaLower;
-    return fmin(fmax(y, range.minimum), range.maximum);
+    const real y = rule->centre + (real)((i - GRID - 1) % NEAR - NEAR / 2) * rule->sigmaLower;
+    return real_fmin(real_fmax(y, range.minimum), range.maximum);
 }
 
 static bool fail(char *message, size_t size, const char *format, ...)
@@ -1445,28 +1515,28 @@ static bool fail(char *message, size_t size, const char *format, ...)
 
 static bool check_rule(const struct it2_rule *rule, int number, char *message, size_t size)
 {
-    const double value[] = { rule->sigmaLower, rule->sigmaUpper, rule->centre, rule->q1, rule->q2, rule->q3 };
+    const real value[] = { rule->sigmaLower, rule->sigmaUpper, rule->centre, rule->q1, rule->q2, rule->q3 };
     static const char *const name[] = { "sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3" };
 
     for (int i = 0; i < IT2_RULE_PARAMETERS; i++)
         if (!isfinite(value[i]))
             return fail(message, size, "rule[%d].%s is not a finite number", number, name[i]);
-    if (!(rule->sigmaLower > 0.0))
+    if (!(rule->sigmaLower > 0))
         return fail(message, size, "rule[%d].sigmaLower is %g; a standard deviation must be positive", number,
-                    rule->sigmaLower);
+                    (double)rule->sigmaLower);
     if (!(rule->sigmaUpper >= rule->sigmaLower))
         return fail(message, size,
                     "rule[%d].sigmaUpper is %g, below rule[%d].sigmaLower, %g; the upper membership "
                     "must be the wider one (are the two swapped?)",
-                    number, rule->sigmaUpper, number, rule->sigmaLower);
+                    number, (double)rule->sigmaUpper, number, (double)rule->sigmaLower);
     return true;
 }
 
 /* dy_k/dx_k times the sum of memberships: the denominator of (30). */
-static double denominator(const struct it2 *stage, double y)
+static real denominator(const struct it2 *stage, real y)
 {
     struct it2_memberships m;
-    double slope = 0.0;
+    real slope = 0;
 
     it2_memberships(stage, y, &m);
     for (int l = 0; l < stage->rules; l++)
@@ -1474,13 +1544,13 @@ static double denominator(const struct it2 *stage, double y)
     return slope / m.sum;
 }
 
-double it2_contraction(const struct it2 *stage, struct it2_range range, double *where)
+real it2_contraction(const struct it2 *stage, struct it2_range range, real *where)
 {
-    double largest = -1.0;
+    real largest = -1;
 
     for (int i = 0; i < point_count(stage); i++) {
-        const double y = point(stage, range, i);
-        const double magnitude = fabs(it2_partials(stage, y, it2_solve(stage, y, y)).dy);
+        const real y = point(stage, range, i);
+        const real magnitude = real_fabs(it2_partials(stage, y, it2_solve(stage, y, y)).dy);
         if (!(magnitude <= largest)) { /* a NaN is the largest */
             largest = magnitude;
             *where = y;
@@ -1492,31 +1562,31 @@ double it2_contraction(const struct it2 *stage, struct it2_range range, double *
 bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message, size_t size)
 {
     struct it2 stage;
-    double where = range.minimum;
+    real where = range.minimum;
 
     if (count < 1 || count > IT2_MAX_RULES)
         return fail(message, size, "ruleCount is %d; it must be 1 to %d", count, IT2_MAX_RULES);
     if (!(isfinite(range.minimum) && isfinite(range.maximum) && range.minimum < range.maximum))
-        return fail(message, size, "displacementMin, %g, must be below displacementMax, %g", range.minimum,
-                    range.maximum);
+        return fail(message, size, "displacementMin, %g, must be below displacementMax, %g",
+                    (double)range.minimum, (double)range.maximum);
     for (int l = 0; l < count; l++)
         if (!check_rule(&rules[l], l + 1, message, size))
             return false;
     it2_prepare(&stage, rules, count, IT2_EVERYWHERE);
     for (int i = 0; i < point_count(&stage); i++)
-        if (!(denominator(&stage, point(&stage, range, i)) > 0.0))
+        if (!(denominator(&stage, point(&stage, range, i)) > 0))
             return fail(message, size,
                         "the sum of rule[].q2 times the memberships is not positive at a displacement "
                         "of %g: the model cannot be inverted there; raise q2 of the rules near it or "
                         "narrow displacementMin..displacementMax",
-                        point(&stage, range, i));
-    const double contraction = it2_contraction(&stage, range, &where);
-    if (!(contraction < 1.0))
+                        (double)point(&stage, range, i));
+    const real contraction = it2_contraction(&stage, range, &where);
+    if (!(contraction < 1))
         return fail(message, size,
                     "the contraction |dy_k/dy_{k-1}| is %.4g at a displacement of %g, where it must "
                     "be below 1: a free run diverges; lower rule[].q1 or narrow "
                     "displacementMin..displacementMax",
-                    contraction, where);
+                    (double)contraction, (double)where);
     return true;
 }
 
@@ -1526,14 +1596,14 @@ bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, 
 
 /* (13) to (18) for one rule; `excess` is n_l - y_k. Returns d(f_l + F_l)/dc_l, which is also
  * -d(f_l + F_l)/dy_{k-1}. */
-static double rule_gradient(const struct it2_rule *rule, double lower, double upper, double y_previous,
-                            double x, double excess, double sum, double *gradient)
+static real rule_gradient(const struct it2_rule *rule, real lower, real upper, real y_previous, real x,
+                          real excess, real sum, real *gradient)
 {
-    const double distance = y_previous - rule->centre;
-    const double variance_lower = rule->sigmaLower * rule->sigmaLower;
-    const double variance_upper = rule->sigmaUpper * rule->sigmaUpper;
-    const double weight = (lower + upper) / sum;
-    const double by_centre = (lower / variance_lower + upper / variance_upper) * distance;
+    const real distance = y_previous - rule->centre;
+    const real variance_lower = rule->sigmaLower * rule->sigmaLower;
+    const real variance_upper = rule->sigmaUpper * rule->sigmaUpper;
+    const real weight = (lower + upper) / sum;
+    const real by_centre = (lower / variance_lower + upper / variance_upper) * distance;
 
     gradient[0] = lower * distance * distance / (variance_lower * rule->sigmaLower) * excess / sum;
     gradient[1] = upper * distance * distance / (variance_upper * rule->sigmaUpper) * excess / sum;
@@ -1544,14 +1614,14 @@ static double rule_gradient(const struct it2_rule *rule, double lower, double up
     return by_centre;
 }
 
-double it2_gradient(const struct it2 *stage, double y_previous, double x, double *gradient,
-                    struct it2_partials *partials)
+real it2_gradient(const struct it2 *stage, real y_previous, real x, real *gradient,
+                  struct it2_partials *partials)
 {
     struct it2_memberships m;
-    double consequent[IT2_MAX_RULES];
-    double numerator = 0.0;
-    double dx = 0.0;
-    double dy = 0.0;
+    real consequent[IT2_MAX_RULES];
+    real numerator = 0;
+    real dx = 0;
+    real dy = 0;
 
     const struct it2_end *end = it2_beyond(stage, y_previous);
     if (end)
@@ -1562,30 +1632,30 @@ double it2_gradient(const struct it2 *stage, double y_previous, double x, double
         consequent[l] = rule->q1 * y_previous + (rule->q2 * x + rule->q3); /* as it2_evaluate */
         numerator += consequent[l] * m.weight[l];
     }
-    const double y = numerator / m.sum;
+    const real y = numerator / m.sum;
     for (int l = 0; l < stage->rules; l++) {
         const struct it2_rule *rule = &stage->rule[l];
-        const double excess = consequent[l] - y;
-        const double by_centre = rule_gradient(rule, m.lower[l], m.upper[l], y_previous, x, excess, m.sum,
-                                               gradient + IT2_RULE_PARAMETERS * l);
+        const real excess = consequent[l] - y;
+        const real by_centre = rule_gradient(rule, m.lower[l], m.upper[l], y_previous, x, excess, m.sum,
+                                             gradient + IT2_RULE_PARAMETERS * l);
         dx += rule->q2 * m.weight[l];
         dy += rule->q1 * m.weight[l] - by_centre * excess;
     }
     if (partials)
-        *partials = (struct it2_partials){ .dx = dx / m.sum, .dy = dy / m.sum, .end = 0.0 };
+        *partials = (struct it2_partials){ .dx = dx / m.sum, .dy = dy / m.sum, .end = 0 };
     return y;
 }
 
-struct it2_partials it2_partials(const struct it2 *stage, double y_previous, double x)
+struct it2_partials it2_partials(const struct it2 *stage, real y_previous, real x)
 {
-    double gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
+    real gradient[IT2_RULE_PARAMETERS * IT2_MAX_RULES];
     struct it2_partials partials;
 
     it2_gradient(stage, y_previous, x, gradient, &partials);
     return partials;
 }
 
-double it2_derivative(const struct it2 *stage, const struct it2_state *state, double x)
+real it2_derivative(const struct it2 *stage, const struct it2_state *state, real x)
 {
     return it2_partials(stage, state->y, x).dx;
 }
@@ -1594,11 +1664,11 @@ double it2_derivative(const struct it2 *stage, const struct it2_state *state, do
 
 /* Eq. (30): the voltage that takes the model from y_{k-1} to the desired y_k. */
 
-double it2_solve(const struct it2 *stage, double y_previous, double y)
+real it2_solve(const struct it2 *stage, real y_previous, real y)
 {
     struct it2_memberships m;
-    double free_response = 0.0;
-    double slope = 0.0;
+    real free_response = 0;
+    real slope = 0;
 
     if (!it2_is_plain(stage, y_previous)) {
         const struct it2_end *end = it2_beyond(stage, y_previous);
@@ -1614,9 +1684,9 @@ double it2_solve(const struct it2 *stage, double y_previous, double y)
     return (y * m.sum - free_response) / slope;
 }
 
-double it2_inverse(const struct it2 *stage, struct it2_state *state, double y)
+real it2_inverse(const struct it2 *stage, struct it2_state *state, real y)
 {
-    const double x = it2_solve(stage, state->y, y);
+    const real x = it2_solve(stage, state->y, y);
     state->y = y;
     return x;
 }
@@ -1625,34 +1695,32 @@ double it2_inverse(const struct it2 *stage, struct it2_state *state, double y)
 
 /* Eqs. (7) and (10): the rules' consequents, weighted by the memberships, without type reduction. */
 
-/* Its square times an exponent is finite: the widest rule stays the nearest one. */
-#define FARTHEST 1e140
-
 /* Where the rule's memberships are above IT2_SUM_UNDERFLOW; empty where its parameters make no numbers. */
-static struct it2_range rule_cannot_underflow(const struct it2_rule *rule, const double exponent[2])
+static struct it2_range rule_cannot_underflow(const struct it2_rule *rule, const real exponent[2])
 {
-    const double reach = fmin(sqrt(IT2_NO_UNDERFLOW / fmin(exponent[0], exponent[1])), FARTHEST);
+    const real reach =
+        real_fmin(real_sqrt(IT2_NO_UNDERFLOW / real_fmin(exponent[0], exponent[1])), IT2_FARTHEST);
 
-    if (!(exponent[0] <= 0.0 && exponent[1] <= 0.0 && reach > 0.0 && isfinite(rule->centre)))
-        return (struct it2_range){ HUGE_VAL, -HUGE_VAL };
+    if (!(exponent[0] <= 0 && exponent[1] <= 0 && reach > 0 && isfinite(rule->centre)))
+        return (struct it2_range){ REAL_INFINITY, -REAL_INFINITY };
     return (struct it2_range){ rule->centre - reach, rule->centre + reach };
 }
 
 static struct it2_range overlap(struct it2_range a, struct it2_range b)
 {
-    return (struct it2_range){ fmax(a.minimum, b.minimum), fmin(a.maximum, b.maximum) };
+    return (struct it2_range){ real_fmax(a.minimum, b.minimum), real_fmin(a.maximum, b.maximum) };
 }
 
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range)
 {
     *stage = (struct it2){ .rules = count,
-                           .plain = { -FARTHEST, FARTHEST },
-                           .lower = { .y = -HUGE_VAL },
-                           .upper = { .y = HUGE_VAL } };
+                           .plain = { -IT2_FARTHEST, IT2_FARTHEST },
+                           .lower = { .y = -REAL_INFINITY },
+                           .upper = { .y = REAL_INFINITY } };
     for (int l = 0; l < count; l++) {
         stage->rule[l] = rules[l];
-        stage->exponent[l][0] = -0.5 * EXP_SCALE / (rules[l].sigmaLower * rules[l].sigmaLower);
-        stage->exponent[l][1] = -0.5 * EXP_SCALE / (rules[l].sigmaUpper * rules[l].sigmaUpper);
+        stage->exponent[l][0] = -REAL(0.5) * EXP_SCALE / (rules[l].sigmaLower * rules[l].sigmaLower);
+        stage->exponent[l][1] = -REAL(0.5) * EXP_SCALE / (rules[l].sigmaUpper * rules[l].sigmaUpper);
         stage->plain = overlap(stage->plain, rule_cannot_underflow(&rules[l], stage->exponent[l]));
     }
     const struct it2_end lower = it2_end_at(stage, range.minimum);
@@ -1663,31 +1731,32 @@ void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, str
 }
 
 /* exp of the differences of both scaled exponents to the largest, finite however narrow the rule is. */
-static void relative(const double exponent[2], double square, double largest, double result[2])
+static void relative(const real exponent[2], real square, real largest, real result[2])
 {
-    double difference[2];
+    real difference[2];
 
     for (int i = 0; i < 2; i++)
-        difference[i] = fmax(square * exponent[i], -DBL_MAX) - largest;
+        difference[i] = real_fmax(square * exponent[i], -REAL_MAX) - largest;
     exp_scaled_pair(difference, result);
 }
 
 /* Far from every centre all memberships underflow and (10) would be 0/0. Scaling all of them by the
  * largest leaves (10) as it is and finite; its limit is the nearest rule, the one whose distance in
  * units of its upper deviation is smallest. */
-static void memberships_far(const struct it2 *stage, double y_previous, struct it2_memberships *m)
+static void memberships_far(const struct it2 *stage, real y_previous, struct it2_memberships *m)
 {
-    double square[IT2_MAX_RULES];
-    double largest = -DBL_MAX;
+    real square[IT2_MAX_RULES];
+    real largest = -REAL_MAX;
 
     for (int l = 0; l < stage->rules; l++) {
-        const double distance = fmin(fmax(y_previous - stage->rule[l].centre, -FARTHEST), FARTHEST);
+        const real distance =
+            real_fmin(real_fmax(y_previous - stage->rule[l].centre, -IT2_FARTHEST), IT2_FARTHEST);
         square[l] = distance * distance;
-        largest = fmax(largest, square[l] * stage->exponent[l][1]);
+        largest = real_fmax(largest, square[l] * stage->exponent[l][1]);
     }
-    m->sum = 0.0;
+    m->sum = 0;
     for (int l = 0; l < stage->rules; l++) {
-        double membership[2];
+        real membership[2];
         relative(stage->exponent[l], square[l], largest, membership);
         m->lower[l] = membership[0];
         m->upper[l] = membership[1];
@@ -1696,11 +1765,11 @@ static void memberships_far(const struct it2 *stage, double y_previous, struct i
     }
 }
 
-void it2_memberships_anywhere(const struct it2 *stage, double y_previous, struct it2_memberships *m)
+void it2_memberships_anywhere(const struct it2 *stage, real y_previous, struct it2_memberships *m)
 {
-    m->sum = 0.0;
+    m->sum = 0;
     for (int l = 0; l < stage->rules; l++) {
-        double scaled[2], membership[2];
+        real scaled[2], membership[2];
         it2_exponents(stage, l, y_previous, scaled);
         exp_scaled_pair(scaled, membership);
         m->lower[l] = membership[0];
@@ -1712,16 +1781,16 @@ void it2_memberships_anywhere(const struct it2 *stage, double y_previous, struct
         memberships_far(stage, y_previous, m);
 }
 
-static double consequent(const struct it2_rule *rule, double y_previous, double x)
+static real consequent(const struct it2_rule *rule, real y_previous, real x)
 {
     return rule->q1 * y_previous + (rule->q2 * x + rule->q3);
 }
 
-static double evaluate_elsewhere(const struct it2 *stage, double y_previous, double x)
+static real evaluate_elsewhere(const struct it2 *stage, real y_previous, real x)
 {
     const struct it2_end *end = it2_beyond(stage, y_previous);
     struct it2_memberships m;
-    double numerator = 0.0;
+    real numerator = 0;
 
     if (end)
         return end->y + end->dx * (x - end->x) + end->dy * (y_previous - end->y);
@@ -1731,28 +1800,28 @@ static double evaluate_elsewhere(const struct it2 *stage, double y_previous, dou
     return numerator / m.sum;
 }
 
-double it2_evaluate(const struct it2 *stage, double y_previous, double x)
+real it2_evaluate(const struct it2 *stage, real y_previous, real x)
 {
-    double lower, upper; /* not of interest here */
-    double sum = 0.0;
-    double numerator = 0.0;
+    real lower, upper; /* not of interest here */
+    real sum = 0;
+    real numerator = 0;
 
     if (!it2_is_plain(stage, y_previous))
         return evaluate_elsewhere(stage, y_previous, x);
     for (int l = 0; l < stage->rules; l++) {
-        const double weight = it2_membership(stage, l, y_previous, &lower, &upper);
+        const real weight = it2_membership(stage, l, y_previous, &lower, &upper);
         numerator += consequent(&stage->rule[l], y_previous, x) * weight;
         sum += weight;
     }
     return numerator / sum;
 }
 
-void it2_reset(struct it2_state *state, double y)
+void it2_reset(struct it2_state *state, real y)
 {
     state->y = y;
 }
 
-double it2_step(const struct it2 *stage, struct it2_state *state, double x)
+real it2_step(const struct it2 *stage, struct it2_state *state, real x)
 {
     state->y = it2_evaluate(stage, state->y, x);
     return state->y;
@@ -1767,103 +1836,102 @@ double it2_step(const struct it2 *stage, struct it2_state *state, double x)
  *     F(y, x) = y_e + A (x - x_e) + s (y - y_e),    A = dF/dx and s = dF/dy at (y_e, x_e), F(y_e, x_e) = y_e,
  * which contracts by s. (10) is affine in x with the slope A(y): at y_e nothing jumps, whatever x is. */
 
-struct it2_end it2_end_at(const struct it2 *stage, double y)
+struct it2_end it2_end_at(const struct it2 *stage, real y)
 {
     if (!isfinite(y))
         return (struct it2_end){ .y = y };
-    const double x = it2_solve(stage, y, y);
+    const real x = it2_solve(stage, y, y);
     const struct it2_partials f = it2_partials(stage, y, x);
     return (struct it2_end){ .y = y, .x = x, .dx = f.dx, .dy = f.dy };
 }
 
 /* A rule at the equilibrium of an end: its weight w = f_l + F_l, and derivatives of w by y. */
 struct rule_at_end {
-    double weight;
-    double slope;
-    double curvature;
-    double excess; /* n_l - y_e */
+    real weight;
+    real slope;
+    real curvature;
+    real excess; /* n_l - y_e */
 };
 
 /* What a parameter of a rule changes there: w, dw/dy, n_l, and its coefficients of y and x. */
 struct rule_change {
-    double weight;
-    double slope;
-    double consequent;
-    double q1;
-    double q2;
+    real weight;
+    real slope;
+    real consequent;
+    real q1;
+    real q2;
 };
 
 /* Second derivatives of (10) there, and the sum of weights D with its derivative. */
 struct curvature {
-    double dxdy;
-    double dydy;
-    double sum;
-    double slopes;
+    real dxdy;
+    real dydy;
+    real sum;
+    real slopes;
 };
 
 /* How far (y_{k-1}, x_k) is from it. */
 struct distance {
-    double y;
-    double x;
+    real y;
+    real x;
 };
 
-static struct rule_at_end at_end(const struct it2_rule *rule, const struct it2_end *end, double lower,
-                                 double upper)
+static struct rule_at_end at_end(const struct it2_rule *rule, const struct it2_end *end, real lower, real upper)
 {
-    const double distance = end->y - rule->centre;
-    const double square_lower = rule->sigmaLower * rule->sigmaLower;
-    const double square_upper = rule->sigmaUpper * rule->sigmaUpper;
-    const double ratio_lower = distance * distance / square_lower;
-    const double ratio_upper = distance * distance / square_upper;
+    const real distance = end->y - rule->centre;
+    const real square_lower = rule->sigmaLower * rule->sigmaLower;
+    const real square_upper = rule->sigmaUpper * rule->sigmaUpper;
+    const real ratio_lower = distance * distance / square_lower;
+    const real ratio_upper = distance * distance / square_upper;
 
     return (struct rule_at_end){
         .weight = lower + upper,
         .slope = -distance * (lower / square_lower + upper / square_upper),
-        .curvature = lower * (ratio_lower - 1.0) / square_lower + upper * (ratio_upper - 1.0) / square_upper,
+        .curvature = lower * (ratio_lower - 1) / square_lower + upper * (ratio_upper - 1) / square_upper,
         .excess = rule->q1 * end->y + (rule->q2 * end->x + rule->q3) - end->y,
     };
 }
 
-static struct rule_change by_deviation(double membership, double distance, double sigma)
+static struct rule_change by_deviation(real membership, real distance, real sigma)
 {
-    const double ratio = distance * distance / (sigma * sigma);
+    const real ratio = distance * distance / (sigma * sigma);
 
     return (struct rule_change){
         .weight = membership * ratio / sigma,
-        .slope = membership * distance * (2.0 - ratio) / (sigma * sigma * sigma),
+        .slope = membership * distance * (2 - ratio) / (sigma * sigma * sigma),
     };
 }
 
 /* In the order of struct it2_rule. */
-static void rule_changes(const struct it2_rule *rule, const struct it2_end *end, double lower, double upper,
+static void rule_changes(const struct it2_rule *rule, const struct it2_end *end, real lower, real upper,
                          const struct rule_at_end *at, struct rule_change change[IT2_RULE_PARAMETERS])
 {
-    const double distance = end->y - rule->centre;
+    const real distance = end->y - rule->centre;
 
     change[0] = by_deviation(lower, distance, rule->sigmaLower);
     change[1] = by_deviation(upper, distance, rule->sigmaUpper);
     change[2] = (struct rule_change){ .weight = -at->slope, .slope = -at->curvature };
-    change[3] = (struct rule_change){ .consequent = end->y, .q1 = 1.0 };
-    change[4] = (struct rule_change){ .consequent = end->x, .q2 = 1.0 };
-    change[5] = (struct rule_change){ .consequent = 1.0 };
+    change[3] = (struct rule_change){ .consequent = end->y, .q1 = 1 };
+    change[4] = (struct rule_change){ .consequent = end->x, .q2 = 1 };
+    change[5] = (struct rule_change){ .consequent = 1 };
 }
 
 /* dF/dp = dA/dp (x - x_e) - A dx_e/dp + ds/dp (y - y_e), where (10) changes by d at (y_e, x_e) and
  * dx_e/dp = -d / A brings it back to y_e. */
-static double by_parameter(const struct it2_rule *rule, const struct it2_end *end, const struct curvature *f,
-                           const struct rule_at_end *at, const struct rule_change *change, struct distance from)
+static real by_parameter(const struct it2_rule *rule, const struct it2_end *end, const struct curvature *f,
+                         const struct rule_at_end *at, const struct rule_change *change, struct distance from)
 {
-    const double d = (change->consequent * at->weight + at->excess * change->weight) / f->sum;
-    const double dA = (change->q2 * at->weight + (rule->q2 - end->dx) * change->weight) / f->sum;
-    const double ds = (change->q1 * at->weight + (rule->q1 - end->dy) * change->weight +
-                       change->consequent * at->slope + at->excess * change->slope - d * f->slopes) /
-                      f->sum;
+    const real d = (change->consequent * at->weight + at->excess * change->weight) / f->sum;
+    const real dA = (change->q2 * at->weight + (rule->q2 - end->dx) * change->weight) / f->sum;
+    const real ds = (change->q1 * at->weight + (rule->q1 - end->dy) * change->weight +
+                     change->consequent * at->slope + at->excess * change->slope - d * f->slopes) /
+                    f->sum;
 
     return dA * from.x + d + (ds - f->dxdy * d / end->dx) * from.y;
 }
 
-double it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, double y_previous, double x,
-                           double *gradient, struct it2_partials *partials)
+real it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, real y_previous, real x,
+                         real *gradient, struct it2_partials *partials)
 {
     const struct distance from = { y_previous - end->y, x - end->x };
     struct it2_memberships m;
@@ -1877,7 +1945,7 @@ double it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, d
         at[l] = at_end(rule, end, m.lower[l], m.upper[l]);
         f.slopes += at[l].slope;
         f.dxdy += (rule->q2 - end->dx) * at[l].slope / m.sum;
-        f.dydy += (2.0 * (rule->q1 - end->dy) * at[l].slope + at[l].excess * at[l].curvature) / m.sum;
+        f.dydy += (2 * (rule->q1 - end->dy) * at[l].slope + at[l].excess * at[l].curvature) / m.sum;
     }
     for (int l = 0; l < stage->rules; l++) {
         rule_changes(&stage->rule[l], end, m.lower[l], m.upper[l], &at[l], change);
@@ -1889,7 +1957,7 @@ double it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, d
         *partials = (struct it2_partials){
             .dx = end->dx,
             .dy = end->dy,
-            .end = f.dxdy * from.x + (f.dydy + f.dxdy * (1.0 - end->dy) / end->dx) * from.y,
+            .end = f.dxdy * from.x + (f.dydy + f.dxdy * (1 - end->dy) / end->dx) * from.y,
         };
     return end->y + end->dx * from.x + end->dy * from.y;
 }
@@ -1897,36 +1965,36 @@ double it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, d
 /* --- lag.c --- */
 
 /* A slower pole would leave too few digits for the inverse. */
-#define LAG_SLOWEST 1e9 /* sample times */
+#define LAG_SLOWEST REAL(1e9) /* sample times */
 
 static bool lag_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    const double time_constant = p->lag.timeConstant;
+    const real time_constant = p->lag.timeConstant;
 
-    if (!(time_constant >= 0.0))
+    if (!(time_constant >= 0))
         return refuse(message, size, "lag.timeConstant is %g s; it must be positive, or 0 for no lag",
-                      time_constant);
+                      (double)time_constant);
     if (!(time_constant <= LAG_SLOWEST * p->sampleTime))
         return refuse(message, size,
                       "lag.timeConstant is %g s; at a sampleTime of %g s it must be at "
                       "most %g s",
-                      time_constant, p->sampleTime, LAG_SLOWEST * p->sampleTime);
+                      (double)time_constant, (double)p->sampleTime, (double)(LAG_SLOWEST * p->sampleTime));
     return true;
 }
 
 static bool lag_is_on(const struct chain_parameters *p)
 {
-    return p->lag.timeConstant > 0.0;
+    return p->lag.timeConstant > 0;
 }
 
 static void lag_prepare(void *constants, const struct chain_parameters *p)
 {
     struct lag *lag = constants;
 
-    lag->gain = -expm1(-p->sampleTime / p->lag.timeConstant);
+    lag->gain = -real_expm1(-p->sampleTime / p->lag.timeConstant);
 }
 
-static double lag_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
+static real lag_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
 {
     struct lag_state *s = state;
 
@@ -1934,7 +2002,7 @@ static double lag_rest(const void *constants, void *state, double y, const struc
     return s->y = y;
 }
 
-static double lag_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real lag_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct lag *lag = constants;
     struct lag_state *s = state;
@@ -1944,11 +2012,11 @@ static double lag_step(const void *constants, void *state, double x, const struc
     return s->y;
 }
 
-static double lag_inverse(const void *constants, void *state, double y, const struct chain_surroundings *around)
+static real lag_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
 {
     const struct lag *lag = constants;
     struct lag_state *s = state;
-    const double x = s->y + (y - s->y) / lag->gain;
+    const real x = s->y + (y - s->y) / lag->gain;
 
     (void)around;
     s->y = y;
@@ -1958,24 +2026,24 @@ static double lag_inverse(const void *constants, void *state, double y, const st
 static void lag_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
                                 const struct chain_parameters *d)
 {
-    const double time_constant = p->lag.timeConstant;
-    const double ratio = p->sampleTime / time_constant;
+    const real time_constant = p->lag.timeConstant;
+    const real ratio = p->sampleTime / time_constant;
     struct lag *result = d_constants;
 
     (void)constants;
-    result->gain = -ratio / time_constant * exp(-ratio) * d->lag.timeConstant;
+    result->gain = -ratio / time_constant * real_exp(-ratio) * d->lag.timeConstant;
 }
 
-static double lag_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                               double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+static real lag_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
+                             const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)d_constants, (void)x, (void)d;
     return lag_rest(constants, d_state, d_y, p);
 }
 
-static void lag_tangent(const void *constants, const void *state, double x,
-                        const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                        double *restrict row)
+static void lag_tangent(const void *constants, const void *state, real x,
+                        const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                        real *restrict row)
 {
     const struct lag *lag = constants;
 
@@ -1986,20 +2054,20 @@ static void lag_tangent(const void *constants, const void *state, double x,
     }
 }
 
-static double lag_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                const struct chain_surroundings *around, double *d_state, int stride)
+static real lag_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                              const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct lag *d = d_constants;
     const struct lag_state *s = state;
-    const double moved = d->gain * (x - s->y);
+    const real moved = d->gain * (x - s->y);
 
     (void)constants, (void)around, (void)stride;
     d_state[0] += moved;
     return moved;
 }
 
-static double lag_inverse_tangent(const void *constants, const void *state, double x, void *d_state, double d_y,
-                                  const struct chain_surroundings *d_around)
+static real lag_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                const struct chain_surroundings *d_around)
 {
     (void)state, (void)x;
     return lag_inverse(constants, d_state, d_y, d_around); /* it is linear */
@@ -2026,17 +2094,17 @@ const struct stage_analysis lag_analysis = {
 
 static bool load_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(p->load.compliance >= 0.0))
+    if (!(p->load.compliance >= 0))
         return refuse(message, size,
                       "load.compliance is %g m/N; it must not be negative (force is "
                       "compressive positive)",
-                      p->load.compliance);
+                      (double)p->load.compliance);
     return true;
 }
 
 static bool load_is_on(const struct chain_parameters *p)
 {
-    return p->load.compliance != 0.0;
+    return p->load.compliance != 0;
 }
 
 static void load_prepare(void *constants, const struct chain_parameters *p)
@@ -2046,7 +2114,7 @@ static void load_prepare(void *constants, const struct chain_parameters *p)
     load->compliance = p->load.compliance;
 }
 
-static double load_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real load_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct load *load = constants;
 
@@ -2054,8 +2122,7 @@ static double load_step(const void *constants, void *state, double x, const stru
     return x - load->compliance * around->force;
 }
 
-static double load_inverse(const void *constants, void *state, double y,
-                           const struct chain_surroundings *around)
+static real load_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
 {
     const struct load *load = constants;
 
@@ -2070,19 +2137,19 @@ static void load_prepare_tangent(void *d_constants, const void *constants, const
     load_prepare(d_constants, d);
 }
 
-static void load_tangent(const void *constants, const void *state, double x,
-                         const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                         double *restrict row)
+static void load_tangent(const void *constants, const void *state, real x,
+                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                         real *restrict row)
 {
     const struct load *load = constants;
 
     (void)state, (void)x, (void)d_state;
-    for (int c = 0; c < count && d_around->force != 0.0; c++)
+    for (int c = 0; c < count && d_around->force != 0; c++)
         row[c] -= load->compliance * d_around->force;
 }
 
-static double load_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                 const struct chain_surroundings *around, double *d_state, int stride)
+static real load_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                               const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct load *d = d_constants;
 
@@ -2090,8 +2157,8 @@ static double load_by_parameters(const void *constants, const void *d_constants,
     return -d->compliance * around->force;
 }
 
-static double load_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                   double d_y, const struct chain_surroundings *d_around)
+static real load_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                 const struct chain_surroundings *d_around)
 {
     (void)state, (void)x;
     return load_inverse(constants, d_state, d_y, d_around); /* it is linear */
@@ -2123,7 +2190,7 @@ static bool nonlinearity_is_on(const struct chain_parameters *p)
 {
     const struct nonlinearity_parameters *c = &p->nonlinearity;
 
-    return c->quadratic != 0.0 || c->cubic != 0.0 || c->quartic != 0.0;
+    return c->quadratic != 0 || c->cubic != 0 || c->quartic != 0;
 }
 
 static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
@@ -2132,59 +2199,60 @@ static void nonlinearity_prepare(void *constants, const struct chain_parameters 
 
     *(struct nonlinearity *)constants =
         (struct nonlinearity){ .coefficient = *c,
-                               .centre = p->displacementZero + 0.5 * (c->minimum + c->maximum),
-                               .half_range = 0.5 * (c->maximum - c->minimum) };
+                               .centre = p->displacementZero + REAL(0.5) * (c->minimum + c->maximum),
+                               .half_range = REAL(0.5) * (c->maximum - c->minimum) };
 }
 
 /* Between the ends, z from -1 to 1. */
-static double nonlinearity_bow(const struct nonlinearity_parameters *c, double z)
+static real nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
 {
-    return (1.0 - z * z) * (c->quadratic + z * (c->cubic + z * c->quartic));
+    return (1 - z * z) * (c->quadratic + z * (c->cubic + z * c->quartic));
 }
 
-static double nonlinearity_step(const void *constants, void *state, double x,
-                                const struct chain_surroundings *around)
+static real nonlinearity_step(const void *constants, void *state, real x,
+                              const struct chain_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
-    const double z = clamp((x - curve->centre) / curve->half_range, -1.0, 1.0);
+    const real z = clamp((x - curve->centre) / curve->half_range, -1, 1);
 
     (void)state, (void)around;
     return x + nonlinearity_bow(&curve->coefficient, z);
 }
 
 /* On the curve between the ends, by x. */
-static double nonlinearity_slope(const struct nonlinearity *curve, double z)
+static real nonlinearity_slope(const struct nonlinearity *curve, real z)
 {
     const struct nonlinearity_parameters *c = &curve->coefficient;
-    const double by_z = -2.0 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
-                        (1.0 - z * z) * (c->cubic + 2.0 * z * c->quartic);
+    const real by_z = -2 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
+                      (1 - z * z) * (c->cubic + 2 * z * c->quartic);
 
-    return 1.0 + by_z / curve->half_range;
+    return 1 + by_z / curve->half_range;
 }
 
 /* Newton's method in z within a bracket that every step narrows, which is halved instead where Newton would
  * leave it or does not halve its own step. */
-static double nonlinearity_inverse(const void *constants, void *state, double y,
-                                   const struct chain_surroundings *around)
+static real nonlinearity_inverse(const void *constants, void *state, real y,
+                                 const struct chain_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
-    const double aim = (y - curve->centre) / curve->half_range;
-    double low = -1.0, high = 1.0, z = aim, step = 2.0;
+    const real aim = (y - curve->centre) / curve->half_range;
+    real low = -1, high = 1, z = aim, step = 2;
 
     (void)state, (void)around;
-    if (!(aim > -1.0 && aim < 1.0))
+    if (!(aim > -1 && aim < 1))
         return y;
     for (int i = 0; i < MOST_STEPS; i++) {
-        const double excess = z - aim + nonlinearity_bow(&curve->coefficient, z) / curve->half_range;
-        const double newton = -excess / nonlinearity_slope(curve, z);
-        if (fabs(excess) <= DBL_EPSILON)
+        const real excess = z - aim + nonlinearity_bow(&curve->coefficient, z) / curve->half_range;
+        if (real_fabs(excess) <= REAL_EPSILON)
             break;
-        if (excess > 0.0)
+        const real newton = -excess / nonlinearity_slope(curve, z);
+        if (excess > 0)
             high = z;
         else
             low = z;
-        const bool well = z + newton >= low && z + newton <= high && fabs(newton) <= 0.5 * fabs(step);
-        step = well ? newton : 0.5 * (low + high) - z;
+        const bool well =
+            z + newton >= low && z + newton <= high && real_fabs(newton) <= REAL(0.5) * real_fabs(step);
+        step = well ? newton : REAL(0.5) * (low + high) - z;
         if (z + step == z)
             break;
         z += step;
@@ -2192,7 +2260,7 @@ static double nonlinearity_inverse(const void *constants, void *state, double y,
     return curve->centre + curve->half_range * z;
 }
 
-static double nonlinearity_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
+static real nonlinearity_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
 {
     (void)p;
     return nonlinearity_inverse(constants, state, y, NULL);
@@ -2205,55 +2273,55 @@ static void nonlinearity_prepare_tangent(void *d_constants, const void *constant
     nonlinearity_prepare(d_constants, d);
 }
 
-static double nonlinearity_place(const struct nonlinearity *curve, double x)
+static real nonlinearity_place(const struct nonlinearity *curve, real x)
 {
     return (x - curve->centre) / curve->half_range;
 }
 
-static double nonlinearity_derivative(const struct nonlinearity *curve, double x)
+static real nonlinearity_derivative(const struct nonlinearity *curve, real x)
 {
-    const double z = nonlinearity_place(curve, x);
+    const real z = nonlinearity_place(curve, x);
 
-    return z < -1.0 || z > 1.0 ? 1.0 : nonlinearity_slope(curve, z);
+    return z < -1 || z > 1 ? 1 : nonlinearity_slope(curve, z);
 }
 
-static void nonlinearity_tangent(const void *constants, const void *state, double x,
-                                 const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                                 double *restrict row)
+static void nonlinearity_tangent(const void *constants, const void *state, real x,
+                                 const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                                 real *restrict row)
 {
-    const double slope = nonlinearity_derivative(constants, x);
+    const real slope = nonlinearity_derivative(constants, x);
 
     (void)state, (void)d_around, (void)d_state;
     for (int c = 0; c < count; c++)
         row[c] *= slope;
 }
 
-static double nonlinearity_by_parameters(const void *constants, const void *d_constants, const void *state,
-                                         double x, const struct chain_surroundings *around, double *d_state,
-                                         int stride)
+static real nonlinearity_by_parameters(const void *constants, const void *d_constants, const void *state,
+                                       real x, const struct chain_surroundings *around, real *d_state,
+                                       int stride)
 {
     const struct nonlinearity *curve = constants, *d = d_constants;
-    const double z = nonlinearity_place(curve, x);
+    const real z = nonlinearity_place(curve, x);
 
     (void)state, (void)around, (void)d_state, (void)stride;
-    if (z < -1.0 || z > 1.0)
-        return 0.0;
+    if (z < -1 || z > 1)
+        return 0;
     return nonlinearity_bow(&d->coefficient, z) -
-           (nonlinearity_slope(curve, z) - 1.0) * (d->centre + z * d->half_range);
+           (nonlinearity_slope(curve, z) - 1) * (d->centre + z * d->half_range);
 }
 
-static double nonlinearity_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                           double d_y, const struct chain_surroundings *d_around)
+static real nonlinearity_inverse_tangent(const void *constants, const void *state, real x, void *d_state,
+                                         real d_y, const struct chain_surroundings *d_around)
 {
     (void)state, (void)d_state, (void)d_around;
     return d_y / nonlinearity_derivative(constants, x);
 }
 
-static double nonlinearity_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                        double d_y, const struct chain_parameters *p,
-                                        const struct chain_parameters *d)
+static real nonlinearity_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x,
+                                      real d_y, const struct chain_parameters *p,
+                                      const struct chain_parameters *d)
 {
-    const double by = nonlinearity_by_parameters(constants, d_constants, NULL, x, NULL, NULL, 0);
+    const real by = nonlinearity_by_parameters(constants, d_constants, NULL, x, NULL, NULL, 0);
 
     (void)d_state, (void)p, (void)d;
     return (d_y - by) / nonlinearity_derivative(constants, x);
@@ -2269,16 +2337,16 @@ static bool nonlinearity_check(const struct chain_parameters *p, char *message, 
         return refuse(message, size,
                       "nonlinearity.minimum, %g m, must be below nonlinearity.maximum, "
                       "%g m",
-                      p->nonlinearity.minimum, p->nonlinearity.maximum);
+                      (double)p->nonlinearity.minimum, (double)p->nonlinearity.maximum);
     nonlinearity_prepare(&curve, p);
     for (int i = 0; i <= CURVE_GRID; i++) {
-        const double z = 2.0 * i / CURVE_GRID - 1.0;
-        if (!(nonlinearity_slope(&curve, z) > 0.0))
+        const real z = 2 * (real)i / CURVE_GRID - 1;
+        if (!(nonlinearity_slope(&curve, z) > 0))
             return refuse(message, size,
                           "nonlinearity.quadratic, cubic and quartic make a curve that "
                           "falls %g m above displacementZero; it must rise from nonlinearity.minimum "
                           "to nonlinearity.maximum",
-                          curve.centre - p->displacementZero + z * curve.half_range);
+                          (double)(curve.centre - p->displacementZero + z * curve.half_range));
     }
     return true;
 }
@@ -2305,23 +2373,23 @@ const struct stage_analysis nonlinearity_analysis = {
 static bool play_check(const struct chain_parameters *p, char *message, size_t size)
 {
     const struct play_element *elements = p->play;
-    double slope = 1.0;
+    real slope = 1;
 
     if (p->playCount < 0 || p->playCount > PLAY_MAX)
         return refuse(message, size, "playCount is %d; it must be 0 to %d", p->playCount, PLAY_MAX);
     for (int j = 0; j < p->playCount; j++) {
-        const double least = j > 0 ? elements[j - 1].threshold : 0.0;
+        const real least = j > 0 ? elements[j - 1].threshold : 0;
         if (!(elements[j].threshold >= least))
             return refuse(message, size,
                           "play[%d].threshold is %g V; thresholds must rise, so it must be "
                           "at least %g V",
-                          j + 1, elements[j].threshold, least);
+                          j + 1, (double)elements[j].threshold, (double)least);
         slope += elements[j].weight;
-        if (!(slope > 0.0))
+        if (!(slope > 0))
             return refuse(message, size,
                           "1 plus the weights up to play[%d].weight is %g; it must be "
                           "positive: the play operators would not be monotone and could not be inverted",
-                          j + 1, slope);
+                          j + 1, (double)slope);
     }
     return true;
 }
@@ -2341,15 +2409,15 @@ static void play_prepare(void *constants, const struct chain_parameters *p)
         play->element[j] = p->play[j];
 }
 
-static double play_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real play_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct play *play = constants;
     struct play_state *s = state;
-    double h = x;
+    real h = x;
 
     (void)around;
     for (int j = 0; j < play->count; j++) {
-        const double r = play->element[j].threshold;
+        const real r = play->element[j].threshold;
         s->p[j] = clamp(s->p[j], x - r, x + r);
         h += play->element[j].weight * s->p[j];
     }
@@ -2358,17 +2426,17 @@ static double play_step(const void *constants, void *state, double x, const stru
 
 /* h = x + sum_j w_j (x + g_j), where the history leaves g_j above the input. Play operators know differences
  * of voltages only: the history is walked with rest at 0. */
-static double play_rest(const void *constants, void *state, double h, const struct chain_parameters *p)
+static real play_rest(const void *constants, void *state, real h, const struct chain_parameters *p)
 {
     const struct play *play = constants;
     struct play_state *s = state;
-    double slope = 1.0;
+    real slope = 1;
 
-    *s = (struct play_state){ { 0.0 } };
+    *s = (struct play_state){ { 0 } };
     for (int j = 0; j < play->count; j++)
         s->p[j] = p->initialRestOffset;
     play_step(play, s, p->initialRestOffset + p->initialExcursion, NULL);
-    play_step(play, s, 0.0, NULL);
+    play_step(play, s, 0, NULL);
     for (int j = 0; j < play->count; j++) {
         h -= play->element[j].weight * s->p[j];
         slope += play->element[j].weight;
@@ -2380,14 +2448,14 @@ static double play_rest(const void *constants, void *state, double h, const stru
 
 /* Walks from the segment in which no operator moves, upwards (side 1) or downwards (side -1), to the
  * segment that holds h. On a segment: slope x = sum. */
-static double play_walk(const struct play *play, const struct play_state *s, double sum, double side)
+static real play_walk(const struct play *play, const struct play_state *s, real sum, real side)
 {
-    double slope = 1.0;
-    double x = sum;
+    real slope = 1;
+    real x = sum;
 
     for (int j = 0; j < play->count; j++) {
-        const double corner = s->p[j] + side * play->element[j].threshold;
-        if (!(side * (x - corner) > 0.0))
+        const real corner = s->p[j] + side * play->element[j].threshold;
+        if (!(side * (x - corner) > 0))
             break;
         sum += play->element[j].weight * corner;
         slope += play->element[j].weight;
@@ -2396,23 +2464,22 @@ static double play_walk(const struct play *play, const struct play_state *s, dou
     return x;
 }
 
-static double play_inverse(const void *constants, void *state, double h,
-                           const struct chain_surroundings *around)
+static real play_inverse(const void *constants, void *state, real h, const struct chain_surroundings *around)
 {
     const struct play *play = constants;
     const struct play_state *s = state;
-    double sum = h;
+    real sum = h;
 
     (void)around;
     for (int j = 0; j < play->count; j++)
         sum -= play->element[j].weight * s->p[j];
-    return play_walk(play, s, sum, sum > s->p[0] ? 1.0 : -1.0);
+    return play_walk(play, s, sum, sum > s->p[0] ? 1 : -1);
 }
 
 /* Does x move operator j: upwards 1, downwards -1, or not? */
-static int play_moves(const struct play *play, const struct play_state *s, int j, double x)
+static int play_moves(const struct play *play, const struct play_state *s, int j, real x)
 {
-    const double r = play->element[j].threshold;
+    const real r = play->element[j].threshold;
 
     return (s->p[j] < x - r) - (s->p[j] > x + r);
 }
@@ -2426,7 +2493,7 @@ static void play_prepare_tangent(void *d_constants, const void *constants, const
     (void)p;
     for (int j = play->count - 1; j >= 0; j--) {
         result->element[j] = d->play[j];
-        if (d->play[j].threshold == 0.0 && d->play[j].weight == 0.0)
+        if (d->play[j].threshold == 0 && d->play[j].weight == 0)
             continue;
         result->first = j;
         result->count = result->count ? result->count : j + 1;
@@ -2435,13 +2502,12 @@ static void play_prepare_tangent(void *d_constants, const void *constants, const
 
 /* An operator's output and its derivative. */
 struct play_moved {
-    double p;
-    double d_p;
+    real p;
+    real d_p;
 };
 
 /* Once the input has come to x. */
-static struct play_moved play_move(struct play_moved from, double threshold, double d_threshold, double x,
-                                   double d_x)
+static struct play_moved play_move(struct play_moved from, real threshold, real d_threshold, real x, real d_x)
 {
     if (x - threshold > from.p)
         return (struct play_moved){ x - threshold, d_x - d_threshold };
@@ -2450,20 +2516,20 @@ static struct play_moved play_move(struct play_moved from, double threshold, dou
     return from;
 }
 
-static double play_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                double d_h, const struct chain_parameters *p, const struct chain_parameters *d)
+static real play_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_h,
+                              const struct chain_parameters *p, const struct chain_parameters *d)
 {
     const struct play *play = constants, *by = d_constants;
     const struct play_moved rested = { p->initialRestOffset, d->initialRestOffset };
     struct play_state *s = d_state;
-    double slope = 1.0;
+    real slope = 1;
 
     for (int j = 0; j < play->count; j++) {
         const struct play_element *element = &play->element[j], *d_element = &by->element[j];
         const struct play_moved turned =
             play_move(rested, element->threshold, d_element->threshold,
                       p->initialRestOffset + p->initialExcursion, d->initialRestOffset + d->initialExcursion);
-        const struct play_moved last = play_move(turned, element->threshold, d_element->threshold, 0.0, 0.0);
+        const struct play_moved last = play_move(turned, element->threshold, d_element->threshold, 0, 0);
         d_h -= d_element->weight * (x + last.p) + element->weight * last.d_p;
         slope += element->weight;
         s->p[j] = last.d_p;
@@ -2473,21 +2539,21 @@ static double play_rest_tangent(const void *constants, const void *d_constants, 
     return d_h / slope;
 }
 
-static void play_tangent(const void *constants, const void *state, double x,
-                         const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                         double *restrict row)
+static void play_tangent(const void *constants, const void *state, real x,
+                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                         real *restrict row)
 {
     const struct play *play = constants;
-    double input[STAGE_CHUNK];
+    real input[STAGE_CHUNK];
 
     (void)d_around;
     for (int first = 0; first < count; first += STAGE_CHUNK) {
         const int n = count - first < STAGE_CHUNK ? count - first : STAGE_CHUNK;
-        double *restrict output = row + first;
+        real *restrict output = row + first;
         memcpy(input, output, (size_t)n * sizeof *input);
         for (int j = 0; j < play->count; j++) {
-            const double weight = play->element[j].weight;
-            double *restrict p = d_state + (ptrdiff_t)j * count + first;
+            const real weight = play->element[j].weight;
+            real *restrict p = d_state + (ptrdiff_t)j * count + first;
             if (play_moves(play, state, j, x))
                 memcpy(p, input, (size_t)n * sizeof *input);
             for (int c = 0; c < n; c++)
@@ -2496,29 +2562,29 @@ static void play_tangent(const void *constants, const void *state, double x,
     }
 }
 
-static double play_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                 const struct chain_surroundings *around, double *d_state, int stride)
+static real play_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                               const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct play *play = constants, *d = d_constants;
     const struct play_state *s = state;
-    double d_h = 0.0;
+    real d_h = 0;
 
     (void)around;
     for (int j = d->first; j < d->count; j++) {
-        const double r = play->element[j].threshold;
-        const double moved = -play_moves(play, s, j, x) * d->element[j].threshold;
+        const real r = play->element[j].threshold;
+        const real moved = (real)-play_moves(play, s, j, x) * d->element[j].threshold;
         d_state[(ptrdiff_t)j * stride] += moved;
         d_h += play->element[j].weight * moved + d->element[j].weight * clamp(s->p[j], x - r, x + r);
     }
     return d_h;
 }
 
-static double play_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                   double d_h, const struct chain_surroundings *d_around)
+static real play_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_h,
+                                 const struct chain_surroundings *d_around)
 {
     const struct play *play = constants;
     const struct play_state *d = d_state;
-    double slope = 1.0;
+    real slope = 1;
 
     (void)d_around;
     for (int j = 0; j < play->count; j++) {
@@ -2550,43 +2616,45 @@ const struct stage_analysis play_analysis = {
 /* --- resonance.c --- */
 
 /* A slower pair of poles would leave too few digits in 1 - a1 - a2. */
-#define RESONANCE_SLOWEST 1e-5 /* per sample time */
+#define RESONANCE_SLOWEST REAL(1e-5) /* per sample time */
 
 static bool resonance_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    const double frequency = p->resonance.frequency, damping = p->resonance.damping;
-    const double sample_time = p->sampleTime;
+    const real frequency = p->resonance.frequency, damping = p->resonance.damping;
+    const real sample_time = p->sampleTime;
 
-    if (frequency == 0.0)
+    if (frequency == 0)
         return true;
-    if (!(frequency >= RESONANCE_SLOWEST / sample_time && frequency < 0.5 / sample_time))
+    if (!(frequency >= RESONANCE_SLOWEST / sample_time && frequency < REAL(0.5) / sample_time))
         return refuse(message, size,
                       "resonance.frequency is %g Hz; at a sampleTime of %g s it must be "
                       "%g Hz to below %g Hz (Nyquist), or 0 for none",
-                      frequency, sample_time, RESONANCE_SLOWEST / sample_time, 0.5 / sample_time);
-    if (!(damping > 0.0 && damping < 1.0))
-        return refuse(message, size, "resonance.damping is %g; it must be above 0 and below 1", damping);
+                      (double)frequency, (double)sample_time, (double)(RESONANCE_SLOWEST / sample_time),
+                      (double)(REAL(0.5) / sample_time));
+    if (!(damping > 0 && damping < 1))
+        return refuse(message, size, "resonance.damping is %g; it must be above 0 and below 1",
+                      (double)damping);
     return true;
 }
 
 static bool resonance_is_on(const struct chain_parameters *p)
 {
-    return p->resonance.frequency > 0.0;
+    return p->resonance.frequency > 0;
 }
 
 static void resonance_prepare(void *constants, const struct chain_parameters *p)
 {
-    const double angle = TWO_PI * p->resonance.frequency * p->sampleTime;
-    const double damping = p->resonance.damping;
-    const double radius = exp(-damping * angle);
+    const real angle = TWO_PI * p->resonance.frequency * p->sampleTime;
+    const real damping = p->resonance.damping;
+    const real radius = real_exp(-damping * angle);
     struct resonance *resonance = constants;
 
-    resonance->a1 = 2.0 * radius * cos(angle * sqrt(1.0 - damping * damping));
+    resonance->a1 = 2 * radius * real_cos(angle * real_sqrt(1 - damping * damping));
     resonance->a2 = -radius * radius;
-    resonance->b = 1.0 - resonance->a1 - resonance->a2;
+    resonance->b = 1 - resonance->a1 - resonance->a2;
 }
 
-static double resonance_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
+static real resonance_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
 {
     struct resonance_state *s = state;
 
@@ -2594,30 +2662,29 @@ static double resonance_rest(const void *constants, void *state, double y, const
     return s->y1 = s->y2 = y;
 }
 
-static void resonance_advance(struct resonance_state *state, double y)
+static void resonance_advance(struct resonance_state *state, real y)
 {
     state->y2 = state->y1;
     state->y1 = y;
 }
 
-static double resonance_step(const void *constants, void *state, double x,
-                             const struct chain_surroundings *around)
+static real resonance_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
-    const double y = resonance->a1 * s->y1 + resonance->a2 * s->y2 + resonance->b * x;
+    const real y = resonance->a1 * s->y1 + resonance->a2 * s->y2 + resonance->b * x;
 
     (void)around;
     resonance_advance(s, y);
     return y;
 }
 
-static double resonance_inverse(const void *constants, void *state, double y,
-                                const struct chain_surroundings *around)
+static real resonance_inverse(const void *constants, void *state, real y,
+                              const struct chain_surroundings *around)
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
-    const double x = (y - resonance->a1 * s->y1 - resonance->a2 * s->y2) / resonance->b;
+    const real x = (y - resonance->a1 * s->y1 - resonance->a2 * s->y2) / resonance->b;
 
     (void)around;
     resonance_advance(s, y);
@@ -2627,59 +2694,57 @@ static double resonance_inverse(const void *constants, void *state, double y,
 static void resonance_prepare_tangent(void *d_constants, const void *constants,
                                       const struct chain_parameters *p, const struct chain_parameters *d)
 {
-    const double damping = p->resonance.damping, d_damping = d->resonance.damping;
-    const double angle = TWO_PI * p->resonance.frequency * p->sampleTime;
-    const double d_angle = TWO_PI * d->resonance.frequency * p->sampleTime;
-    const double radius = exp(-damping * angle);
-    const double d_radius = -radius * (d_damping * angle + damping * d_angle);
-    const double root = sqrt(1.0 - damping * damping);
-    const double d_phase = d_angle * root - angle * damping / root * d_damping;
+    const real damping = p->resonance.damping, d_damping = d->resonance.damping;
+    const real angle = TWO_PI * p->resonance.frequency * p->sampleTime;
+    const real d_angle = TWO_PI * d->resonance.frequency * p->sampleTime;
+    const real radius = real_exp(-damping * angle);
+    const real d_radius = -radius * (d_damping * angle + damping * d_angle);
+    const real root = real_sqrt(1 - damping * damping);
+    const real d_phase = d_angle * root - angle * damping / root * d_damping;
     struct resonance *result = d_constants;
 
     (void)constants;
-    result->a1 = 2.0 * (d_radius * cos(angle * root) - radius * sin(angle * root) * d_phase);
-    result->a2 = -2.0 * radius * d_radius;
+    result->a1 = 2 * (d_radius * real_cos(angle * root) - radius * real_sin(angle * root) * d_phase);
+    result->a2 = -2 * radius * d_radius;
     result->b = -result->a1 - result->a2;
 }
 
-static double resonance_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                     double d_y, const struct chain_parameters *p,
-                                     const struct chain_parameters *d)
+static real resonance_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x,
+                                   real d_y, const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)d_constants, (void)x, (void)d;
     return resonance_rest(constants, d_state, d_y, p);
 }
 
-static void resonance_tangent(const void *constants, const void *state, double x,
-                              const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                              double *restrict row)
+static void resonance_tangent(const void *constants, const void *state, real x,
+                              const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                              real *restrict row)
 {
     const struct resonance *resonance = constants;
-    double *restrict d_y2 = d_state + count;
+    real *restrict d_y2 = d_state + count;
 
     (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
-        const double d_y = resonance->a1 * d_state[c] + resonance->a2 * d_y2[c] + resonance->b * row[c];
+        const real d_y = resonance->a1 * d_state[c] + resonance->a2 * d_y2[c] + resonance->b * row[c];
         d_y2[c] = d_state[c];
         d_state[c] = row[c] = d_y;
     }
 }
 
-static double resonance_by_parameters(const void *constants, const void *d_constants, const void *state,
-                                      double x, const struct chain_surroundings *around, double *d_state,
-                                      int stride)
+static real resonance_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                                    const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct resonance *d = d_constants;
     const struct resonance_state *s = state;
-    const double moved = d->a1 * s->y1 + d->a2 * s->y2 + d->b * x;
+    const real moved = d->a1 * s->y1 + d->a2 * s->y2 + d->b * x;
 
     (void)constants, (void)around, (void)stride;
     d_state[0] += moved;
     return moved;
 }
 
-static double resonance_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                        double d_y, const struct chain_surroundings *d_around)
+static real resonance_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                      const struct chain_surroundings *d_around)
 {
     (void)state, (void)x;
     return resonance_inverse(constants, d_state, d_y, d_around); /* it is linear */
@@ -2708,13 +2773,13 @@ static bool saturation_check(const struct chain_parameters *p, char *message, si
 {
     const struct saturation_parameters *limits = &p->saturation;
 
-    if (limits->minimum == 0.0 && limits->maximum == 0.0)
+    if (limits->minimum == 0 && limits->maximum == 0)
         return true;
     if (!(limits->minimum < limits->maximum))
         return refuse(message, size,
                       "saturation.minimum, %g V, must be below saturation.maximum, %g V "
                       "(both 0: no saturation)",
-                      limits->minimum, limits->maximum);
+                      (double)limits->minimum, (double)limits->maximum);
     return true;
 }
 
@@ -2728,8 +2793,7 @@ static void saturation_prepare(void *constants, const struct chain_parameters *p
     *(struct saturation *)constants = (struct saturation){ p->saturation.minimum, p->saturation.maximum };
 }
 
-static double saturation_step(const void *constants, void *state, double x,
-                              const struct chain_surroundings *around)
+static real saturation_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct saturation *limits = constants;
 
@@ -2744,9 +2808,9 @@ static void saturation_prepare_tangent(void *d_constants, const void *constants,
     saturation_prepare(d_constants, d);
 }
 
-static void saturation_tangent(const void *constants, const void *state, double x,
-                               const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                               double *restrict row)
+static void saturation_tangent(const void *constants, const void *state, real x,
+                               const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                               real *restrict row)
 {
     const struct saturation *limits = constants;
 
@@ -2754,17 +2818,16 @@ static void saturation_tangent(const void *constants, const void *state, double 
     if (!(x < limits->minimum || x > limits->maximum))
         return;
     for (int c = 0; c < count; c++)
-        row[c] = 0.0;
+        row[c] = 0;
 }
 
-static double saturation_by_parameters(const void *constants, const void *d_constants, const void *state,
-                                       double x, const struct chain_surroundings *around, double *d_state,
-                                       int stride)
+static real saturation_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                                     const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct saturation *limits = constants, *d = d_constants;
 
     (void)state, (void)around, (void)d_state, (void)stride;
-    return x < limits->minimum ? d->minimum : x > limits->maximum ? d->maximum : 0.0;
+    return x < limits->minimum ? d->minimum : x > limits->maximum ? d->maximum : 0;
 }
 
 const struct stage saturation_stage = {
@@ -2786,15 +2849,15 @@ const struct stage_analysis saturation_analysis = {
 
 static bool slew_check(const struct chain_parameters *p, char *message, size_t size)
 {
-    if (!(p->slew.rate >= 0.0))
+    if (!(p->slew.rate >= 0))
         return refuse(message, size, "slew.rate is %g V/s; it must be positive, or 0 for no limit",
-                      p->slew.rate);
+                      (double)p->slew.rate);
     return true;
 }
 
 static bool slew_is_on(const struct chain_parameters *p)
 {
-    return p->slew.rate > 0.0;
+    return p->slew.rate > 0;
 }
 
 static void slew_prepare(void *constants, const struct chain_parameters *p)
@@ -2804,7 +2867,7 @@ static void slew_prepare(void *constants, const struct chain_parameters *p)
     slew->step = p->slew.rate * p->sampleTime;
 }
 
-static double slew_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
+static real slew_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
 {
     struct slew_state *s = state;
 
@@ -2812,7 +2875,7 @@ static double slew_rest(const void *constants, void *state, double y, const stru
     return s->y = y;
 }
 
-static double slew_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static real slew_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct slew *slew = constants;
     struct slew_state *s = state;
@@ -2831,22 +2894,22 @@ static void slew_prepare_tangent(void *d_constants, const void *constants, const
     result->step = d->slew.rate * p->sampleTime;
 }
 
-static double slew_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+static real slew_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
+                              const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)d_constants, (void)x, (void)d;
     return slew_rest(constants, d_state, d_y, p);
 }
 
 /* 1 above what it lets through, -1 below, 0 within. */
-static int slew_limited(const struct slew *slew, const struct slew_state *s, double x)
+static int slew_limited(const struct slew *slew, const struct slew_state *s, real x)
 {
     return (x > s->y + slew->step) - (x < s->y - slew->step);
 }
 
-static void slew_tangent(const void *constants, const void *state, double x,
-                         const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                         double *restrict row)
+static void slew_tangent(const void *constants, const void *state, real x,
+                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                         real *restrict row)
 {
     const bool limited = slew_limited(constants, state, x) != 0;
 
@@ -2855,11 +2918,11 @@ static void slew_tangent(const void *constants, const void *state, double x,
         row[c] = d_state[c] = limited ? d_state[c] : row[c];
 }
 
-static double slew_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                 const struct chain_surroundings *around, double *d_state, int stride)
+static real slew_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
+                               const struct chain_surroundings *around, real *d_state, int stride)
 {
     const struct slew *d = d_constants;
-    const double moved = slew_limited(constants, state, x) * d->step;
+    const real moved = (real)slew_limited(constants, state, x) * d->step;
 
     (void)around, (void)stride;
     d_state[0] += moved;
@@ -3110,7 +3173,7 @@ static int integer(const void *parameters, size_t offset)
     return *(const int *)((const char *)parameters + offset);
 }
 
-static double real(const void *parameters, size_t offset)
+static double real_at(const void *parameters, size_t offset)
 {
     return *(const double *)((const char *)parameters + offset);
 }
@@ -3127,7 +3190,8 @@ bool fmu_within_bounds(const struct fmu_model *model, const void *parameters, ch
         const struct fmu_variable *v = fmu_find(model, i);
         if (!v || v->causality != FMU_PARAMETER || !in_use(v, parameters))
             continue;
-        const double value = v->base == FMU_REAL ? real(parameters, v->offset) : integer(parameters, v->offset);
+        const double value =
+            v->base == FMU_REAL ? real_at(parameters, v->offset) : integer(parameters, v->offset);
         if (!(value >= v->minimum && value <= v->maximum)) {
             snprintf(message, size, "%s is %g; it must be %g to %g", v->name, value, v->minimum, v->maximum);
             return false;
@@ -3176,7 +3240,7 @@ bool fmu_values_possible(const struct fmu *fmu, const struct fmu_snapshot *snaps
             continue;
         if (v->base == FMU_INTEGER && !count_possible(fmu, v, integer(parameters, v->offset), message, size))
             return false;
-        if (v->base == FMU_REAL && !isfinite(real(parameters, v->offset))) {
+        if (v->base == FMU_REAL && !isfinite(real_at(parameters, v->offset))) {
             snprintf(message, size, "%s has no finite value", v->name);
             return false;
         }
@@ -3350,6 +3414,8 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
 /* doStep. Which ticks a step has is the clock's (fmu_clock.h); each runs with the input at its own time, and
  * outputs hold their value from tick to tick. */
 
+enum { FEW = 16 };
+
 void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS])
 {
     const double elapsed = ((double)(tick - span->tick) - span->rest) * sample_time;
@@ -3367,13 +3433,16 @@ static bool is_zero(const double slope[FMU_INPUTS])
     return (bits[0] | bits[1] | bits[2] | bits[3]) << 1 == 0;
 }
 
-/* Copies what is in use of a state; most often a single number. */
+/* Copies what is in use of a state, most often a single number. A few go one by one: a processor that reads
+ * two at a time what was just written one by one waits until it is in memory. */
 static inline void copy_state(void *to, const void *from, size_t used)
 {
-    if (used == sizeof(double))
-        memcpy(to, from, sizeof(double));
-    else
+    if (used > FEW * sizeof(double)) {
         memcpy(to, from, used);
+        return;
+    }
+    for (size_t i = 0; i < used; i += sizeof(double))
+        memcpy((char *)to + i, (const char *)from + i, sizeof(double));
 }
 
 /* Logs what a tick is the first to find: each finding once in an instance's life, so that a log is not
@@ -4357,14 +4426,6 @@ bool actuator_check(const struct fmu_model *model, const void *parameters, char 
     return fmu_within_bounds(model, parameters, message, size) && chain_check(parameters, message, size);
 }
 
-size_t actuator_prepare(void *constants, const void *parameters)
-{
-    struct chain *chain = constants;
-
-    chain_prepare(chain, parameters);
-    return chain->state_in_use;
-}
-
 /* --- plant.c --- */
 
 /* The plant: the chain walked forwards, from voltage to displacement. */
@@ -4376,6 +4437,14 @@ size_t actuator_prepare(void *constants, const void *parameters)
 #define FMU_TABLE_HASH_INVERSE 0x34765cc746d92d9cu
 
 enum plant_finding { PLANT_VOLTAGE_RANGE = 1, PLANT_DISPLACEMENT_RANGE = 2 };
+
+static size_t plant_prepare(void *constants, const void *parameters)
+{
+    struct chain *chain = constants;
+
+    chain_prepare(chain, parameters);
+    return chain->walked;
+}
 
 /* Before the first tick the reading is taken as the displacement: hum begins with the ticks. */
 static bool plant_start(const void *constants, void *state, const void *parameters, struct fmu_outputs *output,
@@ -4462,6 +4531,7 @@ const struct fmu_model plant_model = {
     .table_hash = FMU_TABLE_HASH_PLANT,
     .input_start = FMU_PLANT_INPUT_START,
     .diverging = "displacement",
+    .prepare = plant_prepare,
     .start = plant_start,
     .start_tangent = plant_start_tangent,
     .tick = plant_tick,
@@ -4474,6 +4544,14 @@ const struct fmu_model plant_model = {
 /* The inverse: the chain walked backwards, from a desired displacement to the voltage that yields it. */
 
 enum inverse_finding { INVERSE_OUT_OF_REACH = 1, INVERSE_AMPLIFIER_LIMIT = 2, INVERSE_VOLTAGE_LIMIT = 4 };
+
+static size_t inverse_prepare(void *constants, const void *parameters)
+{
+    struct chain *chain = constants;
+
+    chain_prepare(chain, parameters);
+    return chain->retraced;
+}
 
 /* Before the first tick: the voltage that holds the plant at its initial displacement, so that a
  * master that hands values on one step late starts from rest. */
@@ -4565,6 +4643,7 @@ const struct fmu_model inverse_model = {
     .table_hash = FMU_TABLE_HASH_INVERSE,
     .input_start = FMU_INVERSE_INPUT_START,
     .diverging = "voltage",
+    .prepare = inverse_prepare,
     .start = inverse_start,
     .start_tangent = inverse_start_tangent,
     .tick = inverse_tick,

@@ -68,33 +68,83 @@
 #define HIDDEN_END
 #endif
 
+/* --- real.h --- */
+
+/* The number type of the core: double, or float where IT2HYS_SINGLE is defined, for processors whose
+ * floating-point unit is single. All sources of a program are compiled with the same choice.
+ *
+ * Nothing is computed in double then. So literals that meet a `real` are whole numbers, which C converts to
+ * either type without a loss, or stand in REAL(); functions of <math.h> are called by the names below, and
+ * what is printed is cast. <tgmath.h> would choose the functions too, but not the literals, and compilers for
+ * small processors often lack it. */
+
+#if defined IT2HYS_SINGLE
+
+typedef float real;
+#define REAL(literal) literal##f
+#define REAL_EPSILON FLT_EPSILON
+#define REAL_MAX FLT_MAX
+#define REAL_INFINITY HUGE_VALF
+#define real_cos cosf
+#define real_exp expf
+#define real_expm1 expm1f
+#define real_fabs fabsf
+#define real_floor floorf
+#define real_fmax fmaxf
+#define real_fmin fminf
+#define real_sin sinf
+#define real_sqrt sqrtf
+
+/* A program that mixes the two is not linked. */
+#define chain_prepare chain_prepare_single
+#define it2_prepare it2_prepare_single
+
+#else
+
+typedef double real;
+#define REAL(literal) literal
+#define REAL_EPSILON DBL_EPSILON
+#define REAL_MAX DBL_MAX
+#define REAL_INFINITY HUGE_VAL
+#define real_cos cos
+#define real_exp exp
+#define real_expm1 expm1
+#define real_fabs fabs
+#define real_floor floor
+#define real_fmax fmax
+#define real_fmin fmin
+#define real_sin sin
+#define real_sqrt sqrt
+
+#endif
+
 enum { IT2_MAX_RULES = 16, IT2_RULE_PARAMETERS = 6 };
 
 /* One rule, in the order of the paper's Table 1: antecedent (s1, s2, c), consequent (q1, q2, q3). */
 struct it2_rule {
-    double sigmaLower;
-    double sigmaUpper;
-    double centre;
-    double q1;
-    double q2;
-    double q3;
+    real sigmaLower;
+    real sigmaUpper;
+    real centre;
+    real q1;
+    real q2;
+    real q3;
 };
 
 /* A range of displacement. */
 struct it2_range {
-    double minimum;
-    double maximum;
+    real minimum;
+    real maximum;
 };
 
 /* For a core that is (10) everywhere: while it is fitted, nobody knows its range yet. */
-static const struct it2_range IT2_EVERYWHERE = { -HUGE_VAL, HUGE_VAL };
+static const struct it2_range IT2_EVERYWHERE = { -REAL_INFINITY, REAL_INFINITY };
 
 /* An end of the range, and the equilibrium there: F(y, x) = y. */
 struct it2_end {
-    double y;
-    double x;
-    double dx; /* dF/dx */
-    double dy; /* dF/dy */
+    real y;
+    real x;
+    real dx; /* dF/dx */
+    real dy; /* dF/dy */
 };
 
 /* The rules, and -1 / (2 s_l1^2), -1 / (2 s_l2^2) in the scale of exponential.h. Set by it2_prepare. */
@@ -103,22 +153,22 @@ struct it2 {
     struct it2_range plain; /* of y_{k-1}: within the range, and no membership comes close to underflow */
     struct it2_end lower, upper;
     struct it2_rule rule[IT2_MAX_RULES];
-    double exponent[IT2_MAX_RULES][2];
+    real exponent[IT2_MAX_RULES][2];
 };
 
 struct it2_state {
-    double y; /* y_{k-1} */
+    real y; /* y_{k-1} */
 };
 
 /* Partial derivatives of a step with respect to its two arguments and to the end of the range. */
 struct it2_partials {
-    double dx;  /* dy_k / dx_k */
-    double dy;  /* dy_k / dy_{k-1}: the contraction of a free run */
-    double end; /* by the end that y_{k-1} lies beyond; 0 within the range */
+    real dx;  /* dy_k / dx_k */
+    real dy;  /* dy_k / dy_{k-1}: the contraction of a free run */
+    real end; /* by the end that y_{k-1} lies beyond; 0 within the range */
 };
 
 /* The end that y_{k-1} lies beyond; NULL within the range. */
-static inline const struct it2_end *it2_beyond(const struct it2 *stage, double y_previous)
+static inline const struct it2_end *it2_beyond(const struct it2 *stage, real y_previous)
 {
     return y_previous < stage->lower.y ? &stage->lower : y_previous > stage->upper.y ? &stage->upper : NULL;
 }
@@ -128,27 +178,27 @@ HIDDEN_BEGIN
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range);
 
 /* The core as a stage that the chain always has. step and inverse advance the state. */
-void it2_reset(struct it2_state *state, double y);
-double it2_step(const struct it2 *stage, struct it2_state *state, double x);
-double it2_inverse(const struct it2 *stage, struct it2_state *state, double y);
-double it2_derivative(const struct it2 *stage, const struct it2_state *state, double x);
+void it2_reset(struct it2_state *state, real y);
+real it2_step(const struct it2 *stage, struct it2_state *state, real x);
+real it2_inverse(const struct it2 *stage, struct it2_state *state, real y);
+real it2_derivative(const struct it2 *stage, const struct it2_state *state, real x);
 
 /* F without a state, and what is derived from it: (10) for y_{k-1} within the range, and what goes on from
  * it beyond (it2_range.c). */
-double it2_evaluate(const struct it2 *stage, double y_previous, double x);
-double it2_solve(const struct it2 *stage, double y_previous, double y);
-struct it2_partials it2_partials(const struct it2 *stage, double y_previous, double x);
+real it2_evaluate(const struct it2 *stage, real y_previous, real x);
+real it2_solve(const struct it2 *stage, real y_previous, real y);
+struct it2_partials it2_partials(const struct it2 *stage, real y_previous, real x);
 
 /* Eqs. (13) to (18): gradient[6 l + i] = dy_k / d(parameter i of rule l), in the order of it2_rule.
  * Returns y_k and, where `partials` is given, the partial derivatives too. */
-double it2_gradient(const struct it2 *stage, double y_previous, double x, double *gradient,
-                    struct it2_partials *partials);
+real it2_gradient(const struct it2 *stage, real y_previous, real x, real *gradient,
+                  struct it2_partials *partials);
 
 /* y[k] = F(y[k-1], x[k]), k = 0..n-1, y[-1] = y_initial. Where `sensitivity` (n rows of 6 L + 1,
  * row-major) is given: the derivatives of y[k] with respect to all parameters and y_initial.
  * Returns the number of samples computed: less than n if a value is not finite. */
-size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const double *x, size_t n,
-                    double y_initial, double *y, double *sensitivity);
+size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range range, const real *x, size_t n,
+                    real y_initial, real *y, real *sensitivity);
 
 /* Is the parameter set usable over the range of displacement? On a grid of y that has both ends: the sum of
  * q_l2 memberships is positive (invertible) and |dy_k/dy_{k-1}| < 1 on the equilibrium curve (an equilibrium
@@ -158,7 +208,7 @@ size_t it2_free_run(const struct it2_rule *rules, int count, struct it2_range ra
 bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, char *message, size_t size);
 
 /* The largest |dy_k/dy_{k-1}| on the equilibrium curve and the displacement where it occurs. */
-double it2_contraction(const struct it2 *stage, struct it2_range range, double *where);
+real it2_contraction(const struct it2 *stage, struct it2_range range, real *where);
 
 HIDDEN_END
 
@@ -189,21 +239,21 @@ HIDDEN_END
  * A stage's file defines
  *     <stage>_parameters           a type with the names of the variable table
  *     struct <stage>               constants, which follow from the parameters
- *     struct <stage>_state         of doubles, where it has one
+ *     struct <stage>_state         of type real, where it has one
  *     <stage>_stage                what runs in a tick
  *     <stage>_analysis             what only hosts need: words for a bad parameter, and exact derivatives
  * and the chain does the rest. Constants and states come as pointers to these structs; a stage without a
  * state gets NULL. */
 
-#define TWO_PI 6.283185307179586
+#define TWO_PI REAL(6.283185307179586)
 
 struct chain_parameters;
 
 /* What acts on the chain beside its input. */
 struct chain_surroundings {
-    double force;
-    double temperature;
-    double time; /* of the tick */
+    real force;
+    real temperature;
+    real time; /* of the tick */
 };
 
 struct stage {
@@ -212,17 +262,17 @@ struct stage {
     void (*prepare)(void *constants, const struct chain_parameters *);
 
     /* At rest at the output y; returns the input. NULL: that is y, and there is no state. */
-    double (*rest)(const void *constants, void *state, double y, const struct chain_parameters *);
+    real (*rest)(const void *constants, void *state, real y, const struct chain_parameters *);
 
     /* Input to output; advances the state. */
-    double (*step)(const void *constants, void *state, double x, const struct chain_surroundings *);
+    real (*step)(const void *constants, void *state, real x, const struct chain_surroundings *);
 
     /* Output to input. A state of the memory AIMED or SHORT (stages.h) is advanced to what `step` would have
      * left, a long one stays. NULL: the stage has no part in the inverse. */
-    double (*inverse)(const void *constants, void *state, double y, const struct chain_surroundings *);
+    real (*inverse)(const void *constants, void *state, real y, const struct chain_surroundings *);
 
     /* How much later its output comes, in s, where the inverse does not make up for that; NULL: at once. */
-    double (*latency)(const void *constants);
+    real (*latency)(const void *constants);
 };
 
 /* Derivatives along a direction; d_ is the derivative of what has the name without it. NULL: the output's is
@@ -236,23 +286,22 @@ struct stage_analysis {
                             const struct chain_parameters *d);
 
     /* Of `rest`, which has returned x. */
-    double (*rest_tangent)(const void *constants, const void *d_constants, void *d_state, double x, double d_y,
-                           const struct chain_parameters *, const struct chain_parameters *d);
+    real (*rest_tangent)(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
+                         const struct chain_parameters *, const struct chain_parameters *d);
 
     /* Of `step` by state, input and surroundings, along `count` directions at once: number i of the state has
      * its derivatives from d_state[i * count] on; `row` goes from those of the input to those of the output. */
-    void (*tangent)(const void *constants, const void *state, double x,
-                    const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                    double *restrict row);
+    void (*tangent)(const void *constants, const void *state, real x, const struct chain_surroundings *d_around,
+                    int count, real *restrict d_state, real *restrict row);
 
     /* Of `step` by the constants alone: returns that of the output, and adds to d_state[i * stride]. */
-    double (*by_parameters)(const void *constants, const void *d_constants, const void *state, double x,
-                            const struct chain_surroundings *, double *d_state, int stride);
+    real (*by_parameters)(const void *constants, const void *d_constants, const void *state, real x,
+                          const struct chain_surroundings *, real *d_state, int stride);
 
     /* Of `inverse`, which has returned x, by state, output and surroundings. For a stage that limits it is
      * `tangent`. */
-    double (*inverse_tangent)(const void *constants, const void *state, double x, void *d_state, double d_y,
-                              const struct chain_surroundings *d_around);
+    real (*inverse_tangent)(const void *constants, const void *state, real x, void *d_state, real d_y,
+                            const struct chain_surroundings *d_around);
 };
 
 /* Directions that a tangent takes at a time, where it has to keep their inputs. */
@@ -270,7 +319,7 @@ static inline bool refuse(char *message, size_t size, const char *format, ...)
 }
 
 /* A NaN stays one. */
-static inline double clamp(double value, double low, double high)
+static inline real clamp(real value, real low, real high)
 {
     return value < low ? low : value > high ? high : value;
 }
@@ -278,8 +327,8 @@ static inline double clamp(double value, double low, double high)
 enum { CREEP_MAX = 16 };
 
 struct creep_element {
-    double gain;         /* c_i: creep in the end, per displacement */
-    double timeConstant; /* tau_i, s */
+    real gain;         /* c_i: creep in the end, per displacement */
+    real timeConstant; /* tau_i, s */
 };
 
 typedef struct creep_element creep_parameters[CREEP_MAX];
@@ -287,14 +336,14 @@ typedef struct creep_element creep_parameters[CREEP_MAX];
 struct creep {
     int first; /* of derivatives: those before are 0 */
     int count;
-    double zero;            /* the sensor's */
-    double gain[CREEP_MAX]; /* c_i */
-    double rate[CREEP_MAX]; /* g_i */
-    double slope;           /* dy_k / dx_k */
+    real zero;            /* the sensor's */
+    real gain[CREEP_MAX]; /* c_i */
+    real rate[CREEP_MAX]; /* g_i */
+    real slope;           /* dy_k / dx_k */
 };
 
 struct creep_state {
-    double s[CREEP_MAX]; /* s_i,k-1 */
+    real s[CREEP_MAX]; /* s_i,k-1 */
 };
 
 HIDDEN_BEGIN
@@ -314,17 +363,17 @@ HIDDEN_END
 #define DELAY_MAX_TICKS 64
 
 typedef struct delay_parameters {
-    double time;
+    real time;
 } delay_parameters;
 
 struct delay {
-    int ticks;       /* whole ones */
-    double fraction; /* of a tick beyond them */
-    double time;
+    int ticks;     /* whole ones */
+    real fraction; /* of a tick beyond them */
+    real time;
 };
 
 struct delay_state {
-    double u[DELAY_MAX_TICKS]; /* u_{k-1}, u_{k-2}, ... */
+    real u[DELAY_MAX_TICKS]; /* u_{k-1}, u_{k-2}, ... */
 };
 
 HIDDEN_BEGIN
@@ -339,16 +388,16 @@ HIDDEN_END
  * t_k is the tick's own time. No state. Whoever knows the rate only after the fact leaves it out of
  * the inverse's set. */
 
-#define DRIFT_REFERENCE_TEMPERATURE 293.15 /* K */
+#define DRIFT_REFERENCE_TEMPERATURE REAL(293.15) /* K */
 
 typedef struct drift_parameters {
-    double temperatureCoefficient; /* m/K */
-    double rate;                   /* m/s */
+    real temperatureCoefficient; /* m/K */
+    real rate;                   /* m/s */
 } drift_parameters;
 
 struct drift {
-    double temperatureCoefficient;
-    double rate;
+    real temperatureCoefficient;
+    real rate;
 };
 
 HIDDEN_BEGIN
@@ -363,15 +412,15 @@ HIDDEN_END
  * t_k is the tick's own time. Plant only, on `measured` only. No state. */
 
 typedef struct hum_parameters {
-    double amplitude; /* m; 0: none */
-    double frequency; /* Hz */
-    double phase;     /* rad */
+    real amplitude; /* m; 0: none */
+    real frequency; /* Hz */
+    real phase;     /* rad */
 } hum_parameters;
 
 struct hum {
-    double amplitude;
-    double frequency;
-    double phase;
+    real amplitude;
+    real frequency;
+    real phase;
 };
 
 HIDDEN_BEGIN
@@ -385,15 +434,15 @@ HIDDEN_END
  * g = 1 - exp(-Ts / lag.timeConstant). Linear. */
 
 typedef struct lag_parameters {
-    double timeConstant; /* s; 0: none */
+    real timeConstant; /* s; 0: none */
 } lag_parameters;
 
 struct lag {
-    double gain; /* g */
+    real gain; /* g */
 };
 
 struct lag_state {
-    double y; /* y_{k-1} */
+    real y; /* y_{k-1} */
 };
 
 HIDDEN_BEGIN
@@ -407,11 +456,11 @@ HIDDEN_END
  * no state. */
 
 typedef struct load_parameters {
-    double compliance; /* m/N; 0: rigid */
+    real compliance; /* m/N; 0: rigid */
 } load_parameters;
 
 struct load {
-    double compliance;
+    real compliance;
 };
 
 HIDDEN_BEGIN
@@ -428,17 +477,17 @@ HIDDEN_END
  * state. */
 
 typedef struct nonlinearity_parameters {
-    double quadratic; /* m, as the others */
-    double cubic;
-    double quartic;
-    double minimum; /* ends of the curve, from the sensor's zero */
-    double maximum;
+    real quadratic; /* m, as the others */
+    real cubic;
+    real quartic;
+    real minimum; /* ends of the curve, from the sensor's zero */
+    real maximum;
 } nonlinearity_parameters;
 
 struct nonlinearity {
     struct nonlinearity_parameters coefficient;
-    double centre;
-    double half_range;
+    real centre;
+    real half_range;
 };
 
 HIDDEN_BEGIN
@@ -462,8 +511,8 @@ HIDDEN_END
 enum { PLAY_MAX = 16 };
 
 struct play_element {
-    double threshold; /* r_j, V */
-    double weight;    /* w_j */
+    real threshold; /* r_j, V */
+    real weight;    /* w_j */
 };
 
 typedef struct play_element play_parameters[PLAY_MAX];
@@ -475,7 +524,7 @@ struct play {
 };
 
 struct play_state {
-    double p[PLAY_MAX]; /* p_j,k-1 */
+    real p[PLAY_MAX]; /* p_j,k-1 */
 };
 
 HIDDEN_BEGIN
@@ -491,19 +540,19 @@ HIDDEN_END
  * Linear. */
 
 typedef struct resonance_parameters {
-    double frequency; /* Hz; 0: none */
-    double damping;   /* of critical */
+    real frequency; /* Hz; 0: none */
+    real damping;   /* of critical */
 } resonance_parameters;
 
 struct resonance {
-    double a1;
-    double a2;
-    double b; /* 1 - a1 - a2 */
+    real a1;
+    real a2;
+    real b; /* 1 - a1 - a2 */
 };
 
 struct resonance_state {
-    double y1; /* y_{k-1} */
-    double y2; /* y_{k-2} */
+    real y1; /* y_{k-1} */
+    real y2; /* y_{k-2} */
 };
 
 HIDDEN_BEGIN
@@ -518,13 +567,13 @@ HIDDEN_END
  * It loses information: the inverse gives the nearest voltage within the limits. No state. */
 
 typedef struct saturation_parameters {
-    double minimum; /* V; both 0: no limits */
-    double maximum;
+    real minimum; /* V; both 0: no limits */
+    real maximum;
 } saturation_parameters;
 
 struct saturation {
-    double minimum;
-    double maximum;
+    real minimum;
+    real maximum;
 };
 
 HIDDEN_BEGIN
@@ -539,15 +588,15 @@ HIDDEN_END
  * It loses information: the inverse gives the nearest voltage that it lets through unchanged. */
 
 typedef struct slew_parameters {
-    double rate; /* V/s; 0: no limit */
+    real rate; /* V/s; 0: no limit */
 } slew_parameters;
 
 struct slew {
-    double step; /* largest change from tick to tick */
+    real step; /* largest change from tick to tick */
 };
 
 struct slew_state {
-    double y; /* y_{k-1} */
+    real y; /* y_{k-1} */
 };
 
 HIDDEN_BEGIN
@@ -575,16 +624,16 @@ HIDDEN_END
 
 /* Names are those of the variable table (python/it2hys/model/variables.toml). */
 struct chain_parameters {
-    double sampleTime;
-    double initialDisplacement;
-    double initialRestOffset;
-    double initialExcursion;
-    double initialCreep;
-    double voltageMin;
-    double voltageMax;
-    double displacementMin;
-    double displacementMax;
-    double displacementZero;
+    real sampleTime;
+    real initialDisplacement;
+    real initialRestOffset;
+    real initialExcursion;
+    real initialCreep;
+    real voltageMin;
+    real voltageMax;
+    real displacementMin;
+    real displacementMax;
+    real displacementZero;
     int ruleCount;
     int playCount;
     int creepCount;
@@ -606,16 +655,19 @@ enum chain_effect {
 };
 /* clang-format on */
 
+struct chain_place;
+
 struct chain {
-    unsigned effects;                        /* that are on, between voltage and displacement (bits) */
-    unsigned reading;                        /* that are on, between displacement and measured */
-    unsigned char active[CHAIN_STAGE_COUNT]; /* stages that are on (enum chain_stage), in their order */
-    int before, behind, all;                 /* where in `active` those of each side end */
+    unsigned effects; /* that are on, between voltage and displacement (bits) */
+    unsigned reading; /* that are on, between displacement and measured */
+    const struct chain_place *active[CHAIN_STAGE_COUNT]; /* stages that are on, in their order */
+    int before, behind, all;                             /* where in `active` those of each side end */
     struct it2 core;
     struct it2_range displacement; /* that a reference is kept to */
     struct it2_range voltage;      /* that the inverse keeps to */
-    double latency;                /* of all stages, s */
-    size_t state_in_use;           /* bytes of struct chain_state, from its beginning */
+    real latency;                  /* of all stages, s */
+    /* bytes of struct chain_state, from its beginning, that each way needs */
+    size_t walked, retraced;
 #define CHAIN_CONSTANTS(name, NAME, side) struct name name;
     CHAIN_EVERY_STAGE(CHAIN_CONSTANTS)
 };
@@ -629,7 +681,7 @@ struct chain_reached {
     CHAIN_STAGES(CHAIN_SKIP, CHAIN_STATE, CHAIN_SKIP, CHAIN_SKIP, CHAIN_SKIP)
 };
 
-/* Doubles only. The core's comes first: without effects it is the only one in use. What is long is last. The
+/* Of type real only. The core's comes first: without effects it is the only one in use. What is long is last. The
  * beginning, to `reached`, is what the inverse aimed at, in the same order. */
 struct chain_state {
     struct it2_state core;
@@ -666,17 +718,25 @@ enum chain_limit {
 /* A state and what the last step made of it, or their derivatives along one direction. */
 struct chain_point {
     struct chain_state state;
-    double output;
+    real output;
 };
 
 /* Is a value outside a range by more than rounding? An inverse that aims at an end takes the plant there but
  * for that. */
-static inline bool chain_outside(double value, double minimum, double maximum)
+static inline bool chain_outside(real value, real minimum, real maximum)
 {
     if (value >= minimum && value <= maximum)
         return false;
-    const double slack = 1e-9 * (maximum - minimum);
+    const real slack = REAL(1e-9) * (maximum - minimum);
     return !(value >= minimum - slack && value <= maximum + slack);
+}
+
+/* Copies a few numbers, one by one: a processor that reads two at a time what was just written one by one
+ * waits until it is in memory. Compilers make one copy of it only where the two cannot overlap. */
+static inline void copy_words(void *to, const void *from, size_t size)
+{
+    for (size_t i = 0; i < size; i += sizeof(real))
+        memcpy((char *)to + i, (const char *)from + i, sizeof(real));
 }
 
 HIDDEN_BEGIN
@@ -686,7 +746,7 @@ extern const struct chain_place CHAIN_PLACES[CHAIN_STAGE_COUNT]; /* by enum chai
 /* Of the stages that are on: where they are, their constants and their states. */
 static inline const struct chain_place *chain_active(const struct chain *chain, int i)
 {
-    return &CHAIN_PLACES[chain->active[i]];
+    return chain->active[i];
 }
 
 static inline const void *chain_constants_of(const struct chain *chain, const struct chain_place *place)
@@ -707,46 +767,40 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *parameter
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 
-static inline void chain_copy(const struct chain *chain, struct chain_state *to, const struct chain_state *from)
-{
-    memcpy(to, from, chain->state_in_use);
-}
-
 /* Without effects, one branch is all that the chain adds to the core. */
-double chain_step_effects(const struct chain *chain, struct chain_state *state, double voltage,
-                          const struct chain_surroundings *around);
-static inline double chain_step(const struct chain *chain, struct chain_state *state, double voltage,
-                                const struct chain_surroundings *around)
+real chain_step_effects(const struct chain *chain, struct chain_state *state, real voltage,
+                        const struct chain_surroundings *around);
+static inline real chain_step(const struct chain *chain, struct chain_state *state, real voltage,
+                              const struct chain_surroundings *around)
 {
     return chain->effects ? chain_step_effects(chain, state, voltage, around)
                           : it2_step(&chain->core, &state->core, voltage);
 }
 
 /* Walks the active stages from number `first` to before `end`. */
-double chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, double x,
-                  const struct chain_surroundings *around);
+real chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, real x,
+                const struct chain_surroundings *around);
 
 /* The displacement with what is picked up on the way to the recorder. */
-double chain_measure_effects(const struct chain *chain, double displacement, double time);
-static inline double chain_measure(const struct chain *chain, double displacement, double time)
+real chain_measure_effects(const struct chain *chain, real displacement, real time);
+static inline real chain_measure(const struct chain *chain, real displacement, real time)
 {
     return chain->reading ? chain_measure_effects(chain, displacement, time) : displacement;
 }
 
 /* Voltage that takes the plant to `displacement`. Where it does not get there, `*limits` says why (enum
  * chain_limit, or-ed; otherwise 0), and the voltage is the nearest that can be given. */
-double chain_inverse(const struct chain *chain, struct chain_state *state, double displacement,
-                     const struct chain_surroundings *around, unsigned *limits);
+real chain_inverse(const struct chain *chain, struct chain_state *state, real displacement,
+                   const struct chain_surroundings *around, unsigned *limits);
 
 /* Directional derivatives of chain_step and chain_inverse at `state`, before either advances it:
  * from derivatives of state, input and surroundings to those of the next state and the output. */
-struct chain_point chain_step_tangent(const struct chain *chain, const struct chain_state *state,
-                                      double voltage, const struct chain_surroundings *around,
-                                      struct chain_state d_state, double d_voltage,
-                                      const struct chain_surroundings *d_around);
+struct chain_point chain_step_tangent(const struct chain *chain, const struct chain_state *state, real voltage,
+                                      const struct chain_surroundings *around, struct chain_state d_state,
+                                      real d_voltage, const struct chain_surroundings *d_around);
 struct chain_point chain_inverse_tangent(const struct chain *chain, const struct chain_state *state,
-                                         double displacement, const struct chain_surroundings *around,
-                                         struct chain_state d_state, double d_displacement,
+                                         real displacement, const struct chain_surroundings *around,
+                                         struct chain_state d_state, real d_displacement,
                                          const struct chain_surroundings *d_around);
 
 /* Is the plant elsewhere than where the inverse aimed at? */
@@ -754,20 +808,20 @@ bool chain_is_astray(const struct chain_state *state);
 
 /* Voltage that holds the plant where it is, and the nearest to it that the inverse may give; not finite where
  * none holds it. */
-double chain_hold(const struct chain *chain, const struct chain_state *state);
-double chain_equilibrium(const struct chain *chain, const struct chain_state *state);
+real chain_hold(const struct chain *chain, const struct chain_state *state);
+real chain_equilibrium(const struct chain *chain, const struct chain_state *state);
 
 /* Derivative of chain_equilibrium right after chain_reset, in the direction of `d_parameters`. */
-double chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
-                                 const struct chain_parameters *parameters,
-                                 const struct chain_parameters *d_parameters);
+real chain_equilibrium_tangent(const struct chain *chain, const struct chain_state *state,
+                               const struct chain_parameters *parameters,
+                               const struct chain_parameters *d_parameters);
 
 /* By enum chain_stage. */
 extern const struct stage_analysis *const CHAIN_ANALYSES[CHAIN_STAGE_COUNT];
 
 static inline const struct stage_analysis *chain_analysis(const struct chain *chain, int i)
 {
-    return CHAIN_ANALYSES[chain->active[i]];
+    return CHAIN_ANALYSES[chain->active[i] - CHAIN_PLACES];
 }
 
 /* Derivatives of the constants of all active stages, by the stages' tangents. */
@@ -777,9 +831,9 @@ void chain_prepare_tangent(const struct chain *chain, struct chain *d,
 
 /* Derivative of the input at rest of the active stages from number `first` to before `end`, whose output there
  * is y, and of their states at rest. */
-double chain_rest_tangent(const struct chain *chain, int first, int end, const struct chain *d_chain, double y,
-                          const struct chain_parameters *parameters, struct chain_state *d, double d_y,
-                          const struct chain_parameters *d_parameters);
+real chain_rest_tangent(const struct chain *chain, int first, int end, const struct chain *d_chain, real y,
+                        const struct chain_parameters *parameters, struct chain_state *d, real d_y,
+                        const struct chain_parameters *d_parameters);
 
 HIDDEN_END
 
@@ -1329,7 +1383,6 @@ extern const struct fmu_model plant_model, inverse_model;
 extern const struct fmu_variable actuator_table[];
 
 bool actuator_check(const struct fmu_model *model, const void *parameters, char *message, size_t size);
-size_t actuator_prepare(void *constants, const void *parameters);
 
 static inline struct chain_surroundings actuator_surroundings(const double input[FMU_INPUTS], double time)
 {
@@ -1348,6 +1401,6 @@ HIDDEN_END
 #define ACTUATOR \
     .table = actuator_table, .rows = FMU_TABLE_ROWS, .parameters_size = sizeof(struct chain_parameters), \
     .constants_size = sizeof(struct chain), .state_size = sizeof(struct chain_state), .interpolates = true, \
-    .check = actuator_check, .prepare = actuator_prepare
+    .check = actuator_check
 
 #endif
