@@ -482,7 +482,8 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
     outputs = np.empty((3, len(drive.voltage)))
     done = _library().it2core_chain_predict(packed, drive._struct, *outputs)
     outputs[:, done:] = np.nan
-    return tuple(outputs)
+    measured, core_input, core_output = outputs
+    return measured, core_input, core_output
 
 
 def chain_sensitivity(
