@@ -20,11 +20,12 @@ from itertools import islice
 import numpy as np
 from scipy import optimize
 
-from it2hys.identification import identify
-from it2hys.identification.criteria import FreeRun, Series
-from it2hys.identification.estimators import cost, gradient, minimise
+from it2hys.identification import Options, identify
+from it2hys.identification.criterion import ChainCriterion, paper_model, paper_problem
 from it2hys.identification.levenberg_marquardt import levenberg_marquardt
-from it2hys.identification.scaling import Scaling
+from it2hys.identification.preparation import data_scaling, prepare
+from it2hys.identification.solvers import cost, gradient, solve
+from it2hys.identification.traces import plain_trace
 from it2hys.model import compiled
 from it2hys.model.parameters import table_1
 from it2hys.records import Record
@@ -107,17 +108,17 @@ class OutOfTimeError(Exception):
     """Ends a method whose time is up."""
 
 
-def paper_problem() -> tuple[FreeRun, list[np.ndarray]]:
+def table_1_problem() -> tuple[ChainCriterion, list[np.ndarray]]:
     """Return the free-run criterion of the paper's protocol, made by Table 1, and starts near it."""
     ticks = np.arange(PAPER_SAMPLES) * SAMPLE_TIME
     voltage = excitations.identification(ticks)
     noise = NOISE * np.random.default_rng(0).standard_normal(PAPER_SAMPLES)
     measured = compiled.free_run(table_1().rules, voltage, 0.0) + noise
-    scaling = Scaling.of_data(measured, voltage)
-    y = scaling.y(measured)
-    series = Series(scaling.x(voltage), y, np.ones(PAPER_SAMPLES), float(y[0]))
-    criterion = FreeRun([series], 3)
-    truth = criterion.pack(scaling.rules(table_1().rules))
+    prepared = prepare(Record("paper", ticks, voltage, measured, SAMPLE_TIME))
+    scaling, traces = data_scaling([prepared]), [plain_trace(prepared, "train")]
+    model = paper_model(traces, scaling, scaling.rules(table_1().rules))
+    criterion = paper_problem(traces, model, scaling)
+    truth = criterion.pack(model)
     generator = np.random.default_rng(1)
     moved = (truth + DISTANCE * generator.standard_normal(len(truth)) for _ in range(100))
     finite = (np.clip(p, criterion.lower, criterion.upper) for p in moved)
@@ -125,7 +126,7 @@ def paper_problem() -> tuple[FreeRun, list[np.ndarray]]:
     return criterion, list(islice(usable, STARTS))
 
 
-def run_ours(criterion: FreeRun, start: np.ndarray) -> Trace:
+def run_ours(criterion: ChainCriterion, start: np.ndarray) -> Trace:
     """Run the default estimator."""
     trace = Trace()
 
@@ -147,7 +148,7 @@ def run_ours(criterion: FreeRun, start: np.ndarray) -> Trace:
     return trace.end()
 
 
-def run_least_squares(criterion: FreeRun, start: np.ndarray) -> Trace:
+def run_least_squares(criterion: ChainCriterion, start: np.ndarray) -> Trace:
     """Run scipy's least_squares with finite differences."""
     trace = Trace()
     size = len(criterion.residual(start))
@@ -164,7 +165,7 @@ def run_least_squares(criterion: FreeRun, start: np.ndarray) -> Trace:
     return trace.end()
 
 
-def run_bfgs(criterion: FreeRun, start: np.ndarray, exact: bool) -> Trace:
+def run_bfgs(criterion: ChainCriterion, start: np.ndarray, exact: bool) -> Trace:
     """Run scipy's BFGS, with exact gradients or finite differences."""
     trace = Trace()
 
@@ -183,11 +184,14 @@ def run_bfgs(criterion: FreeRun, start: np.ndarray, exact: bool) -> Trace:
     return trace.end()
 
 
-def run_gradient_descent(criterion: FreeRun, start: np.ndarray) -> Trace:
+def run_gradient_descent(criterion: ChainCriterion, start: np.ndarray) -> Trace:
     """Run (21), for a limited time."""
     trace = Trace()
 
-    class Traced(FreeRun):
+    class Traced(ChainCriterion):
+        def __init__(self):
+            vars(self).update(vars(criterion))
+
         def residual(self, point: np.ndarray) -> np.ndarray | None:
             values = super().residual(point)
             if values is not None:
@@ -196,16 +200,16 @@ def run_gradient_descent(criterion: FreeRun, start: np.ndarray) -> Trace:
                 raise OutOfTimeError
             return values
 
-    traced = Traced(criterion.series, criterion.rule_count)
+    options = Options(max_iterations=10**6, solver="gradient-descent")
     with contextlib.suppress(OutOfTimeError):
-        minimise(traced, start, "gradient-descent", max_iterations=10**6, tolerance=0.0)
+        solve(Traced(), start, options, tolerance=0.0)
     return trace.end()
 
 
 def compare_estimators() -> None:
     """Print the time of other estimators to their last cost over ours to the same or a lower."""
-    criterion, starts = paper_problem()
-    methods: dict[str, Callable[[FreeRun, np.ndarray], Trace]] = {
+    criterion, starts = table_1_problem()
+    methods: dict[str, Callable[[ChainCriterion, np.ndarray], Trace]] = {
         "least_squares, finite differences": run_least_squares,
         "BFGS, finite differences": lambda c, s: run_bfgs(c, s, exact=False),
         "BFGS, exact gradient": lambda c, s: run_bfgs(c, s, exact=True),

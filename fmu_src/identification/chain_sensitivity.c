@@ -1,6 +1,7 @@
 #include "chain_sensitivity.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -247,9 +248,23 @@ static double tick(struct sensitivities *s, double voltage, const struct chain_s
     return isfinite(f.dy) ? measured : f.dy;
 }
 
+/* Is it (10) alone that is fitted, from a displacement of its own? */
+static bool is_core_alone(const struct chain_parameters *parameters, const size_t *places, int count)
+{
+    struct walker walker;
+
+    if (count != 1 || places[0] != offsetof(struct chain_parameters, initialDisplacement))
+        return false;
+    begin(&walker, parameters);
+    return walker.chain.all == 0;
+}
+
 size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_record *record,
                          const size_t *places, int count, double *measured, double *sensitivity)
 {
+    if (is_core_alone(parameters, places, count))
+        return it2_free_run(parameters->rule, parameters->ruleCount, IT2_EVERYWHERE, record->voltage,
+                            record->samples, parameters->initialDisplacement, measured, sensitivity);
     struct sensitivities *s = calloc(1, sizeof *s);
     size_t k = 0;
 

@@ -40,6 +40,9 @@ def identify(
     rules: int | None = None,
     seed: int = 0,
     invert_displacement: bool = False,
+    solver: str = identification.SOLVERS[0],
+    starts: int = 36,
+    max_iterations: int = 600,
 ) -> identification.Identification:
     """Identify the paper's model from records.
 
@@ -56,6 +59,10 @@ def identify(
         Of the random starts.
     invert_displacement : bool
         Flip the sign of the displacement of all records: that of a sensor which counts the other way.
+    solver : str
+        What fits the whole records, of `identification.SOLVERS`.
+    starts, max_iterations : int
+        Limits of the number of starts, and of the iterations of a fit on the whole records.
 
     Returns
     -------
@@ -86,7 +93,8 @@ def identify(
     """
     records = _records(train, validate, test, invert_displacement)
     with progress_bar(quiet=True) as progress:
-        return identification.identify(*records, rules, identification.Options(seed=seed), progress)
+        options = identification.Options(seed, starts, max_iterations, solver)
+        return identification.identify(*records, rules, options, progress)
 
 
 def diagnose(
@@ -100,6 +108,7 @@ def diagnose(
     workers: int = 1,
     invert_displacement: bool = False,
     exclude: Sequence[str] = (),
+    sensor_curve: bool = False,
 ) -> diagnosis.Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -125,6 +134,9 @@ def diagnose(
         As for `identify`.
     exclude : sequence of str
         Effects that are kept out of the model.
+    sensor_curve : bool
+        That a static curve, where one is found, is the sensor's: FMUs that `package` writes are then
+        without it.
 
     Returns
     -------
@@ -175,6 +187,7 @@ def diagnose(
             progress,
             workers,
             exclude,
+            sensor_curve,
         )
 
 
@@ -214,7 +227,9 @@ def package(
     ['IT2Plant.fmu', 'IT2Inverse.fmu', 'parameters.ssv']
     >>> folder.cleanup()
     """
-    if isinstance(parameters, identification.Identification | diagnosis.Diagnosis):
+    if isinstance(parameters, diagnosis.Diagnosis):
+        parameters = parameters.packaged
+    elif isinstance(parameters, identification.Identification):
         parameters = parameters.parameters
     elif not isinstance(parameters, ParameterSet):
         parameters = read_ssv(parameters)

@@ -52,6 +52,17 @@ def _parser() -> argparse.ArgumentParser:
     _add_output(identify)
     identify.add_argument("--rules", type=int, metavar="L", help="number of rules (default: chosen)")
     identify.add_argument("--seed", type=int, default=0, help="seed of the random starts")
+    identify.add_argument("--starts", type=int, metavar="N", default=36, help="starts at most")
+    identify.add_argument(
+        "--solver",
+        metavar="NAME",
+        default="levenberg-marquardt",
+        help="for the fits on the whole records: levenberg-marquardt (default), trust-region, "
+        "quasi-newton, gradient-descent (the paper's), ipopt or evolution",
+    )
+    identify.add_argument(
+        "--max-iterations", type=int, metavar="N", default=600, help="of a fit on the whole records"
+    )
 
     diagnose = _command(
         commands, "diagnose", _diagnose, "find the effects that a model lacks, and add them to it"
@@ -72,6 +83,11 @@ def _parser() -> argparse.ArgumentParser:
         default="",
         metavar="EFFECT,...",
         help="effects that are kept out of the model",
+    )
+    diagnose.add_argument(
+        "--sensor-curve",
+        action="store_true",
+        help="a static curve, where one is found, is the sensor's: the FMUs are without it",
     )
     diagnose.add_argument("--rules", type=int, metavar="L", help="number of rules (default: 3)")
     diagnose.add_argument("--seed", type=int, default=0, help="seed of the random starts")
@@ -247,17 +263,13 @@ def _package(options: argparse.Namespace) -> int:
 
 def _identify(options: argparse.Namespace) -> int:
     from it2hys.identification import Options, check_rule_count, identify
-    from it2hys.reports.identification_report import (
-        error_table,
-        inversion,
-        summary,
-        write_identification,
-    )
+    from it2hys.reports.identification_report import error_table, summary, write_identification
+    from it2hys.reports.judged import inversion
     from it2hys.reports.verdict import straight_line_errors
     from it2hys.support.progress import progress_bar
 
     check_rule_count(options.rules)
-    settings = Options(seed=options.seed)
+    settings = Options(options.seed, options.starts, options.max_iterations, options.solver)
     train, validate, test = _read_records(options)
     with progress_bar(quiet=options.quiet or options.json) as progress:
         identification = identify(train, validate, test, options.rules, settings, progress)
@@ -290,7 +302,7 @@ def _diagnose(options: argparse.Namespace) -> int:
         evidence_overview,
         write_diagnosis,
     )
-    from it2hys.reports.identification_report import inversion
+    from it2hys.reports.judged import inversion
     from it2hys.reports.verdict import straight_line_errors
     from it2hys.support.progress import progress_bar
 
@@ -310,6 +322,7 @@ def _diagnose(options: argparse.Namespace) -> int:
             options=settings,
             progress=progress,
             workers=options.workers,
+            sensor_curve=options.sensor_curve,
         )
     records = [*train, *validate, *test]
     report = write_diagnosis(diagnosis, records, options.output)

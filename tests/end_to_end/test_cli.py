@@ -11,8 +11,10 @@ import pytest
 
 from it2hys.cli import main
 from it2hys.cosimulation.simulation import simulate
+from it2hys.identification import SOLVERS
+from it2hys.model import compiled
 from it2hys.model.parameters import format_ssv, read_ssv, table_1
-from it2hys.records import read_record, write_record
+from it2hys.records import Record, read_record, write_record
 from it2hys.stand import Stand, excitations
 
 UM = 1e-6
@@ -374,3 +376,65 @@ def test_table_1_as_published_is_a_scenario_that_calls_it_of_no_use_here(tmp_pat
     assert {p.name for p in (tmp_path / "t").glob("*.fmu")} == {"IT2Plant.fmu", "IT2Inverse.fmu"}
     for said in (text[text.index("<p>") : text.index("</p>")], capsys.readouterr().out):
         assert "no better than a straight line" in said and "another specimen" in said
+
+
+# --- solvers -------------------------------------------------------------------------------------
+
+#: What `diagnose` says of a record, `identify` does too.
+SAID_OF_A_RECORD = {
+    "role", "e_mr_percent", "e_rms_um", "noise_rms_um", "lead_in_s", "start", "offset_um",
+    "cold_start_e_rms_um", "inverse_e_rms_V", "inverse_e_rms_um", "inverse_delay_s",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory):
+    """Return the path of a short record of a model with one rule, at a strain gauge's noise."""
+    time = excitations.time_grid(0.05, 1e-4)
+    voltage = 50.0 - 50.0 * np.cos(2 * np.pi * 50 * time)
+    rules = np.array([[5e-6, 15e-6, 8e-6, 0.9, 1.5e-8, 1e-7]])
+    noise = 6e-9 * np.random.default_rng(0).standard_normal(len(time))
+    y = compiled.free_run(rules, voltage, 1e-6) + noise
+    path = tmp_path_factory.mktemp("short") / "short.csv"
+    write_record(path, Record("short", time, voltage, y, 1e-4))
+    return path
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_every_solver_is_reached_and_finds_the_model(short, tmp_path, solver):
+    assert identify_quickly(short, tmp_path, "--solver", solver, "--starts", 3) == 0
+    report = json.loads((tmp_path / "report.json").read_text())
+    entry = report["error"]["after"]["short"]
+    assert entry["e_rms_um"] == pytest.approx(0.006, rel=0.1)
+    assert report["parameters"]["rule[1].q1"]["value"] == pytest.approx(0.9, abs=2e-3)
+
+
+def test_an_unknown_solver_is_refused_with_the_names_before_the_work(short, tmp_path, capsys):
+    arguments = ["identify", short, "--solver", "magic", "-o", tmp_path / "out"]
+    assert_refused(capsys, arguments, "unknown solver 'magic'", *SOLVERS)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_limit_that_stops_the_fit_is_told_and_nothing_is_written(short, tmp_path, capsys):
+    arguments = ["identify", short, "--rules", 3, "--starts", 3, "--max-iterations", 1, "--quiet"]
+    arguments += ["-o", tmp_path / "out"]
+    assert_refused(capsys, arguments, "did not converge", "limit of iterations")
+    assert not (tmp_path / "out").exists()
+
+
+def test_identify_says_of_a_record_what_diagnose_does(stage):
+    report = json.loads((stage / "out" / "report.json").read_text())
+    for name in ("train", "test"):
+        entry = report["error"]["after"][name]
+        assert set(entry) >= SAID_OF_A_RECORD
+        assert entry["lead_in_s"] == pytest.approx(entry["skipped_samples"] * 1e-4)
+        begin = pytest.approx(entry["initial_displacement_um"] * UM, rel=1e-12)
+        assert entry["start"] == {"initialDisplacement": begin}
+        assert entry["e_rms_um"] <= 1.02 * entry["cold_start_e_rms_um"]
+        record = read_record(stage / f"{name}.csv")
+        gain = np.ptp(record.displacement) / np.ptp(record.voltage)
+        # the error by the plant's gain, whichever side it is read on
+        assert entry["inverse_e_rms_um"] == pytest.approx(
+            entry["inverse_e_rms_V"] * gain / UM, rel=0.35
+        )
+    assert (stage / "out" / "test_inverse.png").exists()

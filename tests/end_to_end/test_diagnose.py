@@ -276,7 +276,7 @@ def assert_the_inverse_follows(out: Path, records: list[Record], **values: float
 def test_the_inverse_follows_where_the_sensor_is_far_from_zero(tmp_path):
     """Creep and the static curve are those of the stroke, not of what the sensor reads at rest."""
     creep = {"creep[1].gain": 0.04, "creep[1].timeConstant": 5e-3}
-    stage = stage_with(**creep, **{"nonlinearity.quadratic": 0.4 * UM})
+    stage = stage_with(**creep, **{"nonlinearity.cubic": 0.4 * UM})
     for seed, name in enumerate(ROLES):
         record = measure(stage, name, seed, has_force=False)
         moved = replace(record, displacement=record.displacement - 100 * UM)
@@ -394,6 +394,37 @@ def test_an_effect_that_the_deciding_records_do_not_show_is_not_named_but_spoken
     report = report_of(tmp_path / "out")
     assert "resonance" not in report["effects"] and report["unexplained"]
     assert "on the training records" in evidence_on(report, "resonance")["why"]
+
+
+def test_a_curve_that_is_the_sensors_stays_out_of_the_fmus(tmp_path, capsys):
+    curve = {
+        "nonlinearity.cubic": 0.4 * UM,
+        "nonlinearity.minimum": 0.0,
+        "nonlinearity.maximum": 16 * UM,
+    }
+    stage = stage_with(**curve)
+    write_all(tmp_path, stage, has_force=False)
+    others = ",".join(name for name in EFFECTS if name != "nonlinearity")
+    known = ("--declared", "nonlinearity", "--exclude", others, "--sensor-curve")
+    assert diagnose(tmp_path, tmp_path / "out", *known) == 0
+    assert "sensor_curve.csv" in capsys.readouterr().out
+    report = report_of(tmp_path / "out")
+    displacement, reading = np.loadtxt(tmp_path / "out/sensor_curve.csv", delimiter=",", skiprows=1).T
+    # the FMU moves by what a straight sensor would read: through the curve it is the record
+    record = read_record(tmp_path / "t.csv")
+    start = report["error"]["after"]["t"]["start"]
+    rows, _ = simulate(tmp_path / "out/IT2Plant.fmu", {"voltage": record.voltage}, start)
+    read = np.interp(rows["displacement"] / UM, displacement, reading) * UM
+    assert np.sqrt(np.mean((read - record.displacement)[80:] ** 2)) < 1.3 * NOISE
+    bent = np.sqrt(np.mean((rows["displacement"] - record.displacement)[80:] ** 2))
+    assert bent > 5 * NOISE
+
+
+def test_a_record_that_shows_no_curve_says_so(folder, tmp_path, capsys):
+    others = ",".join(name for name in EFFECTS if name != "load")
+    assert diagnose(folder, tmp_path / "out", "--exclude", others, "--sensor-curve") == 0
+    assert "these records show none" in capsys.readouterr().out
+    assert not (tmp_path / "out/sensor_curve.csv").exists()
 
 
 def test_a_delay_of_one_sample_is_told_from_faster_lags_that_would_do(tmp_path):

@@ -113,13 +113,19 @@ def test_inputs_and_outputs_have_names_and_defaults():
 
 
 def test_it_has_exact_derivatives():
-    chain = it2hys.casadi_chain(with_effects(("lag", "creep", "resonance"), 2))
-    state, voltage = ca.MX.sym("state", chain.step.size1_in(0)), ca.MX.sym("voltage")
-    displacement = chain.step(state=state, voltage=voltage)["displacement"]
-    slope = ca.Function("slope", [state, voltage], [ca.gradient(displacement, voltage)])
-    at = chain.rest()["state"]
-    ends = [chain.step(state=at, voltage=40.0 + h)["displacement"] for h in (-1e-3, 1e-3)]
-    assert float(slope(at, 40.0)) == pytest.approx(float(ends[1] - ends[0]) / 2e-3, rel=1e-6)
+    chain = it2hys.casadi_chain(with_effects(("lag", "play", "creep", "resonance", "nonlinearity"), 2))
+    rest = chain.rest()
+    cases = (
+        (chain.step, rest["state"], "voltage", 40.0, 1e-3, "displacement"),
+        (chain.inverse, rest["inverse_state"], "reference", 5.001 * UM, 1e-6 * UM, "voltage"),
+    )
+    for function, at, name, value, step, output in cases:
+        state, x = ca.MX.sym("state", at.numel()), ca.MX.sym(name)
+        y = function(**{"state": state, name: x})[output]
+        slope = ca.Function("slope", [state, x], [ca.gradient(y, x)])
+        ends = [function(**{"state": at, name: value + h})[output] for h in (-step, step)]
+        expected = float(ends[1] - ends[0]) / (2.0 * step)
+        assert float(slope(at, value)) == pytest.approx(expected, rel=1e-6) != 0.0
 
 
 def test_the_example_in_the_docstring_runs():

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pytest
 from conftest import TS, UM
@@ -9,11 +10,13 @@ from effects import signals, surroundings, with_effects
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from it2hys.diagnosis.coordinates import BY_RECORD
-from it2hys.diagnosis.criterion import ChainCriterion, Model, Trace, minimise
-from it2hys.diagnosis.fitting import fitted_coordinates, with_effect, without_effect
-from it2hys.diagnosis.inverse import References
+from it2hys.diagnosis.fitting import with_effect, without_effect
+from it2hys.identification.casadi_problem import casadi_problem
+from it2hys.identification.criterion import ChainCriterion, Model, Trace, minimise
+from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.inverse import References
 from it2hys.identification.scaling import Scaling
+from it2hys.identification.starts import fitted_coordinates
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.effects import nonlinearity
@@ -110,6 +113,32 @@ def test_the_jacobian_is_that_of_the_residuals(effects):
         assert np.mean(off) < 0.02, (column, np.mean(off))
     # a history that moves no play operator, and what the amplifier hides of it, are idle
     assert moving >= 0.8 * len(point)
+
+
+def test_a_whole_chain_is_a_casadi_problem_and_a_rising_curve_its_constraint():
+    traces = traces_of(2)
+    criterion = criterion_of(model_with(ALL, 3, 2), traces)
+    point = within(criterion, criterion.pack(criterion.model))
+    stated = casadi_problem(criterion)
+    x, f, g = (stated.problem[name] for name in ("x", "f", "g"))
+    value = ca.Function("value", [x], [f, ca.gradient(f, x), g])
+    at, slope, _ = value(point)
+    jacobian, residual = criterion.unconstrained().full_jacobian(point)
+    assert float(at) == pytest.approx(0.5 * residual @ residual, rel=1e-12)
+    exact = jacobian.T @ residual
+    np.testing.assert_allclose(slope.full().ravel(), exact, atol=1e-12 * np.abs(exact).max())
+    # the penalties of a least-squares fit, the last residuals, are 0 where the constraint holds
+    bent = next(i for i, c in enumerate(criterion.common) if c.name == "nonlinearity.quadratic")
+    falling = 0
+    for share in (-9.0, -3.0, 0.0, 3.0, 9.0):
+        moved = point.copy()
+        moved[criterion.rule_size + bent] = share
+        slopes = value(moved)[2].full().ravel()
+        penalties = criterion.residual(moved)[-len(slopes) :]
+        held = (stated.lbg <= slopes) & (slopes <= stated.ubg)
+        np.testing.assert_array_equal(held, penalties == 0.0)
+        falling += np.count_nonzero(~held)
+    assert falling > 0
 
 
 def test_linearisation_agrees_with_residual_and_jacobian():

@@ -5,7 +5,6 @@ import pytest
 from scipy.signal import lfilter
 
 from it2hys.diagnosis.comparison import compare
-from it2hys.diagnosis.selection import LEVEL
 
 DRAWS, RECORDS, SAMPLES = 200, 2, 1500
 #: Pole of the errors' colour: correlated over some twenty samples.
@@ -57,7 +56,7 @@ def test_a_real_gain_is_found_and_its_loss_is_not():
     for _ in range(10):
         before, after = pair(rng, 0.3)
         there, back = compare(before, after), compare(after, before)
-        assert there.p_value < LEVEL / 11 and there.gain == pytest.approx(0.3, abs=0.1)
+        assert there.p_value < 3e-4 and there.gain == pytest.approx(0.3, abs=0.1)
         assert back.p_value > 0.99 and back.gain < 0.0
 
 

@@ -8,9 +8,8 @@ from diagnosis import voltages
 from scipy.signal import lfilter
 
 from it2hys.diagnosis.deciding import steps_aside
-from it2hys.diagnosis.traces import to_trace
 from it2hys.identification.preparation import prepare
-from it2hys.identification.result import Options
+from it2hys.identification.traces import to_trace
 from it2hys.records import Record
 
 TIME = np.arange(2000) * TS
@@ -20,7 +19,7 @@ def trace(draw, seed, role):
     rng = np.random.default_rng(seed)
     voltage = draw(rng, TIME, 105.0)
     reading = lfilter([0.015], [1.0, -0.9], voltage) + 0.006 * rng.standard_normal(len(TIME))
-    return to_trace(prepare(Record("r", TIME, voltage, 1e-6 * reading, TS), Options()), role, False)
+    return to_trace(prepare(Record("r", TIME, voltage, 1e-6 * reading, TS)), role, False)
 
 
 def test_a_third_of_the_steps_decides_and_is_not_fitted():

@@ -5,7 +5,7 @@ import pytest
 from conftest import TS
 from effects import with_effects
 
-from it2hys.diagnosis.evaluation import evaluate
+from it2hys.identification.evaluation import evaluate
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS
 from it2hys.model.parameters import ParameterSet, table_1
@@ -36,8 +36,8 @@ def test_a_set_explains_what_it_made_itself(effects):
     assert result.e_rms < 1e-3 * travel
     # the FMU begun so makes this run
     again = compiled.chain_free_run(parameters.replace(**result.start), record.voltage)[1]
-    assert again.tobytes() == result.y_free.tobytes()
-    assert np.isnan(result.e_rms_one_step) == bool(effects)
+    assert again.tobytes() == result.y.tobytes()
+    assert (result.one_step is None) == bool(effects)
     if effects:
         (alone,) = evaluate(table_1(), [record])
         assert alone.e_rms > 3.0 * result.e_rms
@@ -48,7 +48,7 @@ def test_samples_beyond_the_range_are_counted():
     inside, outside = (evaluate(parameters, [record_of(parameters, v)])[0] for v in (100.0, 140.0))
     assert not inside.out_of_range.any()
     assert 100 < np.count_nonzero(outside.out_of_range) < SAMPLES
-    assert np.abs(outside.y_free).max() < 20e-6
+    assert np.abs(outside.y).max() < 20e-6
 
 
 def test_the_report_says_how_many_samples_of_a_record_are_beyond_the_model():

@@ -6,7 +6,7 @@ from diagnosis import simulator as sim
 from diagnosis import voltages
 
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.explained import explained_by_model, explained_by_voltage
+from it2hys.identification.explained import explained_by_model, explained_by_voltage
 from it2hys.identification.findings import sensor_step
 from it2hys.records import Record
 from it2hys.records.clues import Clue, Clues, Extent

@@ -1,7 +1,8 @@
-"""The identifier: scaling, gradients, estimators, recovery of Table 1, honesty."""
+"""The identifier: scaling, gradients, solvers, recovery of Table 1, honesty."""
 
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,16 +10,27 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from it2hys.errors import InputError
-from it2hys.identification import Identification, Options, identify
-from it2hys.identification.coordinates import to_coordinates, to_rules
-from it2hys.identification.criteria import FreeRun, OneStep, Series, one_step_gradient
-from it2hys.identification.estimators import METHODS, CostCallback, cost, gradient, minimise
+from it2hys.identification import SOLVERS, Identification, Options, identify
+from it2hys.identification.casadi_problem import casadi_problem
+from it2hys.identification.coverage import holds_one_tone
+from it2hys.identification.criterion import (
+    ChainCriterion,
+    ChainFit,
+    Trace,
+    minimise_from,
+    paper_model,
+    paper_problem,
+)
 from it2hys.identification.excerpts import excerpt
-from it2hys.identification.levenberg_marquardt import Linearisation, levenberg_marquardt
+from it2hys.identification.inverse import References
+from it2hys.identification.levenberg_marquardt import Linearisation, Minimum, levenberg_marquardt
 from it2hys.identification.noise import estimate_noise, find_period
+from it2hys.identification.one_step import one_step_gradient
 from it2hys.identification.order import split
 from it2hys.identification.preparation import prepare
+from it2hys.identification.rule_coordinates import to_coordinates, to_rules
 from it2hys.identification.scaling import Scaling
+from it2hys.identification.solvers import cost, gradient, solve
 from it2hys.identification.uncertainty import assess, correlation_time
 from it2hys.identification.usability import Band, Guard, largest_contraction, usability_values
 from it2hys.identification.variable_projection import ProjectedOneStep
@@ -69,8 +81,18 @@ def test_voltages(samples: int) -> list[np.ndarray]:
 test_voltages.__test__ = False
 
 
-def small_series(samples: int = 300, noise: float = 0.0) -> tuple[list[Series], Scaling]:
-    """Return two scaled series of different length, the second with an offset."""
+def trace(
+    x: np.ndarray, y: np.ndarray, weight: np.ndarray | None = None, has_offset: bool = False
+) -> Trace:
+    """Return a record as the criterion sees it."""
+    weight = np.ones(len(x)) if weight is None else weight
+    references = References(y, weight > 0, NOISE, TS)
+    drive = compiled.Drive.of(x)
+    return Trace("r", "train", drive, y, weight, weight > 0, 0, NOISE, references, has_offset)
+
+
+def small_problem(samples: int = 300, noise: float = 0.0) -> ChainCriterion:
+    """Return the problem of two records of different length, the second with a constant, at Table 1."""
     records = [
         record("a", training_voltages(samples)[0], noise),
         record("b", training_voltages(samples - 50)[1], noise, seed=1),
@@ -79,25 +101,19 @@ def small_series(samples: int = 300, noise: float = 0.0) -> tuple[list[Series], 
         np.concatenate([r.displacement for r in records]),
         np.concatenate([r.voltage for r in records]),
     )
-    series = []
-    for r in records:
+    traces = []
+    for i, r in enumerate(records):
         weight = np.ones(len(r))
         weight[20:25] = 0.0
-        y = scaling.y(r.displacement)
-        series.append(Series(scaling.x(r.voltage), y, weight, float(y[0])))
-    series[1] = replace(series[1], y=series[1].y + 0.1, has_offset=True, offset=0.08)
-    return series, scaling
+        traces.append(trace(r.voltage, r.displacement + 0.1e-5 * i, weight, has_offset=i > 0))
+    model = paper_model(traces, scaling, scaling.rules(TABLE_1), [0.0, 0.8e-6])
+    return paper_problem(traces, model, scaling)
 
 
-def perturbed(criterion: FreeRun, scaling: Scaling, size: float = 0.02) -> np.ndarray:
+def perturbed(criterion: ChainCriterion, size: float = 0.02) -> np.ndarray:
     """Return coordinates near the truth."""
-    point = criterion.pack(scaling.rules(TABLE_1))
+    point = criterion.pack(criterion.model)
     return point + size * np.random.default_rng(2).standard_normal(len(point))
-
-
-def criteria(series: list[Series]) -> list[FreeRun]:
-    """Return every kind of criterion."""
-    return [FreeRun(series, 3), OneStep(series, 3)]
 
 
 def wide_band() -> Band:
@@ -145,12 +161,11 @@ def test_jacobian_of_the_scaling_is_its_derivative():
 # --- gradients -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kind", range(2), ids=["free run", "one step"])
-def test_gradient_of_each_criterion_agrees_with_finite_differences(kind):
-    series, scaling = small_series()
+def test_gradient_agrees_with_finite_differences_penalties_included():
     guard = Guard(wide_band(), 3.0)
-    criterion = criteria(series)[kind].with_guard(guard)
-    point = perturbed(criterion, scaling)
+    criterion = small_problem()
+    criterion = criterion.guarded_over(wide_band(), 3.0 / np.sqrt(criterion.samples))
+    point = perturbed(criterion)
     assert np.all(np.any(guard.residual(criterion.rules(point)).reshape(4, -1)[:3] > 0.0, axis=1))
     exact = gradient(criterion, point)
     h = 1e-6
@@ -159,18 +174,21 @@ def test_gradient_of_each_criterion_agrees_with_finite_differences(kind):
         for e in np.eye(len(point))
     ]
     np.testing.assert_allclose(exact, numeric, atol=2e-6 * np.abs(exact).max())
-    jacobian, residual = criterion.jacobian(point)
+    jacobian, residual = criterion.full_jacobian(point)
     np.testing.assert_allclose(jacobian.T @ residual, exact, atol=1e-10 * np.abs(exact).max())
 
 
-def test_one_step_predicts_from_the_measurement():
-    series, scaling = small_series()
-    criterion = OneStep(series[:1], 3)
-    point = criterion.pack(scaling.rules(TABLE_1))
-    s = series[0]
-    previous = np.concatenate([criterion.states(point), s.y[:-1]])
-    expected = (compiled.one_step(criterion.rules(point), previous, s.x) - s.y)[s.weight > 0]
-    np.testing.assert_allclose(criterion.residual(point)[:-1], expected, rtol=0, atol=1e-12)
+def test_the_paper_s_model_is_the_chain_with_no_effect_on():
+    criterion = small_problem()
+    point = perturbed(criterion)
+    model = criterion.unpack(point)
+    for i, t in enumerate(criterion.traces):
+        begin, voltage = model.own["initialDisplacement"][i], t.drive.voltage
+        run = compiled.free_run(model.rules, voltage, begin)
+        np.testing.assert_array_equal(model.run(t, i)[0], run)
+        _, sensitivity = compiled.free_run_sensitivity(model.rules, voltage, begin)
+        chain = compiled.chain_sensitivity(model.packed(t, i), t.drive, ["initialDisplacement"])[1]
+        np.testing.assert_array_equal(chain, sensitivity)
 
 
 @pytest.mark.parametrize("penalty", [-0.2, 0.3])
@@ -215,10 +233,9 @@ def test_bent_steps_follow_a_curved_valley():
 
 
 def test_projected_gradient_agrees_with_finite_differences():
-    series, _ = small_series(noise=NOISE)
-    s = series[0]
-    group = np.where(np.arange(len(s.x) - 1) < 100, 0, -1)
-    problem = ProjectedOneStep(s.y[:-1], s.x[1:], s.y[1:], np.ones(len(s.x) - 1), group, 1, 2)
+    x, y, _ = small_problem(noise=NOISE).data_courses(np.zeros(2))[0]
+    group = np.where(np.arange(len(x) - 1) < 100, 0, -1)
+    problem = ProjectedOneStep(y[:-1], x[1:], y[1:], np.ones(len(x) - 1), group, 1, 2)
     point = np.array([-0.5, 1.0, -0.6, -0.4, 0.7, 0.5, 0.05])
 
     def value(at: np.ndarray) -> float:
@@ -231,51 +248,99 @@ def test_projected_gradient_agrees_with_finite_differences():
     np.testing.assert_allclose(exact, numeric, atol=1e-5 * np.abs(exact).max())
 
 
-def test_casadi_callback_gives_the_cost_and_gradient_of_the_c_core():
-    series, scaling = small_series()
-    criterion = FreeRun(series, 3)
-    point = perturbed(criterion, scaling)
-    function = CostCallback(criterion)
-    assert float(function(point)) == cost(criterion, point)
-    jacobian = function.jacobian()(point, 0.0).full().ravel()
-    np.testing.assert_array_equal(jacobian, gradient(criterion, point))
+# --- the problem in CasADi -----------------------------------------------------------------------
 
 
-# --- estimators ----------------------------------------------------------------------------------
+def test_the_casadi_problem_has_the_cost_and_the_exact_gradient_of_the_compiled_chain():
+    criterion = small_problem()
+    point = perturbed(criterion)
+    stated = casadi_problem(criterion.guarded_by_data(1.0, criterion.model.offsets))
+    x, f = stated.problem["x"], stated.problem["f"]
+    value = ca.Function("value", [x], [f, ca.gradient(f, x)])
+    at, slope = value(point)
+    assert float(at) == pytest.approx(cost(criterion, point), rel=1e-13)
+    expected = gradient(criterion, point)
+    np.testing.assert_allclose(
+        slope.full().ravel(), expected, rtol=0, atol=1e-12 * np.abs(expected).max()
+    )
+    hessian = stated.hessian(point, [], 2.0, np.zeros(stated.problem["g"].numel())).full()
+    np.testing.assert_allclose(
+        hessian, 2.0 * criterion.linearise(point).hessian, atol=1e-9 * np.abs(hessian).max()
+    )
 
 
-def one_rule_problem(kind: type[FreeRun]) -> tuple[FreeRun, np.ndarray]:
+def test_its_constraints_are_contraction_and_invertibility_over_the_band():
+    criterion = small_problem().guarded_over(wide_band(), 1.0)
+    point = perturbed(criterion)
+    stated = casadi_problem(criterion)
+    g = ca.Function("g", [stated.problem["x"]], [stated.problem["g"]])(point).full().ravel()
+    expected = usability_values(criterion.rules(point), wide_band())
+    np.testing.assert_allclose(g, expected.ravel(), rtol=1e-11, atol=1e-13)
+    held = (stated.lbg <= g) & (g <= stated.ubg)
+    # where the penalties of the least-squares fits are 0, the constraints hold
+    slopes = np.arange(len(g)) >= 3 * len(wide_band().y)
+    penalties = Guard(wide_band(), 1.0).residual(criterion.rules(point))
+    np.testing.assert_array_equal(held[~slopes], penalties[~slopes] == 0.0)
+    assert not np.all(held)
+
+
+def test_any_casadi_solver_takes_the_problem():
+    criterion, start = one_rule_problem()
+    stated = casadi_problem(criterion)
+    solver = ca.nlpsol(
+        "fit",
+        "sqpmethod",
+        stated.problem,
+        {
+            "hess_lag": stated.hessian,
+            "qpsol": "qrqp",
+            "qpsol_options": {"print_iter": False, "print_header": False},
+            "print_header": False,
+            "print_iteration": False,
+            "print_time": False,
+            "print_status": False,
+        },
+    )
+    end = solver(x0=start, **stated.bounds)["x"].full().ravel()
+    expected = minimise_from(criterion, start, 100, 1e-9)
+    assert cost(criterion, end) == pytest.approx(expected.cost, rel=1e-4)
+
+
+# --- solvers -------------------------------------------------------------------------------------
+
+
+def one_rule_problem() -> tuple[ChainCriterion, np.ndarray]:
     """Return a problem that is linear in all it determines, and a start: L = 1 has one optimum."""
     rules = np.array([[0.8, 1.6, 0.2, 0.7, 0.25, 0.05]])
     x = np.sin(np.arange(250) * 0.1) + 0.3 * np.sin(np.arange(250) * 0.31)
     y = compiled.free_run(rules, x, 0.1) + 0.003 * np.random.default_rng(0).standard_normal(250)
-    criterion = kind([Series(x, y, np.ones(250), 0.1)], 1)
-    start = criterion.pack(rules * [1, 1, 1, 0.97, 1.04, 0.9])
-    return criterion, start
+    traces, scaling = [trace(x, 1e-6 * y)], Scaling(0.0, 1e-6, 0.0, 1.0)
+    start = rules * [1, 1, 1, 0.97, 1.04, 0.9]
+    model = paper_model(traces, scaling, start, begins=[0.1e-6])
+    criterion = paper_problem(traces, model, scaling)
+    return criterion.guarded_by_data(1.0, model.offsets), criterion.pack(model)
 
 
-@pytest.mark.parametrize("kind", [FreeRun, OneStep])
-@pytest.mark.parametrize("method", METHODS)
-def test_every_estimator_finds_the_optimum_of_a_second_method(kind, method):
-    criterion, start = one_rule_problem(kind)
-    other = "levenberg-marquardt" if method == "trust-region" else "trust-region"
-    expected = minimise(criterion, start, other).cost
-    iterations = {"gradient-descent": 5000, "evolution": 400}.get(method, 300)
-    found = minimise(criterion, start, method, max_iterations=iterations, tolerance=1e-8)
-    assert found.cost == pytest.approx(expected, rel=0.02 if method == "evolution" else 1e-3)
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_every_solver_finds_the_optimum_of_a_second_one(solver):
+    criterion, start = one_rule_problem()
+    other = "levenberg-marquardt" if solver == "trust-region" else "trust-region"
+    expected = solve(criterion, start, Options(solver=other), 1e-8).cost
+    iterations = {"gradient-descent": 5000, "evolution": 400}.get(solver, 300)
+    found = solve(criterion, start, Options(max_iterations=iterations, solver=solver), 1e-8)
+    assert found.cost == pytest.approx(expected, rel=0.02 if solver == "evolution" else 1e-3)
     assert found.cost == pytest.approx(cost(criterion, found.coordinates))
 
 
-def test_an_unknown_estimator_is_refused():
-    criterion, start = one_rule_problem(FreeRun)
-    with pytest.raises(InputError, match="unknown estimator 'magic'"):
-        minimise(criterion, start, "magic")
+def test_an_unknown_solver_is_refused_with_the_names():
+    with pytest.raises(InputError, match="unknown solver 'magic'; known are levenberg-marquardt, "):
+        Options(solver="magic")
 
 
 def test_a_diverging_start_is_told_and_not_fatal():
-    criterion, start = one_rule_problem(FreeRun)
+    criterion, start = one_rule_problem()
     start[3] = 3.0  # q1
-    found = minimise(criterion, start)
+    found = minimise_from(criterion, start, 100)
     assert not found.converged
     assert "diverges" in found.message
 
@@ -312,8 +377,8 @@ def test_offsets_are_not_invented_and_every_result_can_be_simulated_again(noisy)
     voltages = [*training_voltages(1500), *test_voltages(1500)]
     for result, voltage in zip(noisy.records, voltages, strict=True):
         assert result.offset == 0.0
-        run = compiled.free_run(noisy.parameters.rules, voltage, result.initial_displacement)
-        np.testing.assert_array_equal(run, result.y_free)
+        run = compiled.free_run(noisy.parameters.rules, voltage, result.start["initialDisplacement"])
+        np.testing.assert_array_equal(run, result.y)
 
 
 def test_the_model_is_usable_over_the_data_and_a_margin(noisy):
@@ -348,7 +413,7 @@ def test_the_number_of_rules_is_chosen_by_prediction():
     for i, x in enumerate(training_voltages(800)[:2]):
         y = compiled.free_run(two, x, 0.0) + NOISE * np.random.default_rng(i).standard_normal(800)
         records.append(Record(f"r{i}", time(800), x, y, TS))
-    found = identify(records, options=Options(max_rules=3, starts=6))
+    found = identify(records, options=QUICK)
     assert found.parameters["ruleCount"] == 2
     assert [trial.rules for trial in found.orders][:3] == [1, 2, 3]
 
@@ -370,7 +435,7 @@ def test_only_a_record_that_begins_in_motion_is_given_time_to_fall_in():
     t = time(2000)
     moving = record("moving", 52.5 + 52.5 * np.sin(2 * np.pi * 50 * t))
     resting = record("resting", 52.5 - 52.5 * np.cos(2 * np.pi * 20 * t))
-    assert [prepare(r, Options()).skip for r in (moving, resting)] == [100, 0]
+    assert [prepare(r).skip for r in (moving, resting)] == [100, 0]
 
 
 # --- honesty -------------------------------------------------------------------------------------
@@ -381,6 +446,29 @@ def test_one_amplitude_at_one_frequency_is_warned_of():
     found = identify([single], rules=1)
     assert any("one amplitude at one frequency" in text for text in found.warnings)
     assert any("lacks something" in text for text in found.warnings)
+
+
+@pytest.mark.parametrize(
+    ("envelope", "expected"),
+    [
+        (lambda t: np.ones_like(t), True),
+        (lambda t: np.minimum(t / 0.05, 1.0), True),  # let in over one period
+        (lambda t: np.minimum((1.0 - t) / 0.3, 1.0), False),  # dies away: nested minor loops
+        (lambda t: np.where(t < 0.5, 1.0, 0.6), False),
+    ],
+)
+def test_one_tone_is_one_amplitude_but_for_a_few_turns(envelope, expected):
+    t = np.arange(10_000) * 1e-4
+    voltage = 50.0 + 50.0 * envelope(t) * np.sin(2 * np.pi * 20.0 * t)
+    noise = 0.05 * np.random.default_rng(0).standard_normal(len(t))
+    single = Record("a", t, voltage + noise, 1e-7 * voltage, 1e-4)
+    assert holds_one_tone([prepare(single)]) is expected
+
+
+def test_steps_are_no_tone():
+    t = np.arange(10_000) * 1e-4
+    square = Record("a", t, 50.0 + 50.0 * np.sign(np.sin(2 * np.pi * 20.0 * t + 0.1)), 1e-6 * t, 1e-4)
+    assert not holds_one_tone([prepare(square)])
 
 
 def test_a_test_record_beyond_the_training_range_is_warned_of():
@@ -420,7 +508,7 @@ def test_contraction_holds_over_the_band_of_the_data_and_not_only_at_equilibrium
     found = identify([train], rules=3, options=QUICK)
     assert found.contraction < 1.0
     assert not any("drift apart" in text for text in found.warnings)
-    kept = slice(found.records[0].skip, None)
+    kept = slice(found.records[0].lead, None)
     y, x = train.displacement[kept], train.voltage[kept]
     _, _, by_previous = one_step_gradient(found.parameters.rules, y[:-1], x[1:])
     assert np.abs(by_previous).max() <= found.contraction + 1e-6
@@ -443,9 +531,9 @@ def test_a_clipped_stretch_has_no_weight():
     clipped = replace(clean[0], displacement=np.minimum(clean[0].displacement, limit), outliers=mask)
     assert 0.02 < mask.mean() < 0.3
     found = identify([clipped, clean[1]], rules=3, options=QUICK)
-    run = found.records[0].y_free
+    run = found.records[0].y
     assert np.sqrt(np.mean((run - clean[0].displacement)[mask] ** 2)) < 3 * NOISE
-    assert found.records[0].noise_rms == pytest.approx(NOISE, rel=0.3)
+    assert found.records[0].noise == pytest.approx(NOISE, rel=0.3)
 
 
 def test_a_mostly_clipped_record_is_refused():
@@ -483,13 +571,16 @@ def test_records_too_short_for_the_rules_are_refused_with_numbers():
 
 def test_parameters_that_only_act_together_are_named_as_a_group():
     # one rule: its membership cancels in (10), and nothing depends on s1, s2 and c
-    criterion, start = one_rule_problem(FreeRun)
-    found = assess(criterion, minimise(criterion, start).coordinates, Scaling(0.0, 1e-6, 0.0, 1.0))
+    criterion, start = one_rule_problem()
+    minimum = minimise_from(criterion, start, 100)
+    found = assess(ChainFit(criterion, minimum))
     assert set(found.undetermined) == {"rule[1].sigmaLower", "rule[1].sigmaUpper", "rule[1].centre"}
     # twins: only the sum of their consequents counts
-    rules = criterion.rules(minimise(criterion, start).coordinates)
-    twin = FreeRun(criterion.series, 2)
-    found = assess(twin, twin.pack(np.vstack([rules, rules])), Scaling(0.0, 1e-6, 0.0, 1.0))
+    rules, scaling = criterion.rules(minimum.coordinates), criterion.scaling
+    model = paper_model(criterion.traces, scaling, np.vstack([rules, rules]))
+    twin = paper_problem(criterion.traces, model, scaling)
+    end = Minimum(twin.pack(model), 0.0, True, 0, 0, "")
+    found = assess(ChainFit(twin, end))
     group = next(g for g in found.groups if "rule[1].q1" in g)
     assert "rule[2].q1" in group
     assert any("rule[2].q1" in text and "only together" in text for text in found.sentences())
@@ -547,17 +638,14 @@ def test_correlation_time_of_white_noise_and_of_a_first_order_process():
 
 def test_an_excerpt_of_long_records_is_short_and_holds_every_record():
     rng = np.random.default_rng(0)
-    series = [
-        Series(rng.standard_normal(n), rng.standard_normal(n), np.ones(n), 0.5)
-        for n in (90_000, 300, 9_000)
-    ]
-    windows, records = excerpt(series)
+    traces = [trace(rng.standard_normal(n), rng.standard_normal(n)) for n in (90_000, 300, 9_000)]
+    windows, records = excerpt(traces)
     assert set(records) == {0, 1, 2}
-    assert sum(len(w.x) for w in windows) < 12_000
+    assert sum(len(w.y) for w in windows) < 12_000
     last = windows[np.flatnonzero(records == 0)[-1]]
-    np.testing.assert_array_equal(last.y, series[0].y[-1000:])
-    assert last.state == series[0].y[-1001]
-    assert excerpt(series[1:2])[0] == series[1:2]
+    np.testing.assert_array_equal(last.y, traces[0].y[-1000:])
+    np.testing.assert_array_equal(last.drive.voltage, traces[0].drive.voltage[-1000:])
+    assert excerpt(traces[1:2])[0] == traces[1:2]
 
 
 @pytest.mark.parametrize("count", [12_000, 15_001, 18_000, 45_000, 150_000, 300_000, 1_000_000])
@@ -566,28 +654,28 @@ def test_no_window_falls_into_what_is_set_aside(count, lead):
     weight = np.ones(count)
     weight[np.isin(np.arange(count) * 10 // count, (2, 5, 8))] = 0.0
     weight[:lead] = 0.0
-    windows, _ = excerpt([Series(np.arange(float(count)), np.zeros(count), weight, 0.0)])
+    windows, _ = excerpt([trace(np.arange(float(count)), np.zeros(count), weight)])
     assert len(windows) >= 6
     assert all(np.count_nonzero(w.weight) >= 500 for w in windows)
-    assert windows[0].x[0] >= lead
-    assert windows[-1].x[-1] > 0.8 * count
+    assert windows[0].drive.voltage[0] >= lead
+    assert windows[-1].drive.voltage[-1] > 0.8 * count
 
 
 def test_an_excerpt_of_what_is_hardly_fitted_shows_that():
     weight = np.zeros(20_000)
     weight[12_000:12_100] = 1.0
-    windows, _ = excerpt([Series(np.zeros(20_000), np.zeros(20_000), weight, 0.0)])
+    windows, _ = excerpt([trace(np.zeros(20_000), np.zeros(20_000), weight)])
     assert all(np.count_nonzero(w.weight) == 100 for w in windows)
 
 
 def test_what_is_set_aside_leaves_a_part_that_moves():
     late = np.where(np.arange(1000) < 800, 0.0, np.sin(np.arange(1000)))
     for x, fitted_begin in ((np.sin(np.arange(1000)), 0), (late, 300)):
-        series = Series(x, x.copy(), np.ones(1000), x[0])
-        fitted, decisive = split([series])
-        np.testing.assert_array_equal(fitted[0].x, x[fitted_begin : fitted_begin + 700])
+        fitted, decisive = split([trace(x, x.copy())])
+        kept = slice(fitted_begin, fitted_begin + 700)
+        np.testing.assert_array_equal(fitted[0].drive.voltage, x[kept])
+        np.testing.assert_array_equal(fitted[0].y, x[kept])
         assert np.count_nonzero(decisive[0].weight) == 300
-        assert fitted[0].state == x[max(fitted_begin - 1, 0)]
         assert not np.any(decisive[0].weight[fitted_begin : fitted_begin + 700])
 
 
@@ -595,7 +683,7 @@ def test_a_single_step_is_no_start_up():
     x = np.where(np.arange(1000) < 200, 0.0, 1.0)
     y = x + 0.2 * (np.arange(1000) < 5)
     record = Record("step", np.arange(1000) * 1e-4, x, y, 1e-4)
-    assert prepare(record, Options()).skip == 0
+    assert prepare(record).skip == 0
 
 
 def test_a_record_that_cannot_move_where_it_is_trusted_is_refused():

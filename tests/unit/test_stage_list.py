@@ -11,8 +11,10 @@ from pathlib import Path
 import pytest
 from compilers import compiler
 
+from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.model.effect import Memory
 from it2hys.model.stages import BEFORE_CORE, BEHIND_CORE, EFFECTS, READING
+from it2hys.model.variables import load_table
 
 SOURCES = Path(__file__).parents[2] / "fmu_src"
 LIST = SOURCES / "core" / "stages.h"
@@ -38,6 +40,21 @@ def test_the_list_is_pythons():
         stage = re.search(rf"{name}_stage = {{(.*?)}};", source, re.DOTALL)[1]
         assert EFFECTS[name].limits == (".limits = true" in stage)
         assert EFFECTS[name].has_inverse == (".inverse = " in stage)
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_what_an_effect_says_of_itself_is_there(effect):
+    known, evidence = load_table().parameters(), EVIDENCE[effect]
+    assert list(EVIDENCE) == list(EFFECTS)
+    assert evidence.meaning and evidence.experiment
+    assert evidence.channel in (None, "force", "temperature")
+    own = {*EFFECTS[effect].per_record, *filter(None, [EFFECTS[effect].shift])}
+    assert {known[name].effect for name in own} <= {effect}
+
+
+def test_one_effect_shifts_what_is_sampled():
+    assert [name for name, effect in EFFECTS.items() if effect.shift] == ["delay"]
+    assert {name for name, effect in EFFECTS.items() if effect.sampled} == {"lag", "resonance", "slew"}
 
 
 @pytest.mark.parametrize("effect", EFFECTS)

@@ -1,20 +1,20 @@
 #include "chain.h"
-static bool is_on(const struct chain_parameters *p)
+static bool tilt_is_on(const struct chain_parameters *p)
 {
     return p->tilt.gain != 0.0;
 }
-static void prepare(void *constants, const struct chain_parameters *p)
+static void tilt_prepare(void *constants, const struct chain_parameters *p)
 {
     ((struct tilt *)constants)->gain = p->tilt.gain;
 }
 
-static double rest(const void *constants, void *state, double y, const struct chain_parameters *p)
+static double tilt_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
 {
     (void)constants, (void)p;
     return ((struct tilt_state *)state)->x = y;
 }
 
-static double step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static double tilt_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
 {
     struct tilt_state *s = state;
     const double y = x + ((const struct tilt *)constants)->gain * (x - s->x);
@@ -23,7 +23,8 @@ static double step(const void *constants, void *state, double x, const struct ch
     return y;
 }
 
-static double inverse(const void *constants, void *state, double y, const struct chain_surroundings *around)
+static double tilt_inverse(const void *constants, void *state, double y,
+                           const struct chain_surroundings *around)
 {
     const double gain = ((const struct tilt *)constants)->gain;
     struct tilt_state *s = state;
@@ -31,28 +32,28 @@ static double inverse(const void *constants, void *state, double y, const struct
     return s->x = (y + gain * s->x) / (1.0 + gain);
 }
 
-static bool check(const struct chain_parameters *p, char *message, size_t size)
+static bool tilt_check(const struct chain_parameters *p, char *message, size_t size)
 {
     return p->tilt.gain > -1.0 || refuse(message, size, "tilt.gain is %g", p->tilt.gain);
 }
 
-static void prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
-                            const struct chain_parameters *d)
+static void tilt_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
+                                 const struct chain_parameters *d)
 {
     (void)constants, (void)p;
-    prepare(d_constants, d);
+    tilt_prepare(d_constants, d);
 }
 
-static double rest_tangent(const void *constants, const void *d_constants, void *d_state, double x, double d_y,
-                           const struct chain_parameters *p, const struct chain_parameters *d)
+static double tilt_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
+                                double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)d_constants, (void)x, (void)d;
-    return rest(constants, d_state, d_y, p);
+    return tilt_rest(constants, d_state, d_y, p);
 }
 
-static void tangent(const void *constants, const void *state, double x,
-                    const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                    double *restrict row)
+static void tilt_tangent(const void *constants, const void *state, double x,
+                         const struct chain_surroundings *d_around, int count, double *restrict d_state,
+                         double *restrict row)
 {
     (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
@@ -62,22 +63,33 @@ static void tangent(const void *constants, const void *state, double x,
     }
 }
 
-static double by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                            const struct chain_surroundings *around, double *d_state, int stride)
+static double tilt_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
+                                 const struct chain_surroundings *around, double *d_state, int stride)
 {
     (void)constants, (void)around, (void)d_state, (void)stride;
     return ((const struct tilt *)d_constants)->gain * (x - ((const struct tilt_state *)state)->x);
 }
 
-static double inverse_tangent(const void *constants, const void *state, double x, void *d_state, double d_y,
-                              const struct chain_surroundings *d_around)
+static double tilt_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
+                                   double d_y, const struct chain_surroundings *d_around)
 {
     (void)state, (void)x;
-    return inverse(constants, d_state, d_y, d_around);
+    return tilt_inverse(constants, d_state, d_y, d_around);
 }
 
 const struct stage tilt_stage = {
-    .is_on = is_on, .prepare = prepare, .rest = rest, .step = step, .inverse = inverse
+    .is_on = tilt_is_on,
+    .prepare = tilt_prepare,
+    .rest = tilt_rest,
+    .step = tilt_step,
+    .inverse = tilt_inverse,
 };
-const struct stage_analysis tilt_analysis = { check,   prepare_tangent, rest_tangent,
-                                              tangent, by_parameters,   inverse_tangent };
+
+const struct stage_analysis tilt_analysis = {
+    .check = tilt_check,
+    .prepare_tangent = tilt_prepare_tangent,
+    .rest_tangent = tilt_rest_tangent,
+    .tangent = tilt_tangent,
+    .by_parameters = tilt_by_parameters,
+    .inverse_tangent = tilt_inverse_tangent,
+};

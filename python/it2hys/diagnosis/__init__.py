@@ -6,6 +6,6 @@
 """
 
 from it2hys.diagnosis.diagnose import RULES, diagnose
-from it2hys.diagnosis.result import Diagnosis
+from it2hys.diagnosis.outcome import Diagnosis
 
 __all__ = ["RULES", "Diagnosis", "diagnose"]

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from it2hys.identification.uncertainty import correlation_time
+from it2hys.policy import SEARCH
 
-#: Blocks are so many correlation times of the difference long ...
-_BLOCK = 4.0
-#: ... but no record is cut into fewer than this many: fewer have no spread to speak of.
-_FEWEST_BLOCKS = 8
-_RESAMPLES = 4000
+#: Most blocks of a record: more would tell nothing more and take time.
+_MOST_BLOCKS = 250
+#: Draws: the least probability that can be told is one over this.
+_RESAMPLES = 10_000
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def is_worse(comparison: Comparison, share: float) -> bool:
 def _block_means(squares: np.ndarray) -> np.ndarray:
     """Return means over blocks of the squared errors of one record, shape (B, 2)."""
     count = len(squares)
-    length = int(_BLOCK * correlation_time(squares[:, 0] - squares[:, 1]))
-    length = int(np.clip(length, 1, max(1, count // _FEWEST_BLOCKS)))
+    length = int(SEARCH.block * correlation_time(squares[:, 0] - squares[:, 1]))
+    length = int(np.clip(length, -(-count // _MOST_BLOCKS), max(1, count // SEARCH.fewest_blocks)))
     whole = squares[: count // length * length]
     return whole.reshape(-1, length, 2).mean(axis=1)

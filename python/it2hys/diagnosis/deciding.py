@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from it2hys.diagnosis.criterion import Trace
+from it2hys.identification.criterion import Trace
+from it2hys.policy import SEARCH
 
-#: A step is a change from one sample to the next of this share of the range of the training voltages.
-_STEP = 0.05
 #: Of the steps of all training records the second, and each third one from there, decide.
 _SECOND, _EVERY = 1, 3
 
@@ -29,7 +28,7 @@ def steps_aside(traces: Sequence[Trace], deciding: Sequence[Trace]) -> tuple[lis
     """
     low = min(float(t.drive.voltage.min()) for t in traces)
     high = max(float(t.drive.voltage.max()) for t in traces)
-    least = _STEP * (high - low)
+    least = SEARCH.step * (high - low)
     if any(_has_steps(t, least) for t in deciding):
         return list(traces), list(deciding)
     held = [(i, part) for i, t in enumerate(traces) for part in _after_steps(t, least)]

@@ -9,43 +9,43 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
-from it2hys.diagnosis.coordinates import BY_RECORD, OF_READING
-from it2hys.diagnosis.criterion import ChainFit, Model, Trace
 from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.statistics import FEWEST
-from it2hys.diagnosis.explained import explained_by_model, explained_by_voltage
-from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench, clues
-from it2hys.diagnosis.intervals import intervals_of
-from it2hys.diagnosis.inverse import applied_voltage, ask_inverse, noise_of_inverse
+from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench
 from it2hys.diagnosis.next_experiment import deciding_experiment
+from it2hys.diagnosis.outcome import Diagnosis, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
-from it2hys.diagnosis.result import Diagnosis, InverseJudgement, Judgement, Stage
 from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.selection import Node, Search
-from it2hys.diagnosis.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.diagnosis.windows import Window, searched_text, windows_of
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
+from it2hys.identification.criterion import ChainFit, Model, Trace
+from it2hys.identification.effect_coordinates import BY_RECORD
 from it2hys.identification.findings import coarse_readings, record_findings
+from it2hys.identification.judgement import Judgement, judge_records, judged_samples
 from it2hys.identification.preparation import (
     check_rule_count,
     check_sample_times,
     data_scaling,
     prepare,
 )
-from it2hys.identification.result import Identification, RecordResult
+from it2hys.identification.result import Identification
+from it2hys.identification.starts import clues
+from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
+from it2hys.identification.uncertainty import assess
 from it2hys.identification.usability import widest_range
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
+from it2hys.policy import COVERAGE, STARTS
 from it2hys.records import Record
-from it2hys.records.clues import Extent
+from it2hys.records.clues import Clue, Extent
 from it2hys.records.feedback import find_feedback
-from it2hys.records.figures_of_merit import max_relative_error, rms_error
-from it2hys.records.units import DEFAULT_UNITS
+from it2hys.records.units import UNITS
 from it2hys.support.processes import parallel_map
 from it2hys.support.progress import Progress
 
@@ -58,12 +58,6 @@ ONE_LOOP = tuple(name for name, e in EVIDENCE.items() if e.of_any_loop)
 REGULATED = tuple(name for name, e in EVIDENCE.items() if e.of_a_controller)
 #: Iterations of the last fit.
 _FINAL = 150
-#: Samples at zero voltage, to within a share of its range, with which a record at rest begins.
-_STANDING, _SLACK = 5, 0.02
-#: Largest ratio of the travel of a given model to that of the records, either way.
-_SAME_UNIT = 3.0
-#: Share of its range by which records may go beyond a given model's.
-_BEYOND = 0.25
 
 
 def diagnose(
@@ -77,6 +71,7 @@ def diagnose(
     progress: Progress | None = None,
     workers: int = 1,
     excluded: Sequence[str] = (),
+    sensor_curve: bool = False,
 ) -> Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -102,6 +97,8 @@ def diagnose(
         Processes that share the fits. The result does not depend on it.
     excluded : sequence of str
         Effects that are not tried.
+    sensor_curve : bool
+        That a static curve, where one is found, is the sensor's and no part of the stage.
 
     Returns
     -------
@@ -118,7 +115,7 @@ def diagnose(
     check_rule_count(rules)
     session = _Session(train, validation, test, declared, excluded, options or Options(), progress)
     with parallel_map(workers) as each:
-        return session.run(model, rules, each)
+        return replace(session.run(model, rules, each), has_sensor_curve=sensor_curve)
 
 
 class _Session:
@@ -142,14 +139,14 @@ class _Session:
         self._excluded = _checked_effects("exclude", excluded, self._extent)
         if both := {*self._declared} & {*self._excluded}:
             raise InputError(f"{min(both)} is both declared and excluded")
-        prepared = [prepare(r, options) for r in train]
+        prepared = [prepare(r) for r in train]
         self._scaling = data_scaling(prepared)
         self._whole = [Window(i, 0, p) for i, p in enumerate(prepared)]
         self._windows = windows_of(prepared)
         self._prepared = [
             *(("train", p) for p in prepared),
-            *(("validation", prepare(r, options)) for r in validation),
-            *(("test", prepare(r, options)) for r in test),
+            *(("validation", prepare(r)) for r in validation),
+            *(("test", prepare(r)) for r in test),
         ]
         # one loop, gone through again and again, is any of these, or the core
         one_tone = holds_one_tone(prepared)
@@ -206,11 +203,11 @@ class _Session:
         )
 
     @staticmethod
-    def _begin(window: Window, records: Sequence[RecordResult]) -> float:
+    def _begin(window: Window, records: Sequence[Judgement]) -> float:
         """Return the displacement with which the paper's model begins a window."""
         result = records[window.record]
         if window.first == 0:
-            return result.initial_displacement
+            return result.start["initialDisplacement"]
         return float(window.prepared.record.displacement[0]) - result.offset
 
     def _given(self, given: ParameterSet) -> Model:
@@ -223,9 +220,8 @@ class _Session:
             for name in BY_RECORD
             if _effect_of(name) in (None, *effects)
         }
-        self._has_offset = self._options.offsets is True
         traces = self._searched()
-        bench = Bench(traces, traces, self._scaling, self._extent)
+        bench = Bench(traces, self._scaling, self._extent, traces)
         start = Model(dict(given), effects, np.zeros(len(traces)), own)
         return bench.fit_own(start, traces)
 
@@ -244,7 +240,7 @@ class _Session:
                 f"{self._extent.sample_time:g} s: resample them, or identify a model at their rate"
             )
         low, high = given.voltage_range
-        beyond = _BEYOND * (high - low)
+        beyond = COVERAGE.beyond_model * (high - low)
         record_low, record_high = self._extent.voltage
         if record_low < low - beyond or record_high > high + beyond:
             raise InputError(
@@ -254,7 +250,7 @@ class _Session:
         travel = given.displacement_range[1] - given.displacement_range[0]
         share = (record_high - record_low) / (high - low)
         ratio = self._extent.displacement_span / (share * travel)
-        if not 1.0 / _SAME_UNIT < ratio < _SAME_UNIT:
+        if not 1.0 / COVERAGE.same_unit < ratio < COVERAGE.same_unit:
             raise InputError(
                 f"{name} moves {1e6 * share * travel:.4g} um over the records' voltages, the records "
                 f"{1e6 * self._extent.displacement_span:.4g} um: another unit of the displacement?"
@@ -286,7 +282,7 @@ class _Session:
         parts = not deciding
         traces, deciding = set_aside(traces) if parts else steps_aside(traces, deciding)
         deciding = [within(t, self._extent.voltage) for t in deciding]
-        return Bench(traces, deciding, self._scaling, self._extent, parts)
+        return Bench(traces, self._scaling, self._extent, deciding, parts)
 
     def _declare(self, bench: Bench, base: Model) -> Model:
         """Return the model with the declared effects."""
@@ -360,9 +356,9 @@ class _Session:
             self._excluded,
             self._regulated,
         )
-        judged = [within(t, self._extent.voltage) for t in self._traces("train", "validation")]
+        judged = [within(t, self._extent.voltage) for t in traces if t.role != "test"]
         base = self._on_whole(base, bench)
-        left = self._left_over(bench, fit.model, judged, len(self._train))
+        left = self._left_over(whole, fit.model, judged, len(self._train))
         after = self._judgements(fit.model, bench, traces)
         return Diagnosis(
             parameters=parameters,
@@ -370,7 +366,7 @@ class _Session:
             effects=named,
             declared=self._declared,
             unexplained=left.significant,
-            left_over=(*left.sentences, *self._seen_in_tests(bench, fit.model)),
+            left_over=(*left.sentences, *self._seen_in_tests(whole, fit.model, traces)),
             indistinguishable=groups,
             experiments=tuple(deciding_experiment(group) for group in groups),
             noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
@@ -378,7 +374,7 @@ class _Session:
             after=after,
             evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
             stages=self._stages(search, node, fit, bench),
-            intervals=intervals_of(fit),
+            intervals=assess(fit).intervals,
             warnings=(*self._findings(after), *self._warnings),
             seconds=self._seconds,
         )
@@ -389,12 +385,14 @@ class _Session:
         return [*record_findings(records), *coarse_readings(records, [j.noise for j in after], after)]
 
     def _left_over(self, bench: Bench, model: Model, traces: Sequence[Trace], known: int) -> LeftOver:
-        fitted = bench.fit_own(model, traces, known)
-        return left_over(clues(fitted, traces, self._extent), [t.noise for t in traces])
+        """Judge what is left of records behind their lead-ins: how they begin is not judged."""
+        seen = clues(bench.fit_own(model, traces, known), traces, self._extent)
+        records = [_behind_lead_in(c, t) for c, t in zip(seen.records, traces, strict=True)]
+        return left_over(replace(seen, records=records), [t.noise for t in traces])
 
-    def _seen_in_tests(self, bench: Bench, model: Model) -> list[str]:
+    def _seen_in_tests(self, bench: Bench, model: Model, traces: Sequence[Trace]) -> list[str]:
         """Describe what is left of the test records if it is more than noise; that decides nothing."""
-        traces = [within(t, self._extent.voltage) for t in self._traces("test")]
+        traces = [within(t, self._extent.voltage) for t in traces if t.role == "test"]
         traces = [t for t in traces if np.count_nonzero(t.weight) >= FEWEST]
         seen = self._left_over(bench, model, traces, 0) if traces else None
         if seen is None or not seen.significant:
@@ -422,12 +420,7 @@ class _Session:
         return parameters.replace(**start)
 
     def _judgements(self, model: Model, bench: Bench, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
-        parameters = self._parameters(model, "judged")
-        fitted = bench.fit_own(model, traces)
-        return tuple(
-            judge(t, parameters, fitted.start(i), float(fitted.offsets[i]))
-            for i, t in enumerate(traces)
-        )
+        return judge_records(bench, model, self._parameters(model, "judged"), traces)
 
     def _stages(self, search: Search, node: Node, fit: ChainFit, bench: Bench) -> tuple[Stage, ...]:
         """Return the first model, those after each addition if there are any, and the last."""
@@ -469,7 +462,7 @@ def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple
     for name in names if option == "declared" else ():
         channel = EVIDENCE[name].channel
         if channel and getattr(extent, channel) is None:
-            column = f"{channel} channel ({channel}_{DEFAULT_UNITS[channel]})"
+            column = f"{channel} channel ({channel}_{next(iter(UNITS[channel]))})"
             raise InputError(f"--declared {name}: no training record has a {column}")
     return tuple(e for e in EFFECTS if e in names)
 
@@ -507,8 +500,8 @@ def _zero_of(parameters: ParameterSet) -> float:
 def _begins_at_rest(record: Record, voltage_range: tuple[float, float]) -> bool:
     """Return whether a record begins at zero voltage, or as near to it as its range goes, and stays."""
     low, high = voltage_range
-    first = record.voltage[:_STANDING]
-    return bool(np.all(np.abs(first - np.clip(0.0, low, high)) <= _SLACK * (high - low)))
+    first = record.voltage[: STARTS.standing]
+    return bool(np.all(np.abs(first - np.clip(0.0, low, high)) <= STARTS.slack * (high - low)))
 
 
 def _at_rest(parameters: ParameterSet) -> ParameterSet:
@@ -527,68 +520,7 @@ def _at_rest(parameters: ParameterSet) -> ParameterSet:
     return parameters.replace(initialDisplacement=float(brentq(excess, low, high)))
 
 
-def judged_samples(trace: Trace) -> np.ndarray:
-    """Return the samples behind the lead-in whose errors count, a mask of shape (N,)."""
-    return trace.judged & (np.arange(len(trace.y)) >= trace.lead)
-
-
-def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) -> Judgement:
-    """Return the errors of both FMUs on a record, begun with a start."""
-    begun = parameters.replace(**start)
-    e_mr, e_rms, y = _errors(trace, begun, offset)
-    # the phase of what is picked up is nothing that a stage or its model could be told
-    told = parameters.replace(
-        **{n: v for n, v in start.items() if n in OF_READING},
-        initialDisplacement=float(trace.y[0]) - offset,
-    )
-    return Judgement(
-        name=trace.name,
-        role=trace.role,
-        e_mr=e_mr,
-        e_rms=e_rms,
-        start=start,
-        offset=offset,
-        lead=trace.lead,
-        lead_in=trace.lead * float(parameters["sampleTime"]),
-        noise=trace.noise,
-        cold_start=_errors(trace, told, offset)[1],
-        inverse=_judge_inverse(trace, begun, offset),
-        explained=explained_by_model(trace.y, y, judged_samples(trace)),
-        voltage_share=explained_by_voltage(trace.drive.voltage, trace.y, judged_samples(trace)),
-        y=y,
-        used=judged_samples(trace),
-        out_of_range=compiled.chain_out_of_range(
-            begun, trace.drive.voltage, trace.drive.force, trace.drive.temperature
-        ),
-    )
-
-
-def _judge_inverse(trace: Trace, parameters: ParameterSet, offset: float) -> InverseJudgement:
-    """Return how the inverse does on the measured displacement, up to the band of the record."""
-    reference, drive = trace.references.band, trace.drive
-    judged = trace.judged & reference.inside
-    asked, saturated = ask_inverse(parameters, drive, reference.displacement - offset)
-    applied = applied_voltage(parameters, drive)
-    noise = noise_of_inverse(parameters, drive, trace.references)
-    (low, high), (lowest, highest) = parameters.voltage_range, parameters.displacement_range
-    e_rms = rms_error(applied[judged], asked[judged])
-    return InverseJudgement(
-        e_rms=e_rms,
-        e_displacement=e_rms * (highest - lowest) / (high - low),
-        noise=float(np.sqrt(np.mean(noise[judged] ** 2))),
-        band=reference.band,
-        latency=float(sum(EFFECTS[e].latency(parameters) for e in active_effects(parameters))),
-        saturated=float(np.mean(saturated[judged])),
-        asked=np.where(judged, asked, np.nan),
-        applied=applied,
-    )
-
-
-def _errors(trace: Trace, parameters: ParameterSet, offset: float) -> tuple[float, float, np.ndarray]:
-    """Return (24), (25) behind the lead-in, and the reading."""
-    drive = trace.drive
-    _, reading = compiled.chain_free_run(parameters, drive.voltage, drive.force, drive.temperature)
-    y, used = reading + offset, judged_samples(trace)
-    if not np.all(np.isfinite(y)):
-        return np.inf, np.inf, y
-    return max_relative_error(trace.y[used], y[used]), rms_error(trace.y[used], y[used]), y
+def _behind_lead_in(clue: Clue, trace: Trace) -> Clue:
+    """Return what is left of a record behind its lead-in, or of all of it where that is too little."""
+    used = clue.used & judged_samples(trace)
+    return replace(clue, used=used) if np.count_nonzero(used) >= FEWEST else clue

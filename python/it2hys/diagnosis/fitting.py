@@ -4,41 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
-from it2hys.diagnosis.coordinates import BY_RECORD, OF_READING, Coordinate
-from it2hys.diagnosis.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.inverse import inverse_error, noise_of_inverse
 from it2hys.diagnosis.residuals import LeftOver, left_over
-from it2hys.identification.criteria import Series
-from it2hys.identification.fitting import search_rules
-from it2hys.identification.lead_in import Misfit, lead_in_length
+from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
+from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.inverse import inverse_error, noise_of_inverse
 from it2hys.identification.result import Options
-from it2hys.identification.scaling import Scaling, moved
-from it2hys.identification.uncertainty import correlation_time
+from it2hys.identification.rule_search import search_rules
+from it2hys.identification.scaling import moved
+from it2hys.identification.starts import (
+    SAMPLED,
+    SHIFT,
+    SHIFTING,
+    Starts,
+    shifts,
+    with_histories,
+)
 from it2hys.model.compiled import Drive
-from it2hys.model.effect import History
-from it2hys.model.parameters import RULE_FIELDS
-from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table, off_values
-from it2hys.records.clues import Clue, Clues, Extent
+from it2hys.policy import NOISE
+from it2hys.records.clues import Extent
 
-#: Effects whose sampled form may differ from the truth by a part of a sample.
-SAMPLED = tuple(name for name, e in EFFECTS.items() if e.sampled)
-#: The effect that shifts the voltage, up to a sample of which goes with those, and its parameter.
-SHIFTING, SHIFT = next((name, e.shift) for name, e in EFFECTS.items() if e.shift)
-_SHORTEST = 1e-3
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
 #: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
 IMITATED = tuple(name for name, e in EVIDENCE.items() if e.imitated)
 _ANEW, _ANEW_STARTS = 6, 1
-#: Up to so many times the noise a residual is noise; up to so many it is if it also looks like it: the
-#: noise is not known better. What looks so has more than this probability to.
-_REACHED, _NEARLY, _BY_CHANCE = 1.02, 1.1, 1e-3
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
 _SETTLING_ANEW = 60
@@ -50,29 +44,6 @@ _ROWS = 20_000
 UNLIMITED = {
     "displacementMin": -np.inf, "displacementMax": np.inf, "voltageMin": -np.inf, "voltageMax": np.inf,
 }  # fmt: skip
-#: Histories from which what belongs to a record is fitted, and those that a lead-in has to tell apart.
-_HISTORIES, _COMPARED = 3, 7
-#: By how much, in twice the logarithm of the likelihood, a history that has to show has to be better
-#: than one that does not: a probability of 1 % by chance (chi squared, one more parameter).
-_EXCURSION = 6.6
-
-
-def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
-    """Return what of a model's effects is fitted."""
-    result = []
-    for effect in model.effects:
-        starts = EFFECTS[effect].starts_of(model.values, extent)
-        result += [Coordinate.of(name, start) for name, start in starts.items()]
-    result.append(Coordinate("initialDisplacement", extent.displacement, logarithmic=False))
-    if _shifts(model):
-        bounds = (_SHORTEST * extent.sample_time, extent.sample_time)
-        result.append(Coordinate(SHIFT, bounds, logarithmic=False))
-    return result
-
-
-def _shifts(model: Model) -> bool:
-    """Return whether a delay of up to a sample belongs to a model without it being an effect."""
-    return SHIFTING not in model.effects and any(e in SAMPLED for e in model.effects)
 
 
 def _shifted(model: Model, share: float) -> Model:
@@ -96,7 +67,7 @@ def is_delay(model: Model, effect: str) -> bool:
 
     It is if it has done most of its work in that delay.
     """
-    return _shifts(model) and EVIDENCE[effect].is_done_within(model.values, model.values[SHIFT])
+    return shifts(model) and EVIDENCE[effect].is_done_within(model.values, model.values[SHIFT])
 
 
 def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Model:
@@ -108,7 +79,7 @@ def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Mo
             own[name] = np.broadcast_to(guess.get(name, 0.0), model.offsets.shape).copy()
     values = {**model.values, **{n: v for n, v in guess.items() if n not in BY_RECORD}}
     result = replace(model, values=values, effects=(*model.effects, effect), own=own)
-    if _shifts(result) and not values[SHIFT]:
+    if shifts(result) and not values[SHIFT]:
         values[SHIFT] = 0.5 * extent.sample_time
     return result
 
@@ -121,7 +92,7 @@ def without_effect(model: Model, effect: str) -> Model:
     own = {n: v for n, v in model.own.items() if known[n].effect != effect}
     effects = tuple(e for e in model.effects if e != effect)
     result = replace(model, values=values, effects=effects, own=own)
-    if SHIFTING not in effects and not _shifts(result):
+    if SHIFTING not in effects and not shifts(result):
         values[SHIFT] = 0.0
     return result
 
@@ -138,15 +109,6 @@ def with_another_rule(model: Model, rule: int, distance: float) -> Model:
     twins = np.repeat(rules[rule : rule + 1], 2, axis=0)
     twins[:, 2] += [-distance, distance]
     return with_rules(model, np.vstack([rules[:rule], twins, rules[rule + 1 :]]))
-
-
-def with_rules(model: Model, rules: np.ndarray) -> Model:
-    """Return the model with other rules, SI units."""
-    values = {n: v for n, v in model.values.items() if not n.startswith("rule[")}
-    values["ruleCount"] = len(rules)
-    for i, rule in enumerate(rules, start=1):
-        values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
-    return replace(model, values=values)
 
 
 def behind_gain(model: Model, total: float, traces: Sequence[Trace]) -> Model:
@@ -181,40 +143,24 @@ class Errors:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class Bench(Starts):
     """The records, and how models are fitted to and judged on them.
 
     Parameters
     ----------
-    traces : list of Trace
-        Records that are fitted.
     deciding : list of Trace
         Records, or parts of them, that decide between models.
-    scaling : Scaling
-    extent : Extent
     parts : bool
         Whether `deciding` are parts of the same records, which were not fitted.
     """
 
-    traces: list[Trace]
     deciding: list[Trace]
-    scaling: Scaling
-    extent: Extent
     parts: bool = False
 
     @property
     def floor(self) -> float:
         """Noise of the records that decide, m rms."""
         return float(np.sqrt(np.mean([t.noise**2 for t in self.deciding])))
-
-    def clues(self, model: Model) -> Clues:
-        """Return what a model leaves over of the training records."""
-        return clues(model, self.traces, self.extent)
-
-    def criterion(self, model: Model) -> ChainCriterion:
-        """Return the joint criterion of everything, from a model."""
-        fitted = fitted_coordinates(model, self.extent)
-        return ChainCriterion(self.traces, model, fitted, self.scaling)
 
     def fit(self, model: Model, iterations: int, strength: float = 1.0) -> ChainFit:
         """Fit everything jointly from a model; `strength` is that of the penalties for a poor core."""
@@ -247,7 +193,7 @@ class Bench:
         if fit is None:
             return None
         fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
-        if effect in SAMPLED and _shifts(fit.model):
+        if effect in SAMPLED and shifts(fit.model):
             fits += [self.fit(_shifted(fit.model, share), _SETTLING) for share in _SHIFTS]
         return self.preferred([f for f in fits if f])
 
@@ -310,14 +256,14 @@ class Bench:
     def leaves_noise(self, fit: ChainFit) -> bool:
         """Return whether nothing but noise is left over of the training records."""
         left = self._left_over(fit)
-        return left.size <= _REACHED or (left.size <= _NEARLY and left.p_value > _BY_CHANCE)
+        return left.size <= NOISE.reached or (left.size <= NOISE.nearly and left.p_value > NOISE.level)
 
     def is_near_noise(self, fit: ChainFit) -> bool:
         """Return whether hardly more than noise is left over, whatever it looks like, of any record."""
-        if self._left_over(fit).size > _NEARLY:
+        if self._left_over(fit).size > NOISE.nearly:
             return False
         deciding = np.concatenate(self.errors(fit.model).free)
-        return bool(np.sqrt(np.mean(deciding**2)) <= _NEARLY * self.floor)
+        return bool(np.sqrt(np.mean(deciding**2)) <= NOISE.nearly * self.floor)
 
     def _left_over(self, fit: ChainFit) -> LeftOver:
         return left_over(self.clues(fit.model), [t.noise for t in self.traces])
@@ -373,20 +319,20 @@ class Bench:
 
         A base that was fitted while an effect was missing is a poor start once it is there.
         """
-        series = []
+        seen = []
         for i, t in enumerate(self.traces):
             reading, x, y = model.run(t, i)
             if not np.all(np.isfinite(reading)):
                 continue
             # the measurement less what the stages behind the core add to it
             target = t.y - model.offsets[i] - (reading - y)
+            core = replace(t, drive=Drive.of(x), y=target, has_offset=False)
             # what is set aside at the end has nothing to say here
-            kept = slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)
-            x, y, weight = self.scaling.x(x[kept]), self.scaling.y(target[kept]), t.weight[kept]
-            series.append(Series(x, y, weight, float(y[0])))
-        if series:
+            seen.append(core.part(slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)))
+        if seen:
             found = search_rules(
-                series,
+                seen,
+                self.scaling,
                 int(model.values["ruleCount"]),
                 Options(starts=starts),
                 [self.scaling.rules(model.rules)],
@@ -395,78 +341,6 @@ class Bench:
         # the effects wait: while the rules are far off, creep's gains would go to zero and stay there
         waiting = self.criterion(model).guarded(1.0).holding(["effects"])
         return self.fit(minimise(waiting, _SETTLING).model, _SETTLING_ANEW)
-
-    def fit_own(self, model: Model, traces: Sequence[Trace], known: int = 0) -> Model:
-        """Return the model with what belongs to records fitted to these ones, all else held.
-
-        The first `known` of them are the records that the model was fitted to.
-        """
-        kept = [_of_record(model, i) for i in range(known)]
-        return _joined([*kept, *(self._fit_own_to_one(model, t) for t in traces[known:])])
-
-    def with_lead_in(self, model: Model, trace: Trace) -> Trace:
-        """Return a record with a lead-in that is as long as the model's start needs.
-
-        Histories that the lead-in cannot tell apart do not differ by more than the error behind it.
-        """
-        fitted = self._fit_own_to_one(model, trace)
-        used = trace.weight > 0.0
-        criterion = self._of_start(fitted, replace(trace, weight=1.0 * used))
-        linear = criterion.jacobian(criterion.pack(fitted))
-        if linear is None:  # a run on its way to infinity
-            return trace
-        rows = linear[0][:, criterion.start_columns]
-        misfit = self._misfit(model)
-        error = trace.noise**2 + misfit.power
-        lead = lead_in_length(
-            rows * self.scaling.y_unit,
-            used,
-            trace.noise,
-            misfit,
-            lambda lead: self._disagreement(model, replace(trace, lead=lead)) <= error,
-        )
-        used[:lead] = False
-        return replace(trace, lead=lead, judged=used)
-
-    def _disagreement(self, model: Model, trace: Trace) -> float:
-        """Return by how much histories that the lead-in cannot tell apart differ behind it, m^2."""
-        best, *others = self._starts(model, trace, most=_COMPARED)
-        behind = trace.weight > 0.0
-        behind[: trace.lead] = False
-        run = best.predict(trace, 0)
-        squares = [np.mean((other.predict(trace, 0) - run)[behind] ** 2) for other in others]
-        return float(max(squares, default=0.0))
-
-    def _misfit(self, model: Model) -> Misfit:
-        """Return what a model misses of the training records."""
-        residuals = [
-            clue.residual - np.mean(clue.residual[clue.used]) for clue in self.clues(model).records
-        ]
-        return Misfit.of(residuals, [t.noise for t in self.traces])
-
-    def _of_start(self, model: Model, trace: Trace) -> ChainCriterion:
-        """Return the criterion of what belongs to one record, all else held."""
-        fitted = [c for c in fitted_coordinates(model, self.extent) if c.name in BY_RECORD]
-        return ChainCriterion([trace], model, fitted, self.scaling).holding(["rules"])
-
-    def _fit_own_to_one(self, model: Model, trace: Trace) -> Model:
-        """Return the model of one record, its start fitted on the lead-in."""
-        return self._starts(model, trace)[0]
-
-    def _starts(self, model: Model, trace: Trace, most: int = _HISTORIES) -> list[Model]:
-        """Return the model of one record with starts fitted on the lead-in from likely histories.
-
-        The likeliest comes first, and with it those that the lead-in cannot tell from it.
-        """
-        whole, trace = trace, lead_in(trace)
-        start = with_starts(model, [trace])
-        histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
-        starts = [_as_trained(model, start), *(_with_history(start, h) for h in histories)]
-        fits = [minimise(self._of_start(s, trace), 30, 1e-8).model for s in starts]
-        errors = [(fit.predict(trace, 0) - trace.y)[trace.fitted] for fit in fits]
-        unlikely = _unlikeliness(errors, [False, *(h.has_to_show for h in histories)])
-        order = np.argsort(unlikely, kind="stable")
-        return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * _EXCURSION]
 
     def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> Errors:
         """Return the errors on the judged samples of records, by default of those that decide.
@@ -522,137 +396,3 @@ class Bench:
     def _bounded(self, error: np.ndarray) -> np.ndarray:
         most = 10.0 * self.extent.displacement_span
         return np.clip(np.where(np.isfinite(error), error, most), -most, most)
-
-
-def lead_in(trace: Trace) -> Trace:
-    """Return the lead-in of a record, as a record of its own."""
-    first = slice(0, trace.lead)
-    drive = trace.drive
-    return replace(
-        trace,
-        drive=Drive(drive.voltage[first], drive.force[first], drive.temperature[first]),
-        y=trace.y[first],
-        weight=trace.weight[first],
-        judged=trace.weight[first] > 0.0,
-    )
-
-
-def _of_record(model: Model, index: int) -> Model:
-    own = {name: values[index : index + 1] for name, values in model.own.items()}
-    return replace(model, offsets=model.offsets[index : index + 1], own=own)
-
-
-def _as_trained(model: Model, start: Model) -> Model:
-    """Return the model of one record, begun as the first training record begins."""
-    own = {n: model.own[n][:1] if n not in OF_READING else v for n, v in start.own.items()}
-    return replace(start, own=own)
-
-
-def _joined(models: Sequence[Model]) -> Model:
-    """Return one model with what belongs to the records of several, which are alike but for that."""
-    return replace(
-        models[0],
-        offsets=np.concatenate([m.offsets for m in models]),
-        own={name: np.concatenate([m.own[name] for m in models]) for name in models[0].own},
-    )
-
-
-def clues(model: Model, traces: Sequence[Trace], extent: Extent) -> Clues:
-    """Return what a model leaves over of records."""
-    records = [
-        Clue(
-            t.drive.voltage,
-            t.drive.force,
-            t.drive.temperature,
-            t.y - model.offsets[i],
-            t.y - model.predict(t, i),
-            t.weight > 0,
-        )
-        for i, t in enumerate(traces)
-    ]
-    return Clues(extent, records)
-
-
-def with_starts(model: Model, traces: Sequence[Trace]) -> Model:
-    """Return the model with guesses of what belongs to records, for records not seen before."""
-    count = len(traces)
-    model = replace(
-        model,
-        offsets=np.full(count, np.mean(model.offsets)),
-        own={name: np.zeros(count) for name in model.own},
-    )
-    begins = np.array([t.y[0] for t in traces]) - model.offsets
-    model = replace(model, own={**model.own, "initialDisplacement": begins})
-    model = with_histories(model, traces)
-    extent = Extent(model.values["sampleTime"], 0.0, (0.0, 0.0), (0.0, 0.0))
-    for effect in model.effects:
-        found = EFFECTS[effect].found_in_records(
-            model.values, partial(_left_with, model, traces, extent)
-        )
-        model = replace(model, own={**model.own, **found})
-    return model
-
-
-def _left_with(model: Model, traces: Sequence[Trace], extent: Extent, values: Mapping) -> Clues:
-    """Return what is left over of records with other values."""
-    return clues(replace(model, values=values), traces, extent)
-
-
-def with_histories(model: Model, traces: Sequence[Trace]) -> Model:
-    """Return the model with the history before each record that suits it best, of a few likely ones."""
-    records = [
-        _with_history(_of_record(model, i), likely_histories(model, t, i)[0])
-        for i, t in enumerate(traces)
-    ]
-    return _joined(records)
-
-
-def _with_history(model: Model, history: History) -> Model:
-    values = {n: np.full(model.offsets.shape, v) for n, v in history.values.items()}
-    return replace(model, own={**model.own, **values})
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def likely_histories(
-    model: Model, trace: Trace, index: int, voltage: np.ndarray | None = None
-) -> list[History]:
-    """Return what may have been before a record, the likeliest first; its range is that of `voltage`.
-
-    Where the effects remember nothing, there is one history, which says nothing.
-    """
-    voltage = trace.drive.voltage if voltage is None else voltage
-    histories = [History({}, False)]
-    for effect in model.effects:
-        own = EFFECTS[effect].histories(voltage) or [History({}, False)]
-        histories = [
-            History({**h.values, **o.values}, h.has_to_show or o.has_to_show)
-            for h in histories
-            for o in own
-        ]
-    if len(histories) == 1:
-        return histories
-    errors = [
-        (_with_history(model, history).predict(trace, index) - trace.y)[trace.fitted]
-        for history in histories
-    ]
-    if trace.has_offset:
-        errors = [error - np.mean(error) for error in errors]
-    unlikely = _unlikeliness(errors, [h.has_to_show for h in histories])
-    return [histories[i] for i in np.argsort(unlikely, kind="stable")]
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def _unlikeliness(errors: Sequence[np.ndarray], excursions: Sequence[bool]) -> np.ndarray:
-    """Return of histories how unlikely each is, by the errors on a record that is begun with it.
-
-    It is twice the negative logarithm of the likelihood, of as many samples as are independent. An
-    excursion has to earn its place: where a lead-in does not show it, it would show later.
-    """
-    power = np.array([np.mean(error**2) for error in errors])
-    power[~np.isfinite(power)] = np.inf
-    best = errors[int(np.argmin(power))]
-    if not np.isfinite(power.min()):
-        return power
-    independent = len(best) / correlation_time(best)
-    relative = power / max(power.min(), np.finfo(float).tiny)
-    return independent * np.log(relative) + _EXCURSION * np.array(excursions)

@@ -19,28 +19,17 @@ from it2hys.diagnosis.evidence.statistics import (
 from it2hys.errors import InputError
 from it2hys.identification.noise import noise_floor
 from it2hys.identification.uncertainty import correlation_time
+from it2hys.policy import NOISE
 from it2hys.records.clues import Clue, Clues
 from it2hys.records.figures_of_merit import noise_size, times_the_noise
 
-#: Residuals up to so many times the noise may be the noise and a little misfit: of all records ...
-_LITTLE = 1.25
-#: ... and of one of several.
-_LITTLE_ALONE = 1.5
-#: Probability, by chance, of the least likely property for the residual to count as more than noise.
-_LEVEL = 1e-3
 _LJUNG_BOX_LAGS = 20
 #: Lags of residual behind voltage, in samples, both ways.
 _CROSS_LAGS = 100
-#: The greatest pole of noise that counts as of short memory.
-_SHORT = 0.6
 _BLOCKS = 16
-#: After a turning point is so large a share of the record; stronger is so many times the whole's rms.
-_CLOSE, _STRONGER = 0.02, 1.2
 _FOURTH_DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 #: Share of the values, in the middle, from which a deviation is estimated, and that of a Gaussian's.
 _MIDDLE, _MIDDLE_DEVIATION = 0.8, 0.6616
-#: A jump is so many standard deviations, not so many samples after a step of this share of the span.
-_JUMP, _AFTER_STEP, _STEP = 8.0, 50, 0.02
 
 
 @dataclass(frozen=True)
@@ -156,12 +145,12 @@ def left_over(clues: Clues, noise: Sequence[float]) -> LeftOver:
     size = np.sqrt(
         np.sum(counts * [n.rms**2 for n in numbers]) / np.sum(counts * [n.noise**2 for n in numbers])
     )
-    large = size > _LITTLE or max(n.size for n in numbers) > _LITTLE_ALONE
+    large = size > NOISE.little or max(n.size for n in numbers) > NOISE.little_alone
     by_record = [p for n in numbers for p in (n.p_white, n.p_white_squares, n.p_steady)]
     p_values = [len(by_record) * min(by_record), *(p for p, _ in cross.values())]
     p_value = float(min(1.0, 3.0 * min(p_values)))
     result = LeftOver(
-        significant=bool(large and p_value < _LEVEL),
+        significant=bool(large and p_value < NOISE.level),
         size=float(size),
         p_value=p_value,
         records=numbers,
@@ -206,10 +195,10 @@ def _numbers(clue: Clue, noise: float, sample_time: float) -> RecordNumbers:
 
 def _jumps(residual: np.ndarray, voltage: np.ndarray, noise: float) -> int:
     """Count the changes that noise does not make, where the voltage did not step a little before."""
-    steps = np.abs(np.diff(voltage)) > _STEP * np.ptp(voltage)
-    quiet = np.convolve(steps, np.ones(_AFTER_STEP))[: len(steps)] < 0.5
+    steps = np.abs(np.diff(voltage)) > NOISE.step * np.ptp(voltage)
+    quiet = np.convolve(steps, np.ones(NOISE.after_step))[: len(steps)] < 0.5
     change = np.abs(np.diff(residual))
-    jumped = quiet & (change > _JUMP * max(_deviation(np.diff(residual)), noise))
+    jumped = quiet & (change > NOISE.jump * max(_deviation(np.diff(residual)), noise))
     return int(np.count_nonzero(np.diff(np.flatnonzero(jumped), prepend=-9) > 1))
 
 
@@ -238,7 +227,7 @@ def short_pole(x: np.ndarray) -> float:
     2 s^2 (1 - p^2); slow parts of the series cancel in both.
     """
     one, two = _deviation(x[1:] - x[:-1]), _deviation(x[2:] - x[:-2])
-    return float(np.clip(two**2 / one**2 - 1.0, 0.0, _SHORT)) if one > 0.0 else 0.0
+    return float(np.clip(two**2 / one**2 - 1.0, 0.0, NOISE.short_memory)) if one > 0.0 else 0.0
 
 
 def _deviation(x: np.ndarray) -> float:
@@ -393,7 +382,7 @@ def _place_text(clues: Clues) -> str:
         # what is nearly nowhere or nearly everywhere is no place
         if 0.02 * len(power) < np.count_nonzero(mask) < 0.8 * len(power):
             found[name] = float(np.sqrt(np.mean(power[mask]) / np.nanmean(power)))
-    strong = sorted((n for n in found if found[n] > _STRONGER), key=lambda n: -found[n])
+    strong = sorted((n for n in found if found[n] > NOISE.stronger), key=lambda n: -found[n])
     if not strong:
         return "It is spread evenly over the loop: over voltages, branches, holds and turning points."
     return "It is stronger " + ", ".join(f"{n} ({found[n]:.2g} times its rms)" for n in strong) + "."
@@ -406,7 +395,7 @@ def _places(clues: Clues, clue: Clue) -> dict[str, np.ndarray]:
     moving = np.flatnonzero(np.abs(rate) > 1e-6 * span)
     turns = np.zeros(len(rate))
     turns[moving[1:][np.diff(np.sign(rate[moving])) != 0]] = 1.0
-    close = max(3, int(_CLOSE * len(rate)))
+    close = max(3, int(NOISE.close * len(rate)))
     held = np.abs(rate) <= 1e-6 * span
     return {
         "at low voltage": level < 1 / 3,
@@ -430,7 +419,7 @@ def _time_text(found: LeftOver) -> str:
             f"It is largest in record {worst + 1} ({sizes[worst]:.2g} µm rms) and smallest in record "
             f"{least + 1} ({sizes[least]:.2g} µm rms)"
         ]
-    unsteady = [n for n in numbers if n.p_steady < _LEVEL]
+    unsteady = [n for n in numbers if n.p_steady < NOISE.level]
     if unsteady:
         begin, end = numbers[worst].busiest
         parts.append(

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.result import Evidence
-from it2hys.diagnosis.selection import CLEAR_GAIN, LEVEL, Node, Search, Trial
+from it2hys.diagnosis.outcome import Evidence
+from it2hys.diagnosis.selection import LEVEL, Node, Search, Trial
 from it2hys.model.chain import EFFECTS
+from it2hys.policy import SEARCH
 from it2hys.records.clues import Clues
 from it2hys.records.figures_of_merit import change_in_percent
-
-#: Share of the error on the training records that an effect plainly takes away.
-_PLAIN = 0.2
 
 
 @dataclass(frozen=True)
@@ -144,13 +142,13 @@ def _why(effect: str, trial: Trial, verdict: Verdict) -> str:
 
 def _reason(trial: Trial) -> str:
     c = trial.comparison
-    is_chance = c.p_value * len(EFFECTS) > LEVEL
+    is_chance = c.p_value > LEVEL
     if not is_chance and trial.sampling:
         return "it acts within a sample, no more than a delay or how the signals were sampled would"
-    if not is_chance and c.gain > CLEAR_GAIN:
+    if not is_chance and c.gain > SEARCH.clear_gain:
         return "a small part of what is left over, and not in the way in which this effect would"
     reason = "no more than chance" if is_chance else "too little to speak of"
-    if trial.fitted > _PLAIN:
+    if trial.fitted > SEARCH.plain:
         reason += (
             f", though it takes away {100 * trial.fitted:.0f} % of the error on the training records; "
             "the records that decide have to show what those do"

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.stats import chi2
 
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
-from it2hys.diagnosis.criterion import SOFT, ChainFit, Model
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import (
     IMITATED,
@@ -22,43 +21,23 @@ from it2hys.diagnosis.fitting import (
     is_sampling,
     without_effect,
 )
+from it2hys.identification.criterion import ChainFit, Model
 from it2hys.model.chain import EFFECTS
+from it2hys.policy import CORE, SEARCH
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"
-#: Level of significance, over all effects tried.
-LEVEL = 0.01
-#: Least share by which the error has to fall ...
-LEAST_GAIN = 0.05
-#: ... which has to be more than this, in the effect's own way, or else more than the other share of
-#: what exceeds the noise.
-CLEAR_GAIN, LEAST_SHARE = 0.1, 0.25
-#: Share by which the inverse's error, in the band of the records, may rise: what raises it more
-#: explains nothing.
-_SPOILS = 0.1
-#: ... unless it is no more than so many times what the noise of the reference makes of it.
-_NOISY = 2.0
-#: Share by which the free run may get worse where the inverse gets better, and by how much that has to:
-#: of a delay and a quick core beside a slow core, which wait alike, one inverse waits and one
-#: differentiates.
-_EQUAL, INVERSE_GAIN = 0.03, 0.25
-#: Least gain on the training records, as a share of that on those that decide.
-_COMMENSURATE = 0.2
 #: The effect that waits as a slow core does.
 WAITING = SHIFTING
-#: Least gain by which one of two equally simple models is the better one.
-_TELLING = 0.02
-#: Least gain, and largest probability of it by chance, for a variant of a model to be taken.
-_REFINED, _LIKELY = 0.01, 0.05
-#: A model that is not accepted, but lowers the cost on the training records to less than this share, is
-#: followed where no other is: of two effects that are both missing, one alone may predict nothing.
-_PROMISING = 0.7
-#: Models that are followed side by side, none with an error above so many times the best one's.
-BEAM, BEAM_RATIO = 3, 2.0
+#: Models that are followed side by side.
+BEAM = 3
 #: Effects that are added one after the other.
 DEPTH = 4
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
+#: As many comparisons as a search makes at most, all on the same samples, share its budget.
+COMPARISONS = DEPTH * BEAM * (len(EFFECTS) + 1)
+LEVEL = SEARCH.budget / COMPARISONS
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,14 +160,14 @@ class Search:
                 break
             grown.sort(key=lambda n: n.rms)
             if self.bench.leaves_noise(grown[0].fit):
-                grown = [n for n in grown if n.rms <= BEAM_RATIO * grown[0].rms]
+                grown = [n for n in grown if n.rms <= SEARCH.beam_ratio * grown[0].rms]
             grown[:BEAM] = self.each(partial(_sharpened, self.bench), grown[:BEAM])
             for node in grown:
                 self._keep(node)
             grown.sort(key=lambda n: n.rms)
             if self.bench.leaves_noise(grown[0].fit):
                 break
-            beam = [n for n in grown[:BEAM] if n.rms <= BEAM_RATIO * grown[0].rms]
+            beam = [n for n in grown[:BEAM] if n.rms <= SEARCH.beam_ratio * grown[0].rms]
         self._grow_waiting()
         return self.choose()
 
@@ -225,14 +204,7 @@ class Search:
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
             fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / node.fit.minimum.cost))
-            accepted = not sampling and (
-                self._waits(node, child, gains, len(EFFECTS))
-                or (
-                    self._predicts(child, gains, len(EFFECTS))
-                    and self._fits_better(node, child, fitted, gains.free.gain)
-                    and self._is_of_its_kind(node, addition, gains.free)
-                )
-            )
+            accepted = not sampling and self._accepts(node, child, addition, gains, fitted)
             trial = Trial(
                 node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted
             )
@@ -240,9 +212,17 @@ class Search:
             if accepted:
                 self._keep(child)
                 grown.append(child)
-            elif child.fit.minimum.cost < _PROMISING * node.fit.minimum.cost and not sampling:
+            elif child.fit.minimum.cost < SEARCH.promising * node.fit.minimum.cost and not sampling:
                 self._promising.append(child)
         return grown
+
+    def _accepts(self, node: Node, child: Node, addition: str, gains: Gains, fitted: float) -> bool:
+        """Return whether a model with an addition is better by more than chance, and by enough."""
+        return self._waits(node, child, gains) or (
+            self._predicts(child, gains)
+            and self._fits_better(node, child, fitted, gains.free.gain)
+            and self._is_of_its_kind(node, addition, gains.free)
+        )
 
     def _report(self, node: Node, addition: str) -> None:
         self.report(" + ".join(["model", *sorted(node.added), addition]))
@@ -276,10 +256,10 @@ class Search:
         """
         if addition not in EFFECTS:
             return True
-        if self._share(comparison) > LEAST_SHARE and not EVIDENCE[addition].by_its_signature:
+        if self._share(comparison) > SEARCH.least_share and not EVIDENCE[addition].by_its_signature:
             return True
         signature = EVIDENCE[addition].signature(self.bench.clues(node.fit.model))
-        return signature is not None and signature.p_value < _LIKELY
+        return signature is not None and signature.p_value < SEARCH.likely
 
     @staticmethod
     def _fits_better(node: Node, child: Node, fitted: float, gain: float) -> bool:
@@ -288,50 +268,50 @@ class Search:
         By more than chance (ratio of likelihoods), and by a part at least of what it does where it was
         not fitted: otherwise it makes up for how those records begin.
         """
-        if fitted < _COMMENSURATE * gain:
+        if fitted < SEARCH.commensurate * gain:
             return False
         ratio = node.fit.minimum.cost / child.fit.minimum.cost
         added = len(child.fit.minimum.coordinates) - len(node.fit.minimum.coordinates)
         if ratio <= 1.0:
             return False
         statistic = node.fit.criterion.samples * np.log(ratio)
-        return bool(chi2.sf(statistic, max(added, 1)) * len(EFFECTS) < LEVEL)
+        return bool(chi2.sf(statistic, max(added, 1)) <= LEVEL)
 
-    def _improves(self, before: Node, after: Node, tried: int) -> bool:
+    def _improves(self, before: Node, after: Node) -> bool:
         """Return whether a pair of model and inverse is better by more than chance.
 
         The free run gets better and does not spoil the inverse; or, with a delay, the inverse gets
         better by far and the free run not worse.
         """
         gains = Gains.of(before.errors, after.errors)
-        return self._predicts(after, gains, tried) or self._waits(before, after, gains, tried)
+        return self._predicts(after, gains) or self._waits(before, after, gains)
 
-    def _predicts(self, after: Node, gains: Gains, tried: int) -> bool:
-        return self.is_better(gains.free, tried) and not self._spoils(after, gains)
+    def _predicts(self, after: Node, gains: Gains) -> bool:
+        return self.is_better(gains.free) and not self._spoils(after, gains)
 
     def _spoils(self, after: Node, gains: Gains) -> bool:
         """Return whether the inverse gets worse by more than its answer to the reference's noise.
 
         The inverse of what smooths, or rings, enlarges noise; that is no fault of the model.
         """
-        if not is_worse(gains.band, _SPOILS):
+        if not is_worse(gains.band, SEARCH.spoils):
             return False
-        return gains.band.after > _NOISY * self.bench.noise_of_inverse(after.fit.model)
+        return gains.band.after > SEARCH.noisy * self.bench.noise_of_inverse(after.fit.model)
 
     @staticmethod
-    def _waits(before: Node, after: Node, gains: Gains, tried: int) -> bool:
+    def _waits(before: Node, after: Node, gains: Gains) -> bool:
         return (
             WAITING in after.effects - before.effects
-            and gains.wide.gain > INVERSE_GAIN
-            and gains.wide.p_value * tried <= LEVEL
-            and gains.free.gain > -_EQUAL
+            and gains.wide.gain > SEARCH.inverse_gain
+            and gains.wide.p_value <= LEVEL
+            and gains.free.gain > -SEARCH.equal
         )
 
-    def is_better(self, comparison: Comparison, tried: int) -> bool:
+    def is_better(self, comparison: Comparison) -> bool:
         """Return whether a gain is more than chance, and enough to speak of."""
-        if comparison.gain < LEAST_GAIN or comparison.p_value * tried > LEVEL:
+        if comparison.gain < SEARCH.least_gain or comparison.p_value > LEVEL:
             return False
-        return comparison.gain > CLEAR_GAIN or self._share(comparison) > LEAST_SHARE
+        return comparison.gain > SEARCH.clear_gain or self._share(comparison) > SEARCH.least_share
 
     def _share(self, comparison: Comparison) -> float:
         """Return the share of what exceeds the noise that a gain takes away."""
@@ -339,7 +319,9 @@ class Search:
 
     def _excess(self, rms: float) -> float:
         """Return what of an error is not noise; less than a part of the noise cannot be told."""
-        return float(np.sqrt(max(rms**2 - self.bench.floor**2, (0.3 * self.bench.floor) ** 2)))
+        return float(
+            np.sqrt(max(rms**2 - self.bench.floor**2, (SEARCH.least_excess * self.bench.floor) ** 2))
+        )
 
     def choose(self) -> Node:
         """Return the model with the fewest effects that none is better than.
@@ -372,7 +354,7 @@ class Search:
     def _simplest(self) -> Node:
         nodes = list(self.nodes.values())
         best = min(nodes, key=lambda n: n.rms)
-        near = [n for n in nodes if n.rms <= (1.0 + _EQUAL) * best.rms]
+        near = [n for n in nodes if n.rms <= (1.0 + SEARCH.equal) * best.rms]
         calmest = min(near, key=lambda n: _rms(n.errors.wide))
         alike = [n for n in nodes if not self._beats(best, n) and not self._beats(calmest, n)]
         alike = alike or [best]
@@ -399,12 +381,10 @@ class Search:
     def _predicts_better(one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
         gains = Gains.of(other.errors, one.errors)
-        return any(
-            g.gain > _TELLING and g.p_value * len(EFFECTS) < LEVEL for g in (gains.free, gains.band)
-        )
+        return any(g.gain > SEARCH.telling and g.p_value <= LEVEL for g in (gains.free, gains.band))
 
     def _beats(self, one: Node, other: Node) -> bool:
-        return one is not other and self._improves(other, one, 1)
+        return one is not other and self._improves(other, one)
 
 
 def _rms(errors: list[np.ndarray]) -> float:
@@ -438,8 +418,8 @@ def _sharpened(bench: Bench, node: Node) -> Node:
     if fit is not node.fit:
         node = _node(bench, node.added, fit)
     smoothed = any(EFFECTS[e].is_smoothed for e in node.effects)
-    if smoothed and node.fit.model.smoothness > SOFT:
-        node = _better(bench, node, replace(node.fit.model, smoothness=SOFT))
+    if smoothed and node.fit.model.smoothness > CORE.soft:
+        node = _better(bench, node, replace(node.fit.model, smoothness=CORE.soft))
     return node
 
 
@@ -447,8 +427,8 @@ def _better(bench: Bench, node: Node, variant: Model) -> Node:
     """Return a variant of the model, fitted, if it predicts better; otherwise the model."""
     fitted = _node(bench, node.added, bench.fit(variant, FINISHING))
     gains = Gains.of(node.errors, fitted.errors)
-    better = gains.free.gain >= _REFINED and gains.free.p_value <= _LIKELY
-    return fitted if better and not is_worse(gains.band, _SPOILS) else node
+    better = gains.free.gain >= SEARCH.refined and gains.free.p_value <= SEARCH.likely
+    return fitted if better and not is_worse(gains.band, SEARCH.spoils) else node
 
 
 def _without(bench: Bench, node: Node, *effects: str) -> Node:

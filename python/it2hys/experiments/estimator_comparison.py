@@ -1,22 +1,22 @@
-"""The estimators side by side: the same criterion from the same start."""
+"""The solvers side by side: the same problem from the same start."""
 
 import time
 from collections.abc import Sequence
-from itertools import islice
 
 import numpy as np
 
-from it2hys.identification import Options
-from it2hys.identification.criteria import FreeRun, OneStep
-from it2hys.identification.estimators import METHODS, cost, minimise
-from it2hys.identification.fitting import draw_starts, rms_of
-from it2hys.identification.preparation import data_scaling, prepare, to_series
+from it2hys.identification import SOLVERS, Options
+from it2hys.identification.preparation import data_scaling, prepare
+from it2hys.identification.rule_search import drawn_starts, rms_of
+from it2hys.identification.solvers import solve
+from it2hys.identification.traces import plain_trace
 from it2hys.records import Record
 from it2hys.reports.page import Section, Table
 from it2hys.support.progress import Progress
 
 UM = 1e6
-CRITERIA = {"one step ahead": OneStep, "free run": FreeRun}
+#: Iterations that each solver is given.
+_ITERATIONS = 100
 
 
 def plausible_rules(count: int) -> np.ndarray:
@@ -33,7 +33,7 @@ def compare_estimators(
     seed: int = 0,
     progress: Progress = lambda share, text: None,
 ) -> Section:
-    """Run every estimator on both criteria, from a guess and from the best one-step optimum.
+    """Run every solver on the free run, from a guess and from a start that a search draws.
 
     Parameters
     ----------
@@ -51,35 +51,27 @@ def compare_estimators(
     Section
         With one table.
     """
-    options = Options(seed=seed)
-    prepared = [prepare(record, options) for record in records]
+    prepared = [prepare(record) for record in records]
     scaling = data_scaling(prepared)
-    series = [to_series(p, scaling) for p in prepared]
+    traces = [plain_trace(p, "train") for p in prepared]
+    problem, drawn = drawn_starts(traces, scaling, plausible_rules(rules), seed)
     # of the starts drawn, every second goes some way towards an optimum of the one-step criterion
-    drawn = islice(draw_starts(FreeRun(series, rules), np.random.default_rng(seed)), 1, 2)
-    starts = {
-        "guess": FreeRun(series, rules).pack(plausible_rules(rules)),
-        "projected": next(drawn)[0],
-    }
+    next(drawn)
+    starts = {"guess": problem.pack(problem.model), "projected": next(drawn)[0]}
+    cases = [(start, solver) for start in starts for solver in SOLVERS]
     rows = []
-    cases = [(c, s, m) for c in CRITERIA for s in starts for m in METHODS]
-    for i, (name, start, method) in enumerate(cases):
-        progress(i / len(cases), f"{method}, {name}, from a {start} start")
-        criterion = CRITERIA[name](series, rules)
+    for i, (start, solver) in enumerate(cases):
+        progress(i / len(cases), f"{solver}, from a {start} start")
+        options = Options(seed, max_iterations=_ITERATIONS, solver=solver)
         began = time.perf_counter()
-        minimum = minimise(criterion, starts[start], method, max_iterations=100, seed=seed)
+        minimum = solve(problem, starts[start], options)
         seconds = time.perf_counter() - began
-        reached = rms_of(cost(criterion, minimum.coordinates), criterion.samples)
-        rows.append(
-            [
-                method, name, start,
-                f"{reached * scaling.y_unit * UM:.4f}", f"{minimum.iterations}", f"{seconds:.2f}",
-            ]
-        )  # fmt: skip
+        reached = rms_of(minimum.cost, problem.samples) * scaling.y_unit
+        rows.append([solver, start, f"{reached * UM:.4f}", f"{minimum.iterations}", f"{seconds:.2f}"])
     table = Table(
-        ["estimator", "criterion", "start", "rms µm", "iterations", "seconds"],
+        ["solver", "start", "rms µm", "iterations", "seconds"],
         rows,
-        "Estimators on the training records, at most 100 iterations each",
+        f"Solvers on the training records in free run, at most {_ITERATIONS} iterations each",
     )
     text = [
         "Gradient descent is (21), quasi-Newton the method of the paper's fminunc, the evolutionary "
@@ -88,4 +80,4 @@ def compare_estimators(
         "criterion, which is linear in these. What any method reaches depends on its start: the "
         "default is Levenberg-Marquardt in free run from many projected starts."
     ]
-    return Section("Estimators", text, [table])
+    return Section("Solvers", text, [table])

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from it2hys.diagnosis import RULES, Diagnosis, diagnose
-from it2hys.diagnosis.evaluation import evaluate
 from it2hys.experiments.estimator_comparison import compare_estimators
 from it2hys.experiments.feedforward import (
     Feedforward,
@@ -17,14 +16,16 @@ from it2hys.experiments.feedforward import (
 from it2hys.experiments.scenario import RecordEntry, Scenario, read_scenario
 from it2hys.experiments.scenario_files import find_scenario
 from it2hys.fmu.packaging import make_directory, package
-from it2hys.identification import Options, RecordResult, identify
+from it2hys.identification import Judgement, Options, identify
+from it2hys.identification.evaluation import evaluate
 from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.records import Record, write_record
 from it2hys.records.figures_of_merit import Errors
 from it2hys.reports.diagnosis_report import ADVICE as DIAGNOSIS_ADVICE
 from it2hys.reports.diagnosis_report import change, found, labels, overview_section, write_diagnosis
 from it2hys.reports.figures import Compared
-from it2hys.reports.identification_report import ADVICE, ROLES, UM, record_section, write_identification
+from it2hys.reports.identification_report import ADVICE, record_section, write_identification
+from it2hys.reports.judged import ROLES, UM
 from it2hys.reports.page import NONE, Section, Table, write_report
 from it2hys.reports.verdict import Judged, model_verdict, straight_line, straight_line_errors
 from it2hys.support.progress import Progress, part, progress_bar
@@ -301,15 +302,15 @@ def _tracking_rows(tracked: Feedforward) -> list[list[str]]:
     ]
 
 
-def comparison(entries: Sequence[RecordEntry], results: Sequence[RecordResult]) -> Section:
+def comparison(entries: Sequence[RecordEntry], results: Sequence[Judgement]) -> Section:
     """Set the model errors beside the paper's figures."""
     rows = [
         [
             entry.name, ROLES[entry.role],
             _figure(entry.signal.paper.e_mr_percent), _figure(entry.signal.paper.e_rms_um),
-            f"{100 * result.e_mr_one_step:.2f}", f"{UM * result.e_rms_one_step:.4f}",
+            f"{100 * result.one_step.e_mr:.2f}", f"{UM * result.one_step.e_rms:.4f}",
             f"{100 * result.e_mr:.2f}", f"{UM * result.e_rms:.4f}",
-            f"{UM * result.noise_rms:.4f}",
+            f"{UM * result.noise:.4f}",
         ]
         for entry, result in zip(entries, results, strict=True)
     ]  # fmt: skip

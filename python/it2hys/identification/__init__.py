@@ -1,22 +1,24 @@
-"""Identification of the paper's model from measured records."""
+"""The fit engine, for the paper's model and for the whole chain; `identify` is the former."""
 
 from it2hys.identification.identify import identify
+from it2hys.identification.judgement import Judgement
 from it2hys.identification.preparation import check_rule_count
 from it2hys.identification.result import (
+    SOLVERS,
     Identification,
     IdentificationError,
     Options,
     OrderTrial,
-    RecordResult,
     Start,
 )
 
 __all__ = [
+    "SOLVERS",
     "Identification",
     "IdentificationError",
+    "Judgement",
     "Options",
     "OrderTrial",
-    "RecordResult",
     "Start",
     "check_rule_count",
     "identify",

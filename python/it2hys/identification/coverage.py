@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.signal import find_peaks
 
 from it2hys.identification.preparation import Prepared
-
-#: Share of the training range by which another record may exceed it.
-_RANGE_SLACK = 0.02
-#: Share of the drive's power below which its spectrum ends.
-_POWER_TAIL = 0.01
+from it2hys.policy import COVERAGE
 
 
 def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> list[str]:
@@ -24,7 +21,7 @@ def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> 
             "extrapolated. Add a record with minor loops or another frequency."
         )
     low, high = _voltage_range(train)
-    slack = _RANGE_SLACK * (high - low)
+    slack = COVERAGE.range_slack * (high - low)
     fastest = max(_highest_frequency(p) for p in train)
     for p in others:
         below, above = _voltage_range([p])
@@ -42,8 +39,20 @@ def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> 
 
 
 def holds_one_tone(prepared: Sequence[Prepared]) -> bool:
-    """Return whether all records are driven at one amplitude and one frequency."""
-    return len({tone for p in prepared for tone in _tones(p)}) == 1
+    """Return whether all records are driven at one amplitude and one frequency.
+
+    A few turns are of another kind in any such record: it begins somewhere, and its amplitude may be
+    let in. Steps are no tone, whatever their amplitude: they hold all frequencies.
+    """
+    if any(_has_steps(p) for p in prepared):
+        return False
+    turns = np.vstack([_turns(p) for p in prepared])
+    if len(turns) == 0:
+        return True
+    tolerance = np.array([COVERAGE.same_end, COVERAGE.same_end, np.log(COVERAGE.same_period)])
+    commonest = np.median(turns, axis=0)
+    others = np.count_nonzero(np.any(np.abs(turns - commonest) > tolerance, axis=1))
+    return bool(others <= max(COVERAGE.few_turns, COVERAGE.share_of_turns * len(turns)))
 
 
 def _voltage_range(prepared: Sequence[Prepared]) -> tuple[float, float]:
@@ -51,24 +60,25 @@ def _voltage_range(prepared: Sequence[Prepared]) -> tuple[float, float]:
     return min(v.min() for v in voltages), max(v.max() for v in voltages)
 
 
-def _tones(prepared: Prepared) -> set[tuple]:
-    """Return what turns the drive makes: (low, high, half period), coarsely rounded."""
+def _has_steps(prepared: Prepared) -> bool:
+    x = prepared.record.voltage
+    return bool(np.any(np.abs(np.diff(x)) > COVERAGE.step * np.ptp(x)))
+
+
+def _turns(prepared: Prepared) -> np.ndarray:
+    """Return the ways from turn to turn of a drive, shape (N, 3).
+
+    Columns are the lower and the upper end, in V over the span of the drive, and the logarithm of the
+    time between.
+    """
     x = prepared.record.voltage[prepared.skip :]
-    moving = np.flatnonzero(np.diff(x) != 0)
-    turns = moving[np.flatnonzero(np.diff(np.sign(np.diff(x)[moving])) != 0)] + 1
-    if len(turns) < 2:
-        return {(float(x.min()), float(x.max()), len(x))}
-    unit = 0.05 * np.ptp(x)
-    lows = np.minimum(x[turns[:-1]], x[turns[1:]])
-    highs = np.maximum(x[turns[:-1]], x[turns[1:]])
-    spans = np.diff(turns) * prepared.record.sample_time
-    kinds = zip(
-        np.round(lows / unit), np.round(highs / unit), np.round(np.log(spans) / 0.2), strict=True
+    span = np.ptp(x)
+    turns = np.sort(
+        np.concatenate([find_peaks(sign * x, prominence=COVERAGE.turn * span)[0] for sign in (1, -1)])
     )
-    counted: dict[tuple, int] = {}
-    for kind in kinds:
-        counted[kind] = counted.get(kind, 0) + 1
-    return {kind for kind, count in counted.items() if count > 0.05 * len(spans)}
+    ends = np.column_stack([x[turns[:-1]], x[turns[1:]]]) / span
+    duration = np.diff(turns) * prepared.record.sample_time
+    return np.column_stack([ends.min(axis=1), ends.max(axis=1), np.log(duration)])
 
 
 def _highest_frequency(prepared: Prepared) -> float:
@@ -77,4 +87,4 @@ def _highest_frequency(prepared: Prepared) -> float:
     power = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(len(x)))) ** 2
     share = np.cumsum(power) / np.sum(power)
     frequencies = np.fft.rfftfreq(len(x), prepared.record.sample_time)
-    return float(frequencies[np.searchsorted(share, 1.0 - _POWER_TAIL)])
+    return float(frequencies[np.searchsorted(share, 1.0 - COVERAGE.power_tail)])

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from it2hys.identification.criteria import Series
+from it2hys.identification.criterion import Trace
 
 #: Length of a window in samples: many times the memory of the model, so that its free initial
 #: state costs little.
@@ -16,29 +15,29 @@ _WINDOW = 1000
 _WINDOWS = 8
 
 
-def excerpt(series: Sequence[Series]) -> tuple[list[Series], np.ndarray]:
+def excerpt(traces: Sequence[Trace]) -> tuple[list[Trace], np.ndarray]:
     """Return windows spread over the records, and the number of each window's record.
 
     Parameters
     ----------
-    series : sequence of Series
+    traces : sequence of Trace
 
     Returns
     -------
-    windows : list of Series
-        The series themselves unless they are long; otherwise at least one window of each, with an
-        offset and an initial state of its own. No window begins before the first sample that is
-        fitted, and half of a window's samples are, as far as the series has such windows.
+    windows : list of Trace
+        The records themselves unless they are long; otherwise at least one window of each, to be
+        fitted with a constant and a start of its own. No window begins before the first sample that is
+        fitted, and half of a window's samples are, as far as the record has such windows.
     records : ndarray of int, shape (W,)
     """
-    lengths = np.array([len(s.x) for s in series])
+    lengths = np.array([len(t.y) for t in traces])
     if lengths.sum() <= _WINDOWS * _WINDOW:
-        return list(series), np.arange(len(series))
+        return list(traces), np.arange(len(traces))
     counts = np.maximum(1, np.rint(_WINDOWS * lengths / lengths.sum())).astype(int)
     windows, records = [], []
-    for i, (s, count) in enumerate(zip(series, counts, strict=True)):
-        for start in _starts(s, count):
-            windows.append(_window(s, start))
+    for i, (t, count) in enumerate(zip(traces, counts, strict=True)):
+        for start in _starts(t, count):
+            windows.append(t.part(slice(start, start + _WINDOW)))
             records.append(i)
     return windows, np.array(records)
 
@@ -53,23 +52,12 @@ def searched_text(samples: int) -> str:
     )
 
 
-def _starts(series: Series, count: int) -> np.ndarray:
+def _starts(trace: Trace, count: int) -> np.ndarray:
     """Return where so many windows begin, or fewer, spread over those that are mostly fitted."""
-    fitted = series.weight > 0
+    fitted = trace.weight > 0
     first = int(np.argmax(fitted))
     before = np.concatenate([[0], np.cumsum(fitted)])
     candidates = np.arange(first, max(len(fitted) - _WINDOW, first) + 1)
     inside = before[np.minimum(candidates + _WINDOW, len(fitted))] - before[candidates]
     allowed = candidates[inside >= min(_WINDOW // 2, inside.max())]
     return np.unique(allowed[np.linspace(0, len(allowed) - 1, count).astype(int)])
-
-
-def _window(series: Series, start: int) -> Series:
-    part = slice(start, start + _WINDOW)
-    return replace(
-        series,
-        x=series.x[part],
-        y=series.y[part],
-        weight=series.weight[part],
-        state=series.state if start == 0 else float(series.y[start - 1]),
-    )

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from it2hys.identification.noise import number_step
+from it2hys.policy import NOISE
 from it2hys.records import Record
 from it2hys.records.feedback import find_feedback
 from it2hys.records.loop_width import wide_loop
@@ -17,8 +18,6 @@ UM = 1e6
 #: A reading is coarse if its step is this many times the noise: rounding alone, step / sqrt(12) rms,
 #: then makes more than half of its power ...
 _COARSE = np.sqrt(6.0)
-#: ... and this share of the travel: finer ones are those of the digits in a file.
-_LEAST_STEP = 1e-5
 #: Rms of rounding to a step of 1.
 _ROUNDING = 1.0 / np.sqrt(12.0)
 
@@ -34,11 +33,6 @@ def record_findings(records: Sequence[Record]) -> list[str]:
     """Return sentences on unused columns, closed loops, and loops too wide for a piezo's."""
     said = [text for r in records for text in (_feedback_sentence(r), wide_loop(r)) if text]
     return [*unused_columns(records), *said]
-
-
-def in_closed_loop(records: Sequence[Record]) -> list[str]:
-    """Return the names of the records whose voltage answers the displacement."""
-    return [r.name for r in records if find_feedback(r) is not None]
 
 
 def _feedback_sentence(record: Record) -> str:
@@ -62,7 +56,7 @@ def sensor_step(record: Record) -> float | None:
     """Return the step of the displacement's values, m, or None where none shows in its travel."""
     displacement = record.displacement[~record.outliers]
     step = number_step(displacement)
-    return step if step > _LEAST_STEP * np.ptp(displacement) else None
+    return step if step > NOISE.least_step * np.ptp(displacement) else None
 
 
 def coarse_readings(

@@ -11,21 +11,17 @@ import numpy as np
 from it2hys.errors import InputError
 from it2hys.identification import usability
 from it2hys.identification.coverage import coverage_warnings
-from it2hys.identification.criteria import Series
+from it2hys.identification.criterion import Trace
 from it2hys.identification.findings import coarse_readings, record_findings
-from it2hys.identification.fitting import Fit, fit_rules, refit, shake
-from it2hys.identification.lead_in import Misfit
-from it2hys.identification.order import choose_rule_count, split
-from it2hys.identification.prediction import explains_lead, judge, judge_new
+from it2hys.identification.judgement import Judgement, judge_records
+from it2hys.identification.order import choose_rule_count, fit_begin, split
 from it2hys.identification.preparation import (
     Prepared,
     check_rule_count,
     check_sample_times,
     data_scaling,
-    guess_offsets,
     largest_rule_count,
     prepare,
-    to_series,
     too_short,
 )
 from it2hys.identification.result import (
@@ -33,22 +29,22 @@ from it2hys.identification.result import (
     IdentificationError,
     Options,
     OrderTrial,
-    RecordResult,
-    Start,
 )
+from it2hys.identification.rule_search import RuleFit, fit_rules, refit, shake
+from it2hys.identification.starts import Starts
+from it2hys.identification.traces import extent_of, guess_offsets, plain_trace, to_trace
 from it2hys.identification.uncertainty import assess
 from it2hys.identification.weights import weigh
 from it2hys.model import compiled
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.stages import EFFECTS
+from it2hys.policy import CORE, COVERAGE, NOISE
 from it2hys.records import Record
 from it2hys.records.figures_of_merit import noise_size, times_the_noise
 from it2hys.support.progress import Progress
 
-#: Offsets are kept if they lower the mean squared error by this share.
-_OFFSET_GAIN = 0.1
-#: Free-run error over noise from which on the report says that the model lacks something.
-_LACKING = 1.5
+#: Errors below this share of half the travel count as none.
+_RESOLUTION = 1e-6
 #: Rounds of disturbing the best fit: for a model that lacks something, and for one that does not.
 _ROUNDS, _THOROUGH_ROUNDS = 1, 4
 
@@ -118,17 +114,17 @@ class _Session:
     ):
         self._options, self._progress, self._rule_count = options, progress, rule_count
         self._each = each
-        self._train = [prepare(r, options) for r in train]
+        self._train = [prepare(r) for r in train]
         self._largest = largest_rule_count(self._train)
         if rule_count is not None and rule_count > self._largest:
             raise InputError(too_short(rule_count, self._train))
         self._others = [
-            (role, prepare(r, options))
+            (role, prepare(r))
             for role, records in (("validation", validation), ("test", test))
             for r in records
         ]
         self._scaling = data_scaling(self._train)
-        self._offsets = len(train) > 1 and options.offsets is not False
+        self._has_offset = len(train) > 1
         self._orders: tuple[OrderTrial, ...] = ()
         self._warm: list[np.ndarray] = []
         self._seconds: dict[str, float] = {}
@@ -146,35 +142,42 @@ class _Session:
         self._seconds[name] = time.perf_counter() - start
         return result
 
-    def _series(self) -> list[Series]:
-        series = [to_series(p, self._scaling) for p in self._train]
-        return guess_offsets(series) if self._offsets else series
+    def _traces(self, prepared: Sequence[Prepared]) -> list[Trace]:
+        """Return training records as traces; the first one's displacement is what others are set to."""
+        return [plain_trace(p, "train", self._has_offset and i > 0) for i, p in enumerate(prepared)]
+
+    def _guesses(self, traces: Sequence[Trace]) -> np.ndarray:
+        """Return guesses of the training records' constants, m."""
+        return guess_offsets(traces, self._scaling) if self._has_offset else np.zeros(len(traces))
 
     def _choose(self) -> None:
         """Choose the number of rules if it is not given."""
         if self._rule_count is not None:
             return
+        traces = self._traces(self._train)
         validation = [p for role, p in self._others if role == "validation"]
-        fitted, decisive = split(self._series())
+        fitted, decisive = split(traces)
         if validation:
-            fitted = self._series()
-            decisive = [
-                replace(to_series(p, self._scaling), has_offset=self._offsets) for p in validation
-            ]
-        chosen, trials = choose_rule_count(
+            fitted = traces
+            decisive = [plain_trace(p, "validation", self._has_offset) for p in validation]
+        chosen, self._orders = choose_rule_count(
             fitted,
             decisive,
-            replace(self._options, max_rules=min(self._options.max_rules, self._largest)),
+            self._scaling,
+            self._guesses(fitted),
+            self._largest,
+            self._options,
             lambda s, text: self._progress(0.5 * s, text),
         )
         self._rule_count, self._warm = len(chosen), [chosen]
-        unit = self._scaling.y_unit
-        self._orders = tuple(OrderTrial(t.rules, t.e_rms * unit) for t in trials)
 
-    def _fit(self) -> Fit:
+    def _fit(self) -> RuleFit:
         done = 0.5 if self._orders else 0.0
+        traces = self._traces(self._train)
         return fit_rules(
-            self._series(),
+            traces,
+            self._scaling,
+            self._guesses(traces),
             self._rule_count,
             self._options,
             lambda s, text: self._progress(done + (0.85 - done) * s, text),
@@ -182,16 +185,15 @@ class _Session:
             self._each,
         )
 
-    def _reconsider(self, fit: Fit) -> Fit:
+    def _reconsider(self, fit: RuleFit) -> RuleFit:
         """Take back what the fitted model shows to have been unnecessary: discards and offsets."""
-        if self._options.skip is None:
-            fit = self._restore_leads(fit)
-        if self._offsets and self._options.offsets is None:
+        fit = self._restore_leads(fit)
+        if self._has_offset:
             fit = self._drop_offsets(fit)
         fit = self._reweigh(fit)
         # an error of a few per cent of the noise decides what the model does on other records,
         # where the noise is all there is; a model that lacks something is not worth the time
-        reaches_noise = fit.rms * self._scaling.y_unit < _LACKING * self._noise()
+        reaches_noise = fit.rms * self._scaling.y_unit < NOISE.lacking * self._noise()
         rounds = _THOROUGH_ROUNDS if reaches_noise else _ROUNDS
 
         def tell(share: float, text: str) -> None:
@@ -199,40 +201,39 @@ class _Session:
 
         return shake(fit, rounds, self._options, tell, self._each)
 
-    def _restore_leads(self, fit: Fit) -> Fit:
+    def _restore_leads(self, fit: RuleFit) -> RuleFit:
         """Fit the leading samples of records on which the model explains them."""
         restored = list(self._train)
         for i, p in enumerate(self._train):
-            offset = fit.criterion.offsets(fit.minimum.coordinates)[i]
-            if explains_lead(p, fit.rules, self._scaling, offset):
+            if _explains_lead(p, fit, fit.model.offsets[i]):
                 restored[i] = replace(p, skip=0)
         if restored == self._train:
             return fit
         self._train = restored
-        return refit(fit, self._series(), self._options)
+        return refit(fit, self._traces(restored), self._options)
 
-    def _drop_offsets(self, fit: Fit) -> Fit:
+    def _drop_offsets(self, fit: RuleFit) -> RuleFit:
         """Do without offsets unless they lower the error by far."""
-        series = [to_series(p, self._scaling) for p in self._train]
-        plain = refit(fit, series, self._options)
-        if plain.minimum.cost * (1.0 - _OFFSET_GAIN) > fit.minimum.cost:
+        traces = [plain_trace(p, "train") for p in self._train]
+        plain = refit(fit, traces, self._options)
+        if plain.minimum.cost * (1.0 - COVERAGE.offset_gain) > fit.minimum.cost:
             return fit
-        self._offsets = False
+        self._has_offset = False
         return plain
 
-    def _reweigh(self, fit: Fit) -> Fit:
+    def _reweigh(self, fit: RuleFit) -> RuleFit:
         """Fit again with the records weighted by noise and novelty, if these differ."""
         noise, unit = self._noise(), self._scaling.y_unit
         misfit = np.sqrt(max((fit.rms * unit) ** 2 - noise**2, 0.0))
-        if misfit < _LACKING * noise:
+        if misfit < NOISE.lacking * noise:
             misfit = 0.0
-        series = weigh(fit.criterion.series, self._train, misfit, unit)
-        return fit if series is None else refit(fit, series, self._options)
+        traces = weigh(fit.criterion.traces, self._train, misfit, unit)
+        return fit if traces is None else refit(fit, traces, self._options)
 
     def _noise(self) -> float:
         return float(np.sqrt(np.mean([p.noise.rms**2 for p in self._train])))
 
-    def _usable_range(self, fit: Fit) -> tuple[float, float]:
+    def _usable_range(self, fit: RuleFit) -> tuple[float, float]:
         """Return the displacement range in m in which the model is usable.
 
         Raises
@@ -240,7 +241,7 @@ class _Session:
         IdentificationError
             If it does not even hold the training records.
         """
-        low, high = (self._scaling.displacement(v) for v in self._data_range(fit))
+        low, high = (self._scaling.displacement(v) for v in usability.data_range(fit.courses))
         physical = self._scaling.physical_rules(fit.rules)
         usable = usability.widest_range(physical, low, high)
         if usable is None:
@@ -250,29 +251,21 @@ class _Session:
             )
         return usable
 
-    def _data_range(self, fit: Fit) -> tuple[float, float]:
-        offsets = fit.criterion.offsets(fit.minimum.coordinates)
-        return usability.data_range(fit.criterion.series, offsets)
-
-    def _contraction(self, fit: Fit) -> tuple[float, float, float]:
+    def _contraction(self, fit: RuleFit) -> tuple[float, float, float]:
         """Return the largest |dy(k)/dy(k-1)| over the band of the data, and where, scaled."""
-        offsets = fit.criterion.offsets(fit.minimum.coordinates)
-        return usability.largest_contraction(
-            fit.rules, usability.Band.of_data(fit.criterion.series, offsets)
-        )
+        return usability.largest_contraction(fit.rules, usability.Band.of_data(fit.courses))
 
-    def _report(self, fit: Fit) -> Identification:
+    def _report(self, fit: RuleFit) -> Identification:
         self._progress(0.95, "assessment")
         usable = self._usable_range(fit)
-        scaling, point = self._scaling, fit.minimum.coordinates
-        uncertainty = assess(fit.criterion.with_guard(None), point, scaling)
+        uncertainty = assess(fit)
         parameters = self._parameters(fit, usable)
         results = self._results(fit, parameters)
         identification = Identification(
             parameters=parameters,
-            records=tuple(results),
+            records=results,
             noise_rms=self._noise(),
-            intervals=uncertainty.intervals,
+            intervals={**uncertainty.intervals, **uncertainty.starts},
             condition=uncertainty.condition,
             undetermined=uncertainty.undetermined,
             warnings=(
@@ -283,33 +276,29 @@ class _Session:
             converged=fit.minimum.converged,
             message=fit.minimum.message,
             contraction=self._contraction(fit)[0],
-            starts=tuple(
-                Start(s.one_step_rms * scaling.y_unit, s.free_run_rms * scaling.y_unit)
-                for s in fit.starts
-            ),
+            starts=fit.starts,
             orders=self._orders,
             seconds=self._seconds,
         )
         self._progress(1.0, "done")
         return _with_lack(identification)
 
-    def _findings(self, results: Sequence[RecordResult]) -> list[str]:
+    def _findings(self, results: Sequence[Judgement]) -> list[str]:
         """Return what there is to say of the records whatever the model."""
         records = [p.record for p in (*self._train, *(p for _, p in self._others))]
         return [
             *record_findings(records),
-            *coarse_readings(records, [r.noise_rms for r in results], results),
+            *coarse_readings(records, [r.noise for r in results], results),
         ]
 
-    def _parameters(self, fit: Fit, usable: tuple[float, float]) -> ParameterSet:
+    def _parameters(self, fit: RuleFit, usable: tuple[float, float]) -> ParameterSet:
         scaling = self._scaling
-        state = fit.criterion.states(fit.minimum.coordinates)[0]
         voltages = [p.record.voltage for p in self._train]
         return ParameterSet.from_rules(
             scaling.physical_rules(fit.rules),
             name="identified",
             sampleTime=self._train[0].record.sample_time,
-            initialDisplacement=float(scaling.displacement(state)),
+            **fit.model.start(0),
             voltageMin=float(min(v.min() for v in voltages)),
             voltageMax=float(max(v.max() for v in voltages)),
             displacementMin=float(usable[0]),
@@ -317,33 +306,18 @@ class _Session:
             **{n: v for e in EFFECTS.values() for n, v in e.over_range(*map(float, usable)).items()},
         )
 
-    def _results(self, fit: Fit, parameters: ParameterSet) -> list[RecordResult]:
-        scaling, point = self._scaling, fit.minimum.coordinates
-        states, offsets = fit.criterion.states(point), fit.criterion.offsets(point)
-        fitted = [
-            judge(p, "train", parameters, scaling, s, o)
-            for p, s, o in zip(self._train, states, offsets, strict=True)
-        ]
-        allowed = self._offsets or bool(self._options.offsets)
-        residuals = [
-            (p.record.displacement - r.y_free)[r.used] for p, r in zip(self._train, fitted, strict=True)
-        ]
-        misfit = Misfit.of(residuals, [r.noise_rms for r in fitted])
-        return fitted + [
-            judge_new(self._with_lead(p, fit), role, parameters, scaling, allowed, misfit)
-            for role, p in self._others
-        ]
+    def _results(self, fit: RuleFit, parameters: ParameterSet) -> tuple[Judgement, ...]:
+        records = [p.record for p in self._train]
+        starts = Starts(fit.criterion.traces, self._scaling, extent_of(records))
+        every = [*(("train", p) for p in self._train), *self._others]
+        traces = [to_trace(p, role, self._has_offset and i > 0) for i, (role, p) in enumerate(every)]
+        traces = [starts.with_lead_in(fit.model, t) for t in traces]
+        return judge_records(starts, fit.model, parameters, traces)
 
-    def _with_lead(self, prepared: Prepared, fit: Fit) -> Prepared:
-        """Return a record that was not fitted, its lead included if the model explains it."""
-        if self._options.skip is None and explains_lead(prepared, fit.rules, self._scaling):
-            return replace(prepared, skip=0)
-        return prepared
-
-    def _warnings(self, fit: Fit, usable: tuple[float, float]) -> list[str]:
+    def _warnings(self, fit: RuleFit, usable: tuple[float, float]) -> list[str]:
         warnings = coverage_warnings(self._train, [p for _, p in self._others])
-        low, high = (self._scaling.displacement(v) for v in self._data_range(fit))
-        margin = 0.99 * usability.MARGIN * (high - low)
+        low, high = (self._scaling.displacement(v) for v in usability.data_range(fit.courses))
+        margin = 0.99 * CORE.margin * (high - low)
         if usable[0] > low - margin or usable[1] < high + margin:
             warnings.append(
                 "Beyond the range of the training records the model soon stops contracting or "
@@ -361,10 +335,30 @@ class _Session:
         return warnings
 
 
+def _explains_lead(prepared: Prepared, fit: RuleFit, offset: float) -> bool:
+    """Return whether a fit explains the discarded lead of a record as well as the rest.
+
+    `offset` is the record's constant, m.
+    """
+    if prepared.skip == 0:
+        return False
+    whole = plain_trace(replace(prepared, skip=0), "train")
+    whole = replace(whole, y=whole.y - offset)
+    begun = fit_begin(fit.rules, whole, fit.criterion.scaling)
+    error = np.abs(begun.model.predict(whole, 0) - whole.y)
+    in_lead, used = np.arange(len(error)) < prepared.skip, whole.weight > 0
+    lead, rest = error[in_lead & used], error[~in_lead & used]
+    floor = _RESOLUTION * fit.criterion.scaling.y_unit
+    return bool(
+        np.sqrt(np.mean(lead**2)) <= COVERAGE.explained_lead * np.sqrt(np.mean(rest**2)) + floor
+        and np.max(lead, initial=0.0) <= COVERAGE.explained_lead * np.max(rest) + floor
+    )
+
+
 def _with_lack(identification: Identification) -> Identification:
     """Add a warning that says plainly how far the error is above the noise."""
     ratio = identification.error_over_noise
-    if not ratio > _LACKING:
+    if not ratio > NOISE.lacking:
         return identification
     error = ratio * identification.noise_rms
     text = (

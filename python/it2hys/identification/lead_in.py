@@ -8,14 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from it2hys.identification.uncertainty import correlation_time
+from it2hys.policy import STARTS
 
 #: Lengths that are tried, as shares of a record, and the shortest in samples.
 _SHARES, _SHORTEST = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4), 20
-#: What the start may leave uncertain behind the lead-in, as a share of the noise.
-_LEFT = 0.2
-#: What a start costs, in samples that are off by the noise, at a distance of one unit from its guess:
-#: it is the guess where a lead-in does not tell.
-START_PRIOR = 0.1
 
 
 @dataclass(frozen=True)
@@ -72,10 +68,10 @@ def lead_in_length(
     for lead in _lengths(len(used), int(samples[0])):
         first = samples < lead
         information = rows[first].T @ rows[first] / (1.0 + missed * misfit.correlated)
-        information += START_PRIOR**2 * np.eye(rows.shape[1])
+        information += STARTS.prior**2 * np.eye(rows.shape[1])
         behind = rows[~first]
         variance = np.mean(np.sum((behind @ np.linalg.pinv(information)) * behind, axis=1))
-        if variance <= _LEFT**2 * (1.0 + missed) and agrees(lead):
+        if variance <= STARTS.left**2 * (1.0 + missed) and agrees(lead):
             break
     return lead
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import signal
 
+from it2hys.policy import NOISE
+
 _FEWEST_PERIODS = 3
 _DIFFERENCE_ORDER = 4
 #: Standard deviation of the fourth difference of white noise of unit deviation: sqrt(C(8, 4)).
@@ -14,11 +16,6 @@ _DIFFERENCE_GAIN = np.sqrt(70.0)
 _MAD_TO_DEVIATION = 1.4826
 #: Segment of the spectrum, in samples, and the bands of its upper half.
 _SEGMENT, _BANDS = 1024, 16
-#: Ratio of both estimates above which it is motion that the fourth differences see. For white noise it
-#: is 1; for noise of a pole of 0.6, which falls by 12 dB towards the highest frequencies, 1.3.
-_MOVES = 2.0
-#: Finest resolution of a sensor, as a share of the travel: 23 bits.
-_FINEST = 1e-7
 #: Fewest steps between values that tell how finely the numbers are written.
 _FEWEST_STEPS = 10
 
@@ -75,7 +72,7 @@ def noise_floor(y: np.ndarray) -> float:
     It is the deviation that the step of its numbers makes, and no less than what the best of sensors
     resolve.
     """
-    return max(number_step(y) / np.sqrt(12.0), _FINEST * float(np.ptp(y)), np.finfo(float).tiny)
+    return max(number_step(y) / np.sqrt(12.0), NOISE.finest * float(np.ptp(y)), np.finfo(float).tiny)
 
 
 def number_step(y: np.ndarray) -> float:
@@ -111,7 +108,7 @@ def _estimate(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:
     deviation = _MAD_TO_DEVIATION * np.nanmedian(np.abs(difference - np.nanmedian(difference)))
     fast = float(deviation / _DIFFERENCE_GAIN)
     quiet = _quietest_band(_straight(y))
-    if fast <= _MOVES * quiet:
+    if fast <= NOISE.motion * quiet:
         return NoiseEstimate(fast, "fourth differences (fast noise only)")
     return NoiseEstimate(
         quiet,

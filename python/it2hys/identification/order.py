@@ -7,57 +7,64 @@ from dataclasses import replace
 
 import numpy as np
 
-from it2hys.identification.criteria import Series
-from it2hys.identification.fitting import fit_rules
-from it2hys.identification.prediction import fit_state
-from it2hys.identification.result import IdentificationError, Options, OrderTrial
+from it2hys.identification.criterion import ChainFit, Trace, minimise, paper_model, paper_problem
+from it2hys.identification.result import SOLVERS, IdentificationError, Options, OrderTrial
+from it2hys.identification.rule_search import fit_rules
+from it2hys.identification.scaling import Scaling
+from it2hys.policy import COVERAGE
 
 #: Share of every training record set aside where there are no validation records.
 _SET_ASIDE = 0.3
-#: A smaller model is taken if its error is within this share, and a standard error, of the best.
-_TOLERANCE = 0.02
+#: Largest number of rules that is tried.
+_MOST = 6
 #: Starts, besides one from the next smaller model, and last iterations of each trial.
 _STARTS, _ITERATIONS = 6, 60
 
 
-def split(series: Sequence[Series]) -> tuple[list[Series], list[Series]]:
-    """Return the series without the ends of their records, and with nothing but the ends.
+def split(traces: Sequence[Trace]) -> tuple[list[Trace], list[Trace]]:
+    """Return the records without their ends, and with nothing but the ends to be fitted.
 
     The set-aside part keeps the samples before it, with weight 0: the free run over them brings
     the model into the state in which the part begins. Of a record that moves only at its end the
     beginning is set aside.
     """
     fitted, decisive = [], []
-    for s in series:
-        at_end = np.arange(len(s.x)) >= round(len(s.x) * (1.0 - _SET_ASIDE))
-        aside = at_end if _moves(s, ~at_end) else at_end[::-1]
+    for t in traces:
+        at_end = np.arange(len(t.y)) >= round(len(t.y) * (1.0 - _SET_ASIDE))
+        aside = at_end if _moves(t, ~at_end) else at_end[::-1]
         kept = slice(int(np.argmin(aside)), len(aside) - int(np.argmin(aside[::-1])))
-        state = s.state if kept.start == 0 else float(s.y[kept.start - 1])
-        part = {"x": s.x[kept], "y": s.y[kept], "weight": s.weight[kept], "state": state}
-        fitted.append(replace(s, **part))
-        decisive.append(replace(s, weight=np.where(aside, s.weight, 0.0)))
+        fitted.append(t.part(kept))
+        decisive.append(replace(t, weight=np.where(aside, t.weight, 0.0)))
     return fitted, decisive
 
 
-def _moves(series: Series, part: np.ndarray) -> bool:
+def _moves(trace: Trace, part: np.ndarray) -> bool:
     """Return whether a part of a record shows at least half of what the voltage does in all of it."""
-    used = series.weight > 0
+    used, voltage = trace.weight > 0, trace.drive.voltage
     seen = part & used
-    return bool(np.any(seen)) and np.ptp(series.x[seen]) >= 0.5 * np.ptp(series.x[used])
+    return bool(np.any(seen)) and np.ptp(voltage[seen]) >= 0.5 * np.ptp(voltage[used])
 
 
 def choose_rule_count(
-    fitted: Sequence[Series],
-    decisive: Sequence[Series],
+    fitted: Sequence[Trace],
+    decisive: Sequence[Trace],
+    scaling: Scaling,
+    offsets: np.ndarray,
+    most: int,
     options: Options,
     progress: Callable[[float, str], None],
 ) -> tuple[np.ndarray, tuple[OrderTrial, ...]]:
-    """Choose the number of rules by the free-run error on the decisive series.
+    """Choose the number of rules by the free-run error on the records that decide.
 
     Parameters
     ----------
-    fitted, decisive : sequence of Series
+    fitted, decisive : sequence of Trace
         What is fitted and what decides.
+    scaling : Scaling
+    offsets : ndarray, shape (R,)
+        Guesses of the fitted records' constants, m.
+    most : int
+        Largest number of rules for which the records have enough samples.
     options : Options
     progress : callable
 
@@ -65,25 +72,27 @@ def choose_rule_count(
     -------
     rules : ndarray, shape (L, 6)
         The fit with the smallest number of rules whose error is within 2 % and one standard error
-        of the best, to start the final fit from.
+        of the best, scaled, to start the final fit from.
     trials : tuple of OrderTrial
-        Errors in scaled units.
 
     Raises
     ------
     IdentificationError
         If no number of rules gives a finite free run.
     """
-    quick = replace(options, starts=min(options.starts, _STARTS), max_iterations=_ITERATIONS)
+    starts = min(options.starts, _STARTS)
+    quick = replace(options, starts=starts, max_iterations=_ITERATIONS, solver=SOLVERS[0])
     trials: list[OrderTrial] = []
     fits: list[np.ndarray] = []
-    for count in range(1, options.max_rules + 1):
-        progress((count - 1) / options.max_rules, f"choosing the number of rules: L = {count}")
+    most = min(most, _MOST)
+    for count in range(1, most + 1):
+        progress((count - 1) / most, f"choosing the number of rules: L = {count}")
         warm = [split_widest_rule(fits[-1])] if fits else []
-        fits.append(fit_rules(fitted, count, quick, lambda *_: None, warm).rules)
-        trials.append(OrderTrial(count, _error(fits[-1], decisive)))
+        fit = fit_rules(fitted, scaling, offsets, count, quick, lambda *_: None, warm)
+        fits.append(fit.rules)
+        trials.append(OrderTrial(count, _error(fit.rules, decisive, scaling)))
         # two numbers in a row without a gain: more rules do not help
-        if count >= 3 and _best(trials[-2:]) > (1.0 - _TOLERANCE) * _best(trials[:-2]):
+        if count >= 3 and _best(trials[-2:]) > (1.0 - COVERAGE.order_tolerance) * _best(trials[:-2]):
             break
     best = _best(trials)
     if not np.isfinite(best):
@@ -92,7 +101,7 @@ def choose_rule_count(
         )
     samples = sum(np.count_nonzero(s.weight) for s in decisive)
     # an rms of n independent errors has the relative standard error 1 / sqrt(2 n)
-    limit = best * (1.0 + _TOLERANCE + 1.0 / np.sqrt(2.0 * samples))
+    limit = best * (1.0 + COVERAGE.order_tolerance + 1.0 / np.sqrt(2.0 * samples))
     chosen = next(rules for rules, t in zip(fits, trials, strict=True) if t.e_rms <= limit)
     return chosen, tuple(trials)
 
@@ -109,10 +118,22 @@ def _best(trials: Sequence[OrderTrial]) -> float:
     return min(t.e_rms for t in trials)
 
 
-def _error(rules: np.ndarray, decisive: Sequence[Series]) -> float:
+def _error(rules: np.ndarray, decisive: Sequence[Trace], scaling: Scaling) -> float:
+    """Return the free-run error of scaled rules on records, each from a start of its own, m rms."""
     squares = samples = 0.0
-    for s in decisive:
-        *_, rms = fit_state(s, rules, s.has_offset)
-        squares += rms**2 * np.count_nonzero(s.weight)
-        samples += np.count_nonzero(s.weight)
-    return float(np.sqrt(squares / samples))
+    for trace in decisive:
+        used = np.count_nonzero(trace.weight)
+        squares += fit_begin(rules, trace, scaling).rms ** 2 * used
+        samples += used
+    return float(np.sqrt(squares / samples)) * scaling.y_unit
+
+
+def fit_begin(rules: np.ndarray, trace: Trace, scaling: Scaling) -> ChainFit:
+    """Fit how one record begins, and its constant where it has one, to given scaled rules."""
+    model = paper_model([trace], scaling, rules)
+    if trace.has_offset:
+        run = model.run(trace, 0)[0]
+        finite = np.where(np.isfinite(run), run, trace.y)
+        offset = np.average(trace.y - finite, weights=trace.weight)
+        model = paper_model([trace], scaling, rules, [offset])
+    return minimise(paper_problem([trace], model, scaling).holding(["rules"]), 30, 1e-9)

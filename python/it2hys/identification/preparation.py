@@ -1,28 +1,19 @@
-"""From measured records to the scaled series that the criteria work on."""
+"""What is found in measured records before any fit: what is left out, noise, scaling."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from it2hys.errors import InputError
-from it2hys.identification.coordinates import RULE_SIZE
-from it2hys.identification.criteria import Series
 from it2hys.identification.noise import NoiseEstimate, estimate_noise
-from it2hys.identification.result import Options
+from it2hys.identification.rule_coordinates import RULE_SIZE
 from it2hys.identification.scaling import Scaling
 from it2hys.model.variables import load_table
+from it2hys.policy import COVERAGE, STARTS
 from it2hys.records import Record
-
-#: Least share of a record's samples that can be trusted.
-_TRUSTED = 0.5
-#: Samples that a record which begins in motion is given to fall in, at most and as a share of it; and
-#: the first change of the voltage, as a share of its range, from which on it does.
-_FALLING_IN, _FALLING_IN_SHARE, _AT_REST = 100, 0.05, 1e-3
-#: Fewest samples for every parameter of the model.
-SAMPLES_PER_PARAMETER = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,33 +41,29 @@ class Prepared:
         return mask
 
 
-def prepare(record: Record, options: Options) -> Prepared:
+def prepare(record: Record) -> Prepared:
     """Find what of a record's begin is left out, and its noise.
 
     Raises
     ------
     InputError
-        If most of the samples are not to be trusted, or too many are to be skipped.
+        If most of the samples are not to be trusted.
     """
     x, y, trusted = record.voltage, record.displacement, ~record.outliers
-    if np.mean(trusted) < _TRUSTED:
+    if np.mean(trusted) < COVERAGE.trusted:
         raise InputError(
             f"record '{record.name}': {np.count_nonzero(record.outliers)} of {len(record)} samples "
             "are clipped, stuck, spikes or filled in; a record needs at least half of its "
             "displacements measured"
         )
-    skip = _falling_in(x) if options.skip is None else options.skip
-    if skip >= len(record) - 10:
-        raise InputError(
-            f"record '{record.name}': {skip} leading samples are to be skipped of {len(record)}"
-        )
+    skip = _falling_in(x)
     return Prepared(record, skip, estimate_noise(x[skip:], y[skip:], trusted[skip:]))
 
 
 def _falling_in(voltage: np.ndarray) -> int:
     """Return how many samples are left out at first: a model begins at rest, a record need not."""
-    in_motion = abs(voltage[1] - voltage[0]) > _AT_REST * np.ptp(voltage)
-    return min(_FALLING_IN, int(_FALLING_IN_SHARE * len(voltage))) if in_motion else 0
+    in_motion = abs(voltage[1] - voltage[0]) > STARTS.in_motion * np.ptp(voltage)
+    return min(STARTS.falling_in, int(STARTS.falling_in_share * len(voltage))) if in_motion else 0
 
 
 def check_rule_count(rule_count: int | None) -> None:
@@ -103,7 +90,7 @@ def largest_rule_count(prepared: Sequence[Prepared]) -> int:
         If they have too few for a single rule.
     """
     samples = sum(int(np.count_nonzero(p.used)) for p in prepared)
-    count = (samples // SAMPLES_PER_PARAMETER - 1) // RULE_SIZE
+    count = (samples // COVERAGE.samples_per_parameter - 1) // RULE_SIZE
     if count < 1:
         raise InputError(too_short(1, prepared))
     return count
@@ -115,7 +102,8 @@ def too_short(rule_count: int, prepared: Sequence[Prepared]) -> str:
     parameters = RULE_SIZE * rule_count + 1
     return (
         f"a model of L = {rule_count} has {parameters} parameters (6 L + 1), which need "
-        f"{SAMPLES_PER_PARAMETER * parameters} samples; the training records have {samples} usable"
+        f"{COVERAGE.samples_per_parameter * parameters} samples; the training records have "
+        f"{samples} usable"
     )
 
 
@@ -155,39 +143,3 @@ def data_scaling(prepared: Sequence[Prepared]) -> Scaling:
                 "trusted and belong to no start-up; give a record that goes on to move"
             )
     return Scaling.of_data(displacement, voltage)
-
-
-def to_series(prepared: Prepared, scaling: Scaling, weight: float = 1.0) -> Series:
-    """Return a record as a scaled series; samples not used get the weight 0."""
-    y = scaling.y(prepared.record.displacement)
-    used = y[prepared.used]
-    return Series(
-        scaling.x(prepared.record.voltage),
-        y,
-        weight * prepared.used,
-        float(np.clip(y[0], used.min(), used.max())),
-    )
-
-
-def guess_offsets(series: Sequence[Series]) -> list[Series]:
-    """Return the series, all but the first with an offset guessed from a static regression.
-
-    The regressors are powers of the voltage, those times the sign of its rate (the two branches of
-    a loop), and one constant per record.
-    """
-    blocks, targets = [], []
-    for i, s in enumerate(series):
-        branch = np.sign(np.gradient(s.x))
-        constants = np.zeros((len(s.x), len(series)))
-        constants[:, i] = 1.0
-        powers = np.column_stack(
-            [s.x, s.x**2, s.x**3, branch, branch * s.x, branch * s.x**2, constants]
-        )
-        used = s.weight > 0
-        blocks.append(powers[used])
-        targets.append(s.y[used])
-    constants = np.linalg.lstsq(np.vstack(blocks), np.concatenate(targets))[0][-len(series) :]
-    return [series[0]] + [
-        replace(s, has_offset=True, offset=float(c - constants[0]))
-        for s, c in zip(series[1:], constants[1:], strict=True)
-    ]

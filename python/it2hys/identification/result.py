@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from it2hys.errors import InputError
 from it2hys.model.parameters import ParameterSet
+
+if TYPE_CHECKING:
+    from it2hys.identification.judgement import Judgement
+
+
+#: What may minimise (23), see `solvers`; the first is the default.
+SOLVERS = (
+    "levenberg-marquardt",
+    "trust-region",
+    "quasi-newton",
+    "gradient-descent",
+    "ipopt",
+    "evolution",
+)
 
 
 class IdentificationError(InputError):
@@ -20,92 +35,37 @@ class Options:
 
     Parameters
     ----------
-    offsets : bool or None
-        Let every record after the first differ by a constant of its own. None: where it lowers the
-        error of the training records by far.
-    skip : int or None
-        Leading samples of every record left out of fit and errors. None: those of a start-up
-        transient that the model cannot explain.
+    seed : int
+        Of the random starts: the same data give the same model.
     starts : int
         Largest number of starts; fewer where several of them soon agree on the best optimum.
-    max_rules : int
-        Largest number of rules tried when it is to be chosen.
     max_iterations : int
-        Limit of the final free-run fit; a fit that reaches it has not converged.
-    seed : int
-        Seed of the random starts: the same data give the same model.
+        Limit of the fits on the whole records; one that reaches it has not converged.
+    solver : str
+        One of `SOLVERS`, for the fits on the whole records. The starts of these are sought on excerpts
+        by the default one.
 
     Raises
     ------
     InputError
-        If the seed is not a whole number from 0 up.
+        If the seed is not a whole number from 0 up, a limit not one from 1 up, or the solver not known.
     """
 
-    offsets: bool | None = None
-    skip: int | None = None
-    starts: int = 36
-    max_rules: int = 6
-    max_iterations: int = 600
     seed: int = 0
+    starts: int = 36
+    max_iterations: int = 600
+    solver: str = SOLVERS[0]
 
     def __post_init__(self) -> None:
-        """Refuse a seed that no generator takes."""
-        if not isinstance(self.seed, int | np.integer) or self.seed < 0:
-            raise InputError(f"the seed must be a whole number from 0 up, not {self.seed}")
-
-
-@dataclass(frozen=True, eq=False)
-class RecordResult:
-    """How the model does on one record.
-
-    Parameters
-    ----------
-    name : str
-        Name of the record.
-    role : str
-        "train", "validation" or "test".
-    e_mr, e_rms : float
-        (24) as a fraction and (25) in m, of the free run.
-    e_mr_one_step, e_rms_one_step : float
-        The same one step ahead.
-    offset : float
-        Constant between record and model, fitted and removed, m; 0 where none was allowed.
-    initial_displacement : float
-        Displacement before the first sample from which the free run starts, m; fitted. The plant
-        FMU with this `initialDisplacement` gives `y_free` less `offset`.
-    skip : int
-        Leading samples that errors leave out.
-    used : ndarray of bool, shape (N,)
-        Samples on which the errors of the free run are taken.
-    noise_rms : float
-        Noise of the record, m.
-    noise_method : str
-        How it was estimated.
-    y_free, y_one_step : ndarray, shape (N,)
-        Model outputs on all samples, `offset` included, m.
-    out_of_range : ndarray of bool, shape (N,)
-        Where the free run is beyond what the model holds for (`outOfRange` of the plant FMU).
-    start : dict of str to float
-        Parameters with which the plant FMU begins this record, SI units; of a model without effects
-        `initialDisplacement` alone.
-    """
-
-    name: str
-    role: str
-    e_mr: float
-    e_rms: float
-    e_mr_one_step: float
-    e_rms_one_step: float
-    offset: float
-    initial_displacement: float
-    skip: int
-    used: np.ndarray = field(repr=False)
-    noise_rms: float
-    noise_method: str
-    y_free: np.ndarray = field(repr=False)
-    y_one_step: np.ndarray = field(repr=False)
-    out_of_range: np.ndarray = field(repr=False)
-    start: dict[str, float]
+        """Refuse what no fit takes."""
+        least = {"seed": 0, "starts": 1, "max_iterations": 1}
+        for name, low in least.items():
+            value = getattr(self, name)
+            if not isinstance(value, int | np.integer) or value < low:
+                option = name.replace("_", " ")
+                raise InputError(f"the {option} must be a whole number from {low} up, not {value}")
+        if self.solver not in SOLVERS:
+            raise InputError(f"unknown solver '{self.solver}'; known are {', '.join(SOLVERS)}")
 
 
 @dataclass(frozen=True)
@@ -148,7 +108,7 @@ class Identification:
     ----------
     parameters : ParameterSet
         The model, in SI units.
-    records : tuple of RecordResult
+    records : tuple of Judgement
         Training, validation and test records, in this order.
     noise_rms : float
         Noise of the training records, m.
@@ -178,7 +138,7 @@ class Identification:
     """
 
     parameters: ParameterSet
-    records: tuple[RecordResult, ...]
+    records: tuple[Judgement, ...]
     noise_rms: float
     intervals: dict[str, tuple[float, float]]
     condition: float
@@ -191,7 +151,7 @@ class Identification:
     orders: tuple[OrderTrial, ...]
     seconds: dict[str, float]
 
-    def by_role(self, role: str) -> list[RecordResult]:
+    def by_role(self, role: str) -> list[Judgement]:
         """Return the results of the training, validation or test records."""
         return [result for result in self.records if result.role == role]
 

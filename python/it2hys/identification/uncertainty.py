@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from it2hys.identification import coordinates
-from it2hys.identification.criteria import FreeRun
-from it2hys.identification.scaling import Scaling
+from it2hys.identification import rule_coordinates
 from it2hys.model.parameters import RULE_FIELDS
+
+if TYPE_CHECKING:
+    from it2hys.identification.criterion import ChainCriterion, ChainFit
 
 NORMAL_95 = 1.959964
 _RANK_TOLERANCE = 1e-9
+#: Share of a coordinate in a direction that the records do not show, from which on it is lost with it.
+_LOST = 0.1
 #: Half widths of the 95 % interval beyond which a rule's coordinate counts as undetermined: a
 #: factor of e in a deviation, half the range for a centre or q3, half the usual size of q1 and q2.
 _PLAUSIBLE = {"sigmaLower": 1.0, "sigmaUpper": 1.0, "centre": 1.0, "q1": 0.5, "q2": 0.5, "q3": 1.0}
@@ -22,19 +26,26 @@ _MEMBER = 0.3
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Result of `assess`; see `Identification` for the first three fields.
+    """Result of `assess`.
 
     Parameters
     ----------
     intervals : dict of str to (float, float)
+        95 % intervals of rules and effects by FMU parameter name, SI units; NaN for a parameter at a
+        bound or that the records do not determine.
+    starts : dict of str to (float, float)
+        The same of what belongs to the first record alone.
     condition : float
+        Condition number of the Jacobian by coordinates in units of a plausible interval.
     undetermined : tuple of str
+        Parameters of rules that the data do not determine.
     groups : tuple of tuple of str
         The undetermined parameters, those together that can change together without changing the
         fit.
     """
 
     intervals: dict[str, tuple[float, float]]
+    starts: dict[str, tuple[float, float]]
     condition: float
     undetermined: tuple[str, ...]
     groups: tuple[tuple[str, ...], ...]
@@ -51,20 +62,12 @@ class Uncertainty:
         ]
 
 
-def assess(criterion: FreeRun, point: np.ndarray, scaling: Scaling) -> Uncertainty:
-    """Return intervals and determinacy of the rules at a free-run optimum.
+def assess(fit: ChainFit) -> Uncertainty:
+    """Return intervals and determinacy of the parameters at a free-run optimum.
 
     Parameters
     ----------
-    criterion : FreeRun
-        Without penalties.
-    point : ndarray, shape (P,)
-        The optimum's coordinates.
-    scaling : Scaling
-
-    Returns
-    -------
-    Uncertainty
+    fit : ChainFit
 
     Notes
     -----
@@ -77,6 +80,7 @@ def assess(criterion: FreeRun, point: np.ndarray, scaling: Scaling) -> Uncertain
     so small that the interval along them is wider than a plausible one are undetermined
     directions; the parameters that such a direction moves form a group.
     """
+    criterion, point = fit.criterion, fit.minimum.coordinates
     jacobian, residual = criterion.jacobian(point)
     free = np.flatnonzero((point > criterion.lower) & (point < criterion.upper))
     units = _plausible_units(criterion, point)[free]
@@ -86,29 +90,82 @@ def assess(criterion: FreeRun, point: np.ndarray, scaling: Scaling) -> Uncertain
     # scores in the singular basis: well scaled, whatever the condition
     meat = batch_covariance((scaled * residual[:, None]) @ directions[kept].T, residual)
     transform = units[:, None] * directions[kept].T / singular[kept] ** 2
-    covariance = np.zeros((len(point), len(point)))
+    covariance = np.full((len(point), len(point)), np.nan)
     covariance[np.ix_(free, free)] = transform @ meat @ transform.T
-    deviations = np.full(len(point), np.nan)
-    deviations[free] = np.sqrt(np.diag(covariance)[free])
-    lost = np.any(np.abs(directions[~kept]) > 0.1, axis=0)
-    deviations[free[lost]] = np.inf
-    intervals, undetermined = _by_name(criterion, point, scaling, covariance, deviations)
+    lost = free[np.any(np.abs(directions[~kept]) > _LOST, axis=0)]
+    covariance[lost, lost] = np.nan
+    rules = _of_rules(criterion, point, covariance)
+    undetermined = _undetermined(rules, criterion, point, covariance)
     spread = np.full(len(singular), np.inf)
     spread[kept] = NORMAL_95 * np.sqrt(np.diag(meat)) / singular[kept] ** 2
     weak = np.zeros((np.count_nonzero(spread > 1.0), len(point)))
     weak[:, free] = directions[spread > 1.0]
-    groups = _groups(weak[:, : criterion.rule_size], undetermined)
-    condition = float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
-    return Uncertainty(intervals, condition, undetermined, groups)
+    return Uncertainty(
+        {**rules, **_of_effects(criterion, point, covariance)},
+        _of_starts(criterion, point, covariance),
+        float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf,
+        undetermined,
+        _groups(weak[:, : criterion.rule_size], undetermined),
+    )
 
 
-def _plausible_units(criterion: FreeRun, point: np.ndarray) -> np.ndarray:
+def _plausible_units(criterion: ChainCriterion, point: np.ndarray) -> np.ndarray:
     """Return the change of every coordinate that is as large as a plausible interval, (P,)."""
-    gain = max(float(np.mean(np.abs(criterion.rule_coordinates(point)[:, 4]))), 1e-12)
+    q2 = point[: criterion.rule_size].reshape(criterion.rule_count, -1)[:, 4]
+    gain = max(float(np.mean(np.abs(q2))), 1e-12)
     units = np.ones(len(point))
     rule = np.array([_PLAUSIBLE[name] * (gain if name == "q2" else 1.0) for name in RULE_FIELDS])
     units[: criterion.rule_size] = np.tile(rule, criterion.rule_count)
     return units
+
+
+Intervals = dict[str, tuple[float, float]]
+
+
+def _of_rules(criterion: ChainCriterion, point: np.ndarray, covariance: np.ndarray) -> Intervals:
+    """Return the intervals of the rules; NaN where one depends on a coordinate that has none."""
+    size = criterion.rule_size
+    rules = criterion.rules(point)
+    # d(scaled rules) / d(coordinates), then to SI units
+    to_scaled = rule_coordinates.chain_rule(np.eye(size), rules)
+    to_physical = criterion.scaling.rule_jacobian(rules) @ to_scaled
+    block = covariance[:size, :size]
+    held = np.isnan(np.diag(block))
+    variance = np.diag(to_physical @ np.nan_to_num(block) @ to_physical.T)
+    spread = np.sqrt(np.maximum(variance, 0.0))  # rounding may leave it below zero
+    spread[np.any((to_physical != 0.0) & held, axis=1)] = np.nan
+    values = criterion.scaling.physical_rules(rules).ravel()
+    return {
+        parameter_name(i): (float(v - NORMAL_95 * s), float(v + NORMAL_95 * s))
+        for i, (v, s) in enumerate(zip(values, spread, strict=True))
+    }
+
+
+def _undetermined(
+    rules: Intervals, criterion: ChainCriterion, point: np.ndarray, covariance: np.ndarray
+) -> tuple[str, ...]:
+    """Return the rules' parameters without an interval, or with one that is wider than plausible."""
+    half = NORMAL_95 * np.sqrt(np.diag(covariance))
+    units = _plausible_units(criterion, point)
+    return tuple(n for i, n in enumerate(rules) if not half[i] <= units[i])
+
+
+def _of_effects(criterion: ChainCriterion, point: np.ndarray, covariance: np.ndarray) -> Intervals:
+    result = {}
+    for i, coordinate in enumerate(criterion.common, start=criterion.rule_size):
+        half = NORMAL_95 * np.sqrt(covariance[i, i])
+        with np.errstate(over="ignore"):  # of what the records hardly determine
+            ends = (coordinate.value(point[i] - half), coordinate.value(point[i] + half))
+        result[coordinate.name] = tuple(float(e) for e in ends) if np.isfinite(half) else (np.nan,) * 2
+    return result
+
+
+def _of_starts(criterion: ChainCriterion, point: np.ndarray, covariance: np.ndarray) -> Intervals:
+    result = {}
+    for name, unit, i in criterion.first_start:
+        half = NORMAL_95 * np.sqrt(covariance[i, i])
+        result[name] = (float(unit * (point[i] - half)), float(unit * (point[i] + half)))
+    return result
 
 
 def _groups(directions: np.ndarray, undetermined: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
@@ -120,8 +177,8 @@ def _groups(directions: np.ndarray, undetermined: tuple[str, ...]) -> tuple[tupl
         Undetermined directions of the rules' coordinates, in plausible units.
     undetermined : tuple of str
     """
-    count = directions.shape[1] // coordinates.RULE_SIZE
-    table = directions.reshape(len(directions), count, coordinates.RULE_SIZE).copy()
+    count = directions.shape[1] // rule_coordinates.RULE_SIZE
+    table = directions.reshape(len(directions), count, rule_coordinates.RULE_SIZE).copy()
     # from log(s2 / s1) to log s2
     table[:, :, 1] += table[:, :, 0]
     groups = [{name} for name in undetermined]
@@ -138,7 +195,7 @@ def _groups(directions: np.ndarray, undetermined: tuple[str, ...]) -> tuple[tupl
 
 def parameter_name(index: int) -> str:
     """Return the FMU's name of the i-th number of the rules, counted row by row."""
-    rule, column = divmod(index, coordinates.RULE_SIZE)
+    rule, column = divmod(index, rule_coordinates.RULE_SIZE)
     return f"rule[{rule + 1}].{RULE_FIELDS[column]}"
 
 
@@ -166,34 +223,3 @@ def batch_covariance(scores: np.ndarray, residual: np.ndarray) -> np.ndarray:
     length = int(np.clip(2.0 * correlation_time(residual), 1, longest))
     sums = np.add.reduceat(scores, np.arange(0, count, length), axis=0)
     return sums.T @ sums
-
-
-def _by_name(
-    criterion: FreeRun,
-    point: np.ndarray,
-    scaling: Scaling,
-    covariance: np.ndarray,
-    deviations: np.ndarray,
-) -> tuple[dict[str, tuple[float, float]], tuple[str, ...]]:
-    """Return intervals in SI units and undetermined parameters, by FMU parameter name."""
-    rules = criterion.rules(point)
-    size = criterion.rule_size
-    # d(scaled rules) / d(coordinates), then to SI units
-    to_scaled = coordinates.chain_rule(np.eye(size), rules)
-    to_physical = scaling.rule_jacobian(rules) @ to_scaled
-    variance = np.diag(to_physical @ covariance[:size, :size] @ to_physical.T)
-    spread = np.sqrt(np.maximum(variance, 0.0))  # rounding may leave it below zero
-    values = scaling.physical_rules(rules).ravel()
-    units = _plausible_units(criterion, point)
-    intervals, undetermined = {}, []
-    for i, value in enumerate(values):
-        name = parameter_name(i)
-        held = not np.isfinite(deviations[i])
-        half = np.nan if held else NORMAL_95 * spread[i]
-        intervals[name] = (float(value - half), float(value + half))
-        if held or NORMAL_95 * deviations[i] > units[i]:
-            undetermined.append(name)
-    state = float(scaling.displacement(point[size]))
-    half = NORMAL_95 * deviations[size] * scaling.y_unit
-    intervals["initialDisplacement"] = (state - half, state + half)
-    return intervals, tuple(undetermined)

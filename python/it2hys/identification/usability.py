@@ -17,22 +17,19 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from it2hys.identification import coordinates
-from it2hys.identification.criteria import Series, normalised_memberships
+from it2hys.identification import rule_coordinates
+from it2hys.identification.one_step import normalised_memberships
 from it2hys.model import compiled
 from it2hys.model.it2 import usability_jacobian
+from it2hys.policy import CORE
+
+#: Input and output of a core over a record, scaled, and which samples are used, each of shape (N,).
+Course = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 #: Points of the grid: several within the narrowest membership, or rules would hide between them.
 _GRID = 193
 #: Points of the grid on which the fitted model is verified.
 _FINE_GRID = 1537
-#: The penalties begin here, so that the finer grid of the final check is passed too.
-LARGEST_CONTRACTION = 0.998
-#: Smallest dy/dx as a share of its mean over the range.
-SMALLEST_SLOPE = 0.05
-#: Margin beyond the range of the data in which the conditions are asked for, as a share of it:
-#: of the displacements and, at each of them, of the voltages.
-MARGIN = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,15 +59,12 @@ class Band:
         return Band(y, *(np.interp(y, self.y, x) for x in (self.x_low, self.x_high)))
 
     @classmethod
-    def of_data(cls, series: Sequence[Series], offsets: Sequence[float]) -> Band:
-        """Return the band of the fitted samples, their offsets removed."""
-        used = [s.weight > 0 for s in series]
-        low, high = data_range(series, offsets)
-        y = np.concatenate(
-            [(s.y - o)[:-1][u[:-1]] for s, o, u in zip(series, offsets, used, strict=True)]
-        )
-        x = np.concatenate([s.x[1:][u[:-1]] for s, u in zip(series, used, strict=True)])
-        margin, reserve = MARGIN * (high - low), MARGIN * np.ptp(x)
+    def of_data(cls, courses: Sequence[Course]) -> Band:
+        """Return the band of the samples of records that are used."""
+        low, high = data_range(courses)
+        y = np.concatenate([y[:-1][used[:-1]] for _, y, used in courses])
+        x = np.concatenate([x[1:][used[:-1]] for x, _, used in courses])
+        margin, reserve = CORE.margin * (high - low), CORE.margin * np.ptp(x)
         grid = np.linspace(low - margin, high + margin, _GRID)
         nearest = np.rint((y - grid[0]) / (grid[1] - grid[0])).astype(int)
         x_low, x_high = np.full(_GRID, np.inf), np.full(_GRID, -np.inf)
@@ -94,7 +88,7 @@ class Guard:
     """
 
     def __init__(self, band: Band, strength: float):
-        self._band = band
+        self.band = band
         self._strength = strength
 
     def residual(self, rules: np.ndarray) -> np.ndarray:
@@ -104,12 +98,12 @@ class Guard:
     def linearise(self, rules: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the penalties' derivatives by the coordinates, (4 G, 6 L), and themselves."""
         residual, slopes = self._penalties(rules)
-        derivatives = np.zeros((4, len(self._band.y), rules.size))
+        derivatives = np.zeros((4, len(self.band.y), rules.size))
         active = np.flatnonzero(np.any(slopes.reshape(4, -1), axis=0))
         if len(active):
             derivatives[:, active] = self._derivatives(rules, active)
-        by_rules = derivatives.reshape(4 * len(self._band.y), -1) * slopes[:, None]
-        return coordinates.chain_rule(by_rules, rules), residual
+        by_rules = derivatives.reshape(4 * len(self.band.y), -1) * slopes[:, None]
+        return rule_coordinates.chain_rule(by_rules, rules), residual
 
     def _derivatives(self, rules: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Return the derivatives of the values at K points by the rules, (4, K, 6 L)."""
@@ -117,16 +111,16 @@ class Guard:
         size = 1 << (len(points) - 1).bit_length()
         repeated = np.resize(points, size)
         function = usability_jacobian(len(rules), size)
-        by_rules = function(rules, *(row[:, repeated] for row in self._band.rows)).full()
+        by_rules = function(rules, *(row[:, repeated] for row in self.band.rows)).full()
         # CasADi lays out a point's rules column by column, the coordinates are row by row
-        by_rules = by_rules.reshape(4, size, coordinates.RULE_SIZE, len(rules))
+        by_rules = by_rules.reshape(4, size, rule_coordinates.RULE_SIZE, len(rules))
         return by_rules.transpose(0, 1, 3, 2).reshape(4, size, -1)[:, : len(points)]
 
     def _penalties(self, rules: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return penalties and their derivatives by the values of the grid, row by row."""
-        values = usability_values(rules, self._band)
+        values = usability_values(rules, self.band)
         contraction, slope = values[:3], values[3]
-        excess = np.maximum(np.abs(contraction) - LARGEST_CONTRACTION, 0.0)
+        excess = np.maximum(np.abs(contraction) - CORE.contraction, 0.0)
         # relative to dy/dx of order (1 - contraction): a scaled loop has unit height and width
         lack = np.maximum(_smallest_slope(slope) - slope, 0.0)
         signs = np.vstack([np.sign(contraction) * (excess > 0), -1.0 * (lack > 0)])
@@ -157,12 +151,12 @@ def usability_values(rules: np.ndarray, band: Band) -> np.ndarray:
 
 
 def _smallest_slope(slope: np.ndarray) -> float:
-    return SMALLEST_SLOPE * max(abs(float(slope.mean())), 1e-6)
+    return CORE.slope * max(abs(float(slope.mean())), 1e-6)
 
 
-def data_range(series: Sequence[Series], offsets: Sequence[float]) -> tuple[float, float]:
-    """Return the range of the fitted displacements, offsets removed, scaled."""
-    parts = [(s.y - o)[s.weight > 0] for s, o in zip(series, offsets, strict=True)]
+def data_range(courses: Sequence[Course]) -> tuple[float, float]:
+    """Return the range of the displacements that are used, scaled."""
+    parts = [y[used] for _, y, used in courses]
     return min(p.min() for p in parts), max(p.max() for p in parts)
 
 
@@ -211,7 +205,7 @@ def widest_range(rules: np.ndarray, low: float, high: float) -> tuple[float, flo
     """
     if compiled.check(rules, low, high):
         return None
-    margin = MARGIN * (high - low)
+    margin = CORE.margin * (high - low)
     for share in np.linspace(1.0, 0.0, 21):
         below = low - share * margin
         if not compiled.check(rules, below, high):

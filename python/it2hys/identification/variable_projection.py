@@ -13,9 +13,9 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 from scipy.optimize import lsq_linear
 
-from it2hys.identification import coordinates
-from it2hys.identification.criteria import normalised_memberships, one_step_gradient
+from it2hys.identification import rule_coordinates
 from it2hys.identification.levenberg_marquardt import Linearisation, Minimum, levenberg_marquardt
+from it2hys.identification.one_step import normalised_memberships, one_step_gradient
 
 _ANTECEDENT = slice(0, 3)
 _CONSEQUENT = slice(3, 6)
@@ -60,7 +60,7 @@ class ProjectedOneStep:
         self.y_previous, self.x, self.y, self.weight = y_previous, x, y, weight
         self.rule_count = rule_count
         self._members = group[:, None] == np.arange(offset_count)
-        lower, upper = coordinates.rule_bounds(rule_count)
+        lower, upper = rule_coordinates.rule_bounds(rule_count)
         offsets = np.full(self._members.shape[1], 3.0)
         self.lower = np.concatenate([lower.reshape(-1, 6)[:, _ANTECEDENT].ravel(), -offsets])
         self.upper = np.concatenate([upper.reshape(-1, 6)[:, _ANTECEDENT].ravel(), offsets])
@@ -68,7 +68,7 @@ class ProjectedOneStep:
     def rules(self, point: np.ndarray) -> np.ndarray:
         """Return all rules, shape (L, 6): these antecedents and the best consequents in bounds."""
         rules = self._project(point)[0]
-        bounds = coordinates.rule_bounds(self.rule_count)
+        bounds = rule_coordinates.rule_bounds(self.rule_count)
         lower, upper = (bound.reshape(-1, 6)[:, _CONSEQUENT] for bound in bounds)
         if np.any((rules[:, _CONSEQUENT] < lower) | (rules[:, _CONSEQUENT] > upper)):
             matrix, target = self._regression(rules, self._shift(point))
@@ -100,7 +100,7 @@ class ProjectedOneStep:
         rules, residual, basis = self._project(point)
         y_previous = self.y_previous - self._shift(point)
         _, by_rules, by_previous = one_step_gradient(rules, y_previous, self.x)
-        by_rules = coordinates.chain_rule(by_rules, rules)
+        by_rules = rule_coordinates.chain_rule(by_rules, rules)
         antecedent = by_rules.reshape(len(self.x), self.rule_count, 6)[:, :, _ANTECEDENT]
         by_offset = self._members * (1.0 - by_previous)[:, None]
         jacobian = np.zeros((len(residual), len(point)))
@@ -117,7 +117,7 @@ class ProjectedOneStep:
     def _antecedents(self, point: np.ndarray) -> np.ndarray:
         rules = np.zeros((self.rule_count, 6))
         rules[:, _ANTECEDENT] = point[: 3 * self.rule_count].reshape(-1, 3)
-        return coordinates.to_rules(rules)
+        return rule_coordinates.to_rules(rules)
 
     def _project(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return rules with the best consequents, residual, and a basis of the regressors."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from it2hys.identification.criteria import Series
+from it2hys.identification.criterion import Trace
 from it2hys.identification.noise import find_period
 from it2hys.identification.preparation import Prepared
 
@@ -23,13 +23,13 @@ def repetitions(prepared: Prepared) -> float:
 
 
 def weigh(
-    series: Sequence[Series], prepared: Sequence[Prepared], misfit: float, unit: float
-) -> list[Series] | None:
-    """Return the series weighted by what every record tells, or None if all are alike.
+    traces: Sequence[Trace], prepared: Sequence[Prepared], misfit: float, unit: float
+) -> list[Trace] | None:
+    """Return the records weighted by what every record tells, or None if all are alike.
 
     Parameters
     ----------
-    series, prepared : sequence
+    traces, prepared : sequence
         The training records.
     misfit : float
         Root mean square of what the model does not describe, beyond the noise, m.
@@ -47,6 +47,6 @@ def weigh(
     weights = 1.0 / np.sqrt(variance + floor)
     if weights.max() < _NEGLIGIBLE * weights.min():
         return None
-    counts = np.array([np.count_nonzero(s.weight) for s in series])
+    counts = np.array([np.count_nonzero(t.weight) for t in traces])
     weights /= np.sqrt(np.average(weights**2, weights=counts))
-    return [replace(s, weight=w * (s.weight > 0)) for s, w in zip(series, weights, strict=True)]
+    return [replace(t, weight=w * (t.weight > 0)) for t, w in zip(traces, weights, strict=True)]

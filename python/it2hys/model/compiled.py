@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -280,15 +280,19 @@ def _places() -> dict[str, tuple[int, bool]]:
         places[name.value.decode()] = (offset, bool(integer.value))
 
 
-def pack_chain(parameters: Mapping[str, float | int | bool]) -> np.ndarray:
+def pack_chain(
+    parameters: Mapping[str, float | int | bool], others: np.ndarray | None = None
+) -> np.ndarray:
     """Return `struct chain_parameters` as an array; what is not given is 0, which is off.
 
     Parameters
     ----------
     parameters : Mapping
         Values by FMU variable name, such as a `ParameterSet`; nothing is checked here.
+    others : ndarray, optional
+        Packed values that the given ones are put into a copy of, instead.
     """
-    packed = np.zeros(_library().it2core_chain_size() // 8)
+    packed = np.zeros(_library().it2core_chain_size() // 8) if others is None else others.copy()
     integers, places = packed.view(np.int32), _places()
     for name, value in parameters.items():
         offset, integer = places[name]
@@ -444,6 +448,11 @@ class Drive:
         temperature = REST_TEMPERATURE if temperature is None else temperature
         return cls(*_channels(voltage, force, temperature))
 
+    def __reduce__(self) -> tuple:
+        """Leave the addresses behind when another process gets the channels."""
+        return Drive, (self.voltage, self.force, self.temperature)
+
+    @cached_property
     def _struct(self) -> _Record:
         channels = (self.voltage, self.force, self.temperature)
         return _Record(*(c.ctypes.data for c in channels), 0, len(self.voltage))
@@ -470,8 +479,8 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
     core_input, core_output : ndarray, shape (N,)
         In V and m.
     """
-    measured, core_input, core_output = np.full((3, len(drive.voltage)), np.nan)
-    done = _library().it2core_chain_predict(packed, drive._struct(), measured, core_input, core_output)
+    measured, core_input, core_output = np.empty((3, len(drive.voltage)))
+    done = _library().it2core_chain_predict(packed, drive._struct, measured, core_input, core_output)
     measured[done:] = core_input[done:] = core_output[done:] = np.nan
     return measured, core_input, core_output
 
@@ -501,7 +510,7 @@ def chain_sensitivity(
     offsets = (ctypes.c_size_t * len(names))(*(places[name][0] for name in names))
     measured, sensitivity = np.empty(len(drive.voltage)), np.empty((len(drive.voltage), columns))
     done = _library().it2core_chain_sensitivity(
-        packed, drive._struct(), offsets, len(names), measured, sensitivity
+        packed, drive._struct, offsets, len(names), measured, sensitivity
     )
     measured[done:] = sensitivity[done:] = np.nan
     return measured, sensitivity

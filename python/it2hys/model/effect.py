@@ -69,6 +69,8 @@ class Effect(ABC):
     Attributes
     ----------
     memory : Memory
+    is_static : bool
+        Whether it is a curve of the reading alone, which may be the sensor's.
     limits : bool
         Whether it loses what is beyond, so that its inverse gives the nearest.
     words : str or None
@@ -85,6 +87,7 @@ class Effect(ABC):
     """
 
     memory: ClassVar[Memory] = Memory.NONE
+    is_static: ClassVar[bool] = False
     limits: ClassVar[bool] = False
     words: ClassVar[str | None] = None
     per_record: ClassVar[tuple[str, ...]] = ()

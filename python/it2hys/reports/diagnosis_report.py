@@ -9,13 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from it2hys.cosimulation.simulation import track
-from it2hys.diagnosis.coordinates import BY_RECORD, OF_READING
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.explained import low_shares
-from it2hys.diagnosis.result import Diagnosis, Judgement
+from it2hys.diagnosis.outcome import Diagnosis, Judgement
+from it2hys.diagnosis.selection import COMPARISONS, LEVEL
 from it2hys.fmu.packaging import make_directory, package
+from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING
+from it2hys.identification.explained import low_shares
 from it2hys.model import compiled
 from it2hys.model.variables import load_table
+from it2hys.policy import SEARCH
 from it2hys.records import Record
 from it2hys.records.figures_of_merit import (
     Errors,
@@ -26,9 +28,20 @@ from it2hys.records.figures_of_merit import (
     small_figure,
 )
 from it2hys.reports import figures
-from it2hys.reports.identification_report import ROLES, UM, inversion, parameter_row, records_json
+from it2hys.reports.judged import (
+    ROLES,
+    UM,
+    finite_or_none,
+    inverse_picture,
+    inverse_table,
+    inversion,
+    judgement_json,
+    label,
+    parameter_row,
+    record_texts,
+    records_json,
+)
 from it2hys.reports.page import NONE, Picture, Section, Table, write_report
-from it2hys.reports.validity import out_of_range_sentence
 from it2hys.reports.verdict import judging_role, model_verdict, percent, straight_line_errors
 from it2hys.stand.excitations import time_grid, tracking_reference
 from it2hys.support.files import write_atomically
@@ -38,6 +51,8 @@ from it2hys.support.progress import Progress
 _REFERENCE_DURATION, SAMPLE_TIME = 0.15, 1e-4
 #: Records whose residuals are drawn for every step of the loop.
 _DRAWN = 2
+#: File of the sensor's curve.
+SENSOR_CURVE = "sensor_curve.csv"
 #: What the model before is called where no more is known of it.
 START = "starting model"
 #: What to do where the model, or its inverse, is of no use.
@@ -85,7 +100,9 @@ def write_diagnosis(
         The report.
     """
     directory = make_directory(directory)
-    package(diagnosis.parameters, directory)
+    package(diagnosis.packaged, directory)
+    if diagnosis.sensor_curves:
+        _write_sensor_curve(diagnosis, directory / SENSOR_CURVE)
     train = [r for r, j in zip(records, diagnosis.after, strict=True) if j.role == "train"]
     lines = straight_line_errors(records, diagnosis.after)
     if first is None:
@@ -95,7 +112,11 @@ def write_diagnosis(
         Section(
             "What was found",
             [*details(diagnosis), *inversion(records)],
-            [error_table(diagnosis, lines), inverse_table(diagnosis)],
+            [
+                error_table(diagnosis, lines),
+                inverse_table({"before": diagnosis.before, "after": diagnosis.after}),
+                start_table(diagnosis),
+            ],
         ),
         evidence_section(diagnosis),
         *_step_sections(diagnosis, train),
@@ -198,7 +219,31 @@ def details(diagnosis: Diagnosis) -> list[str]:
         )
     else:
         texts.append("What is left cannot be told from noise. " + " ".join(diagnosis.left_over))
-    return texts + [f"Note: {warning}" for warning in diagnosis.warnings]
+    return texts + _curve_texts(diagnosis) + [f"Note: {warning}" for warning in diagnosis.warnings]
+
+
+def _curve_texts(diagnosis: Diagnosis) -> list[str]:
+    """Return what is said of a static curve that is the sensor's."""
+    if not diagnosis.has_sensor_curve:
+        return []
+    if not diagnosis.sensor_curves:
+        return ["The sensor was said to have a static curve, but these records show none."]
+    displacement, reading = diagnosis.sensor_curve()
+    bow = float(np.max(np.abs(reading - displacement)))
+    return [
+        f"The static curve is the sensor's, as --sensor-curve says: it reads up to {bow * UM:.3g} µm "
+        f"off a straight line between the ends of its range. {SENSOR_CURVE} holds it. The errors in "
+        "this report are those of readings. The FMUs are without it: their displacement and reference "
+        "are the stage's own, so take a reading back through the curve before you compare."
+    ]
+
+
+def _write_sensor_curve(diagnosis: Diagnosis, path: Path) -> None:
+    displacement, reading = diagnosis.sensor_curve()
+    rows = [
+        f"{y * UM!r},{r * UM!r}" for y, r in zip(displacement.tolist(), reading.tolist(), strict=True)
+    ]
+    write_atomically(path, ("\n".join(["displacement_um,reading_um", *rows]) + "\n").encode())
 
 
 def found(diagnosis: Diagnosis, start: str = START) -> str:
@@ -226,9 +271,7 @@ def error_table(diagnosis: Diagnosis, lines: Sequence[Errors]) -> Table:
             b.name, ROLES[b.role],
             f"{100 * line.e_mr:.2f}", f"{100 * b.e_mr:.2f}", f"{100 * a.e_mr:.2f}",
             f"{line.e_rms * UM:.4f}", f"{b.e_rms * UM:.4f}", f"{a.e_rms * UM:.4f}",
-            f"{a.cold_start * UM:.4f}",
-            small_figure(a.noise * UM), f"{a.offset * UM:.3f}", f"{a.lead_in:.3g}",
-            _format(100 * a.explained, "{:.4g}"), _format(100 * a.voltage_share, "{:.4g}"),
+            small_figure(a.noise * UM),
         ]
         for b, a, line in zip(diagnosis.before, diagnosis.after, lines, strict=True)
     ]  # fmt: skip
@@ -237,43 +280,38 @@ def error_table(diagnosis: Diagnosis, lines: Sequence[Errors]) -> Table:
             "record", "role",
             "line e_mr %", "e_mr % before", "e_mr % after",
             "line e_rms µm", "e_rms µm before", "e_rms µm after",
-            "cold start µm after",
-            "noise µm", "offset removed µm", "lead-in s",
-            "explained %", "by voltage %",
+            "noise µm",
         ],
         rows,
         "Errors (24) and (25) of the free run before and after, behind the lead-in: the first part of "
         "a record, on which the start of its run is fitted and nothing else. Line: one straight line "
-        "fitted to the training records. Cold start: e_rms of the plant FMU as packaged, told nothing "
-        "but the first displacement. Explained: share of the displacement's variance that the free run "
-        "accounts for; by voltage: that a predictor without physics makes of the voltage's past, on "
-        "parts that it was not fitted to.",
+        "fitted to the training records.",
     )  # fmt: skip
 
 
-def inverse_table(diagnosis: Diagnosis) -> Table:
-    """Return what the inverse asks for against the voltage that was applied, before and after."""
+def start_table(diagnosis: Diagnosis) -> Table:
+    """Return how the runs of the last model begin, and how much of each record they explain."""
     rows = [
         [
-            b.name, ROLES[b.role],
-            f"{b.inverse.e_rms:.4g}", f"{a.inverse.e_rms:.4g}", f"{a.inverse.noise:.2g}",
-            f"{b.inverse.e_displacement * UM:.4f}", f"{a.inverse.e_displacement * UM:.4f}",
-            f"{a.inverse.latency * 1e3:.4g}", f"{a.inverse.band:.3g}",
-            f"{100 * a.inverse.saturated:.2g}",
+            a.name, ROLES[a.role],
+            f"{a.lead_in:.3g}", f"{a.offset * UM:.3f}",
+            f"{b.cold_start * UM:.4f}", f"{a.cold_start * UM:.4f}",
+            _format(100 * a.explained, "{:.4g}"), _format(100 * a.voltage_share, "{:.4g}"),
         ]
         for b, a in zip(diagnosis.before, diagnosis.after, strict=True)
     ]  # fmt: skip
     return Table(
         [
             "record", "role",
-            "V rms before", "V rms after", "of that noise V",
-            "µm rms before", "µm rms after",
-            "delay ms", "band Hz", "clamped %",
+            "lead-in s", "offset removed µm",
+            "cold start µm before", "cold start µm after",
+            "explained %", "by voltage %",
         ],
         rows,
-        "The inverse, fed with the displacement that was measured (up to the band, the highest "
-        "frequency at which it stands out of the noise), against the voltage that was applied, later "
-        "by the model's delay. It says on measured data how well feedforward will track.",
+        "Cold start: e_rms of the plant FMU as packaged, told nothing but the first displacement. "
+        "Explained: share of the displacement's variance that the free run accounts for; by voltage: "
+        "that a predictor without physics makes of the voltage's past, on parts that it was not "
+        "fitted to.",
     )  # fmt: skip
 
 
@@ -308,8 +346,9 @@ def evidence_section(diagnosis: Diagnosis) -> Section:
             "Signature: a property of the first model's residual that this effect alone predicts, with "
             "its significance. Gain: by how much adding the effect, everything fitted anew, lowers the "
             "free-run error on the records that decide, and the probability of that by chance (block "
-            "bootstrap). An effect stays only if the gain is significant after correction for the "
-            f"{len(diagnosis.evidence)} effects tried and large enough to matter."
+            "bootstrap). An effect stays only if the gain is large enough to matter, and so unlikely "
+            f"by chance (p below {LEVEL:.1g}) that a whole search, of up to {COMPARISONS} comparisons, "
+            f"names anything by chance in {100 * SEARCH.budget:.0f} % of the cases at most."
         ],
         [evidence_table(diagnosis)],
     )
@@ -361,18 +400,7 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
     sections = []
     for record, before, after in zip(records, diagnosis.before, diagnosis.after, strict=True):
         kept = slice(after.lead, None)
-        label = f"{record.name} ({ROLES[after.role]})"
-        start = ", ".join(f"{n} = {v:.6g}" for n, v in after.start.items())
-        text = [f"The plant FMU gives this run with {start} (SI units)."]
-        text.append(
-            f"They were fitted on the lead-in, the first {after.lead_in:.3g} s, and the errors are "
-            "those behind it."
-        )
-        beyond = out_of_range_sentence(
-            diagnosis.parameters, after.out_of_range, record.voltage, after.y - after.offset
-        )
-        text += [beyond] if beyond else []
-        text += [f"Note: {note}" for note in record.notes]
+        texts = record_texts(record, after, diagnosis.parameters)
         pictures = [
             Picture(
                 f"{record.name}_time",
@@ -380,7 +408,7 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
                     record.time[kept],
                     record.displacement[kept],
                     {"after": after.y[kept], "before": before.y[kept]},
-                    label,
+                    label(after),
                     after.noise,
                 ),
                 "Displacement and error over time, before and after.",
@@ -391,24 +419,13 @@ def _record_sections(diagnosis: Diagnosis, records: Sequence[Record]) -> list[Se
                     record.voltage[kept],
                     record.displacement[kept],
                     {"after": after.y[kept], "before": before.y[kept]},
-                    label,
+                    label(after),
                 ),
                 "Hysteresis loop before and after, and error over voltage after.",
             ),
-            Picture(
-                f"{record.name}_inverse",
-                figures.inverse_course(
-                    record.time[kept],
-                    after.inverse.applied[kept],
-                    {"after": after.inverse.asked[kept], "before": before.inverse.asked[kept]},
-                    after.inverse.e_displacement / max(after.inverse.e_rms, 1e-300),
-                    label,
-                ),
-                "The voltage that was applied, and what the inverse asks for when it is fed with the "
-                "measured displacement.",
-            ),
+            inverse_picture(record, {"after": after, "before": before}),
         ]
-        sections.append(Section(f"Record {label}", text, pictures=pictures))
+        sections.append(Section(f"Record {label(after)}", texts, pictures=pictures))
     return sections
 
 
@@ -420,7 +437,7 @@ def _tracking_section(diagnosis: Diagnosis, records: Sequence[Record], directory
     plant = directory / "IT2Plant.fmu"
     new = track(directory / "IT2Inverse.fmu", plant, reference, start)
     voltage, limited = compiled.chain_inverse_run(diagnosis.base.replace(**start), reference)
-    old, _ = compiled.chain_free_run(diagnosis.parameters.replace(**start), voltage)
+    old, _ = compiled.chain_free_run(diagnosis.packaged.replace(**start), voltage)
     rows = [
         [
             name,
@@ -489,8 +506,8 @@ def summary_json(diagnosis: Diagnosis, lines: Sequence[Errors]) -> dict:
         "experiments": list(diagnosis.experiments),
         "noise_rms_um": diagnosis.noise_rms * UM,
         "error": {
-            "before": {j.name: _judgement_json(j) for j in diagnosis.before},
-            "after": {j.name: _judgement_json(j) for j in diagnosis.after},
+            "before": {j.name: judgement_json(j) for j in diagnosis.before},
+            "after": {j.name: judgement_json(j) for j in diagnosis.after},
         },
         "straight_line": {
             j.name: {"e_mr_percent": 100 * line.e_mr, "e_rms_um": line.e_rms * UM}
@@ -499,11 +516,11 @@ def summary_json(diagnosis: Diagnosis, lines: Sequence[Errors]) -> dict:
         "evidence": [
             {
                 "effect": e.effect,
-                "statistic": _number(e.statistic),
-                "p_value": _number(e.p_value),
+                "statistic": finite_or_none(e.statistic),
+                "p_value": finite_or_none(e.p_value),
                 "signature": e.signature,
-                "held_out_gain_percent": _number(100 * e.held_out_gain),
-                "held_out_p_value": _number(e.held_out_p_value),
+                "held_out_gain_percent": finite_or_none(100 * e.held_out_gain),
+                "held_out_p_value": finite_or_none(e.held_out_p_value),
                 "accepted": e.accepted,
                 "why": e.why,
             }
@@ -512,7 +529,7 @@ def summary_json(diagnosis: Diagnosis, lines: Sequence[Errors]) -> dict:
         "parameters": {
             name: {
                 "value": diagnosis.parameters[name],
-                "ci95": [_number(low), _number(high)],
+                "ci95": [finite_or_none(low), finite_or_none(high)],
                 "unit": known[name].type.unit or "1",
             }
             for name, (low, high) in diagnosis.intervals.items()
@@ -520,34 +537,6 @@ def summary_json(diagnosis: Diagnosis, lines: Sequence[Errors]) -> dict:
         "warnings": list(diagnosis.warnings),
         "seconds": diagnosis.seconds,
     }
-
-
-def _judgement_json(judgement: Judgement) -> dict:
-    return {
-        "e_mr_percent": 100 * judgement.e_mr,
-        "e_rms_um": judgement.e_rms * UM,
-        "role": judgement.role,
-        "model": "free run",
-        "noise_rms_um": judgement.noise * UM,
-        "explained_percent": _number(100 * judgement.explained),
-        "voltage_explains_percent": _number(100 * judgement.voltage_share),
-        "offset_um": judgement.offset * UM,
-        "start": judgement.start,
-        "lead_in_s": judgement.lead_in,
-        "skipped_samples": judgement.lead,
-        "cold_start_e_rms_um": _number(judgement.cold_start * UM),
-        "inverse_e_rms_V": _number(judgement.inverse.e_rms),
-        "inverse_e_rms_um": _number(judgement.inverse.e_displacement * UM),
-        "inverse_noise_rms_V": _number(judgement.inverse.noise),
-        "inverse_delay_s": judgement.inverse.latency,
-        "inverse_band_Hz": judgement.inverse.band,
-        "samples_out_of_range": int(np.count_nonzero(judgement.out_of_range)),
-    }
-
-
-def _number(value: float) -> float | None:
-    """Return the value, or None (JSON's null) where it is not a finite number."""
-    return float(value) if np.isfinite(value) else None
 
 
 def _parameter_section(diagnosis: Diagnosis) -> Section:

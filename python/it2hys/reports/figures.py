@@ -159,7 +159,7 @@ def inverse_course(
     for (name, voltage), style in list(zip(asked.items(), (MODEL, SECOND), strict=False))[::-1]:
         known = np.isfinite(voltage)
         v_thin, t_thin = _thin(voltage[known], time[known])
-        top.plot(t_thin, v_thin, label=f"inverse {name}", **style)
+        top.plot(t_thin, v_thin, label=f"inverse {name}".rstrip(), **style)
         e_thin, t_thin = _thin(gain * (voltage - applied)[known], time[known])
         bottom.plot(t_thin, e_thin * UM, **{**style, "linewidth": 0.8})
     _title(figure, title)

@@ -10,8 +10,9 @@ from it2hys.cosimulation.simulation import track
 from it2hys.errors import InputError
 from it2hys.fmu.packaging import make_directory, package
 from it2hys.identification.excerpts import searched_text
-from it2hys.identification.findings import sensor_step
-from it2hys.identification.result import Identification, RecordResult
+from it2hys.identification.explained import low_shares
+from it2hys.identification.judgement import Judgement
+from it2hys.identification.result import Identification
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
 from it2hys.records import Record
@@ -22,18 +23,27 @@ from it2hys.records.figures_of_merit import (
     small_figure,
     times_the_noise,
 )
-from it2hys.records.record import INVERTED
 from it2hys.reports import figures
+from it2hys.reports.judged import (
+    ROLES,
+    UM,
+    finite_or_none,
+    inverse_picture,
+    inverse_table,
+    inversion,
+    judgement_json,
+    label,
+    parameter_row,
+    record_texts,
+    records_json,
+)
 from it2hys.reports.page import Picture, Section, Table, write_report
-from it2hys.reports.validity import out_of_range_sentence
 from it2hys.reports.verdict import model_verdict, straight_line_errors
 from it2hys.support.files import write_atomically
 from it2hys.support.progress import Progress
 
-UM = 1e6
 # a free-run error above this many times the noise says that the model lacks something
 FAR_ABOVE_NOISE = 2.0
-ROLES = {"train": "training", "validation": "validation", "test": "test"}
 #: What to do where the model, or its inverse, is of no use.
 ADVICE = (
     "Do not rely on it: `it2hys diagnose` with the same records looks for the effects that it lacks, "
@@ -88,7 +98,8 @@ def write_identification(
     if not identification.converged:
         raise InputError(
             f"the fit did not converge ({identification.message}); no parameter set is written. "
-            "Try fewer rules, or records that cover the range better"
+            "Try more iterations (--max-iterations), fewer rules, or records that cover the range"
+            " better"
         )
     directory = make_directory(directory)
     package(identification.parameters, directory)
@@ -96,7 +107,11 @@ def write_identification(
     lines = straight_line_errors(records, results)
     texts = summary(identification, lines, first)
     sections = [
-        Section("Summary", [*texts, *inversion(records)], [error_table(identification, lines)]),
+        Section(
+            "Summary",
+            [*texts, *inversion(records)],
+            [error_table(identification, lines), inverse_table({"": results})],
+        ),
         *(
             record_section(record, result, identification.parameters)
             for record, result in zip(records, results, strict=True)
@@ -121,6 +136,7 @@ def summary(
     ratio = identification.error_over_noise
     texts = [
         *model_verdict(identification.records, lines, ADVICE),
+        *low_shares(identification.records),
         *first,
         f"The interval type-2 fuzzy model with {_count(count, 'rule')} was identified on "
         f"{_count(len(identification.by_role('train')), 'training record')}. The noise: "
@@ -141,8 +157,8 @@ def summary(
     for result in identification.by_role("test"):
         texts.append(
             f"On the test record {result.name}, which decided nothing, it is "
-            f"{result.e_rms * UM:.3g} µm rms, {times_the_noise(result.e_rms / result.noise_rms)} of "
-            f"that record ({noise_size(result.noise_rms)})."
+            f"{result.e_rms * UM:.3g} µm rms, {times_the_noise(result.e_rms / result.noise)} of "
+            f"that record ({noise_size(result.noise)})."
         )
     return texts + [f"Note: {warning}" for warning in identification.warnings]
 
@@ -151,33 +167,15 @@ def _count(number: int, thing: str) -> str:
     return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
-def inversion(records: Sequence[Record]) -> list[str]:
-    """Return the sentence on records whose sign was flipped, if there are any."""
-    return [f"Note: {INVERTED}"] if any(r.inverted for r in records) else []
-
-
-def records_json(records: Sequence[Record]) -> dict:
-    """Return what `report.json` says of the records themselves, by name."""
-    return {
-        r.name: {
-            "displacement_inverted": r.inverted,
-            "unused_columns": list(r.unused),
-            "sensor_step_um": None if (step := sensor_step(r)) is None else UM * step,
-            "notes": list(r.notes),
-        }
-        for r in records
-    }
-
-
 def error_table(identification: Identification, lines: Sequence[Errors]) -> Table:
     """Return the errors of all records: straight line, one step ahead, free run, noise."""
     rows = [
         [
             r.name, ROLES[r.role],
             f"{100 * line.e_mr:.2f}", f"{line.e_rms * UM:.4f}",
-            f"{100 * r.e_mr_one_step:.2f}", f"{r.e_rms_one_step * UM:.4f}",
-            f"{100 * r.e_mr:.2f}", f"{r.e_rms * UM:.4f}",
-            small_figure(r.noise_rms * UM), f"{r.offset * UM:.3f}",
+            f"{100 * r.one_step.e_mr:.2f}", f"{r.one_step.e_rms * UM:.4f}",
+            f"{100 * r.e_mr:.2f}", f"{r.e_rms * UM:.4f}", f"{r.cold_start * UM:.4f}",
+            small_figure(r.noise * UM), f"{r.offset * UM:.3f}", f"{r.lead_in:.3g}",
         ]
         for r, line in zip(identification.records, lines, strict=True)
     ]  # fmt: skip
@@ -186,55 +184,42 @@ def error_table(identification: Identification, lines: Sequence[Errors]) -> Tabl
             "record", "role",
             "line e_mr %", "line e_rms µm",
             "one-step e_mr %", "one-step e_rms µm",
-            "free-run e_mr %", "free-run e_rms µm",
-            "noise µm", "offset removed µm",
+            "free-run e_mr %", "free-run e_rms µm", "cold start µm",
+            "noise µm", "offset removed µm", "lead-in s",
         ],
         rows,
-        "Errors (24) and (25). Line: one straight line fitted to the training records. One-step: the "
-        "model is given the measured y(k-1). Free run: the model gets the voltage alone.",
+        "Errors (24) and (25) behind the lead-in: the first part of a record, on which the start of "
+        "its run is fitted and nothing else. Line: one straight line fitted to the training records. "
+        "One-step: the model is given the measured y(k-1). Free run: it gets the voltage alone. "
+        "Cold start: e_rms of the plant FMU as packaged, told nothing but the first displacement.",
     )  # fmt: skip
 
 
-def record_section(record: Record, result: RecordResult, parameters: ParameterSet) -> Section:
-    """Return how the model does on one record: over time and over voltage."""
-    kept = slice(result.skip, None)
+def record_section(record: Record, result: Judgement, ends: ParameterSet) -> Section:
+    """Return how a model does on one record: over time, over voltage, and its inverse."""
+    kept = slice(result.lead, None)
     time, voltage = record.time[kept], record.voltage[kept]
-    measured, model = record.displacement[kept], result.y_free[kept]
-    label = f"{result.name} ({ROLES[result.role]})"
-    text = [
-        f"{len(record)} samples at {1 / record.sample_time:.6g} Hz. The free run starts from "
-        f"{result.initial_displacement * UM:.4g} µm; noise by {result.noise_method}."
-    ]
-    if result.skip:
-        text.append(
-            f"No error counts the first {result.skip} samples: the start is fitted on them, or they "
-            "are a start-up transient."
-        )
-    beyond = out_of_range_sentence(
-        parameters, result.out_of_range, record.voltage, result.y_free - result.offset
-    )
-    text += [beyond] if beyond else []
-    text += [f"Note: {note}" for note in record.notes]
+    measured, runs = record.displacement[kept], {"free run": result.y[kept]}
+    ahead = {"one step ahead": result.one_step.y[kept]} if result.one_step else {}
     return Section(
-        f"Record {label}",
-        text,
+        f"Record {label(result)}",
+        [
+            f"{len(record)} samples at {1 / record.sample_time:.6g} Hz. "
+            f"Noise by {result.noise_method}.",
+            *record_texts(record, result, ends),
+        ],
         pictures=[
             Picture(
                 f"{result.name}_time",
-                figures.time_course(
-                    time,
-                    measured,
-                    {"free run": model, "one step ahead": result.y_one_step[kept]},
-                    label,
-                    result.noise_rms,
-                ),
+                figures.time_course(time, measured, {**runs, **ahead}, label(result), result.noise),
                 "Displacement and error over time (compare the paper's Figures 2, 4 and 5).",
             ),
             Picture(
                 f"{result.name}_loop",
-                figures.hysteresis_loop(voltage, measured, {"free run": model}, label),
+                figures.hysteresis_loop(voltage, measured, runs, label(result)),
                 "Hysteresis loop and error over voltage (compare the paper's Figure 3).",
             ),
+            inverse_picture(record, {"": result}),
         ],
     )
 
@@ -276,14 +261,6 @@ def _tracking_section(directory: Path, identification: Identification, record: R
     )
 
 
-def parameter_row(name: str, value: float, low: float, high: float) -> list[str]:
-    """Return name, value, ends of the interval and unit of a parameter as a table shows them."""
-    unit = load_table().parameters()[name].type.unit or ""
-    scale = UM if unit.startswith("m") else 1.0
-    shown = unit.replace("m", "µm", 1) if scale != 1.0 else unit
-    return [name, *(f"{v * scale:.6g}" if np.isfinite(v) else "–" for v in (value, low, high)), shown]
-
-
 def _parameter_section(identification: Identification) -> Section:
     rows = [
         [
@@ -314,7 +291,7 @@ def _method_section(identification: Identification) -> Section:
         "voltage makes a free run diverge).",
         "Duration: " + ", ".join(f"{k} {v:.1f} s" for k, v in identification.seconds.items()) + ".",
     ]
-    samples = sum(len(r.y_free) for r in identification.by_role("train"))
+    samples = sum(len(r.y) for r in identification.by_role("train"))
     text += filter(None, [searched_text(samples)])
     tables = [
         Table(
@@ -367,43 +344,20 @@ def summary_json(identification: Identification, lines: Sequence[Errors]) -> dic
                 }
                 for r, line in zip(results, lines, strict=True)
             },
-            "after": {r.name: _record_json(r) for r in results},
+            "after": {r.name: judgement_json(r) for r in results},
         },
         "evidence": [],
         "parameters": {
             name: {
                 "value": identification.parameters[name],
-                "ci95": [_number(low), _number(high)],
+                "ci95": [finite_or_none(low), finite_or_none(high)],
                 "unit": known[name].type.unit or "1",
                 "determined": name not in identification.undetermined,
             }
             for name, (low, high) in identification.intervals.items()
         },
         "warnings": list(identification.warnings),
-        "condition": _number(identification.condition),
+        "condition": finite_or_none(identification.condition),
         "contraction": identification.contraction,
         "seconds": identification.seconds,
     }
-
-
-def _record_json(result: RecordResult) -> dict:
-    return {
-        "e_mr_percent": 100 * result.e_mr,
-        "e_rms_um": result.e_rms * UM,
-        "role": result.role,
-        "model": "free run",
-        "one_step_ahead": {
-            "e_mr_percent": 100 * result.e_mr_one_step,
-            "e_rms_um": result.e_rms_one_step * UM,
-        },
-        "noise_rms_um": result.noise_rms * UM,
-        "offset_um": result.offset * UM,
-        "initial_displacement_um": result.initial_displacement * UM,
-        "skipped_samples": result.skip,
-        "samples_out_of_range": int(np.count_nonzero(result.out_of_range)),
-    }
-
-
-def _number(value: float) -> float | None:
-    """Return the value, or None (JSON's null) where it is not a finite number."""
-    return float(value) if np.isfinite(value) else None

@@ -11,11 +11,8 @@ from scipy.signal import lfilter
 
 from it2hys.diagnosis.evidence.base import Signature
 from it2hys.diagnosis.evidence.statistics import Answer, Stage, StepEvidence, readable
+from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clues
-
-#: With new rules those are tried that are up to so many times what steps show, and from that much
-#: less on.
-_NEAR_STEPS = 2.0
 
 
 def _delayed(ticks: float) -> Stage:
@@ -52,7 +49,7 @@ class DelayEvidence(StepEvidence):
         near = [
             i
             for i, values in enumerate(trials)
-            if 1.0 / _NEAR_STEPS <= values["delay.time"] / shown <= _NEAR_STEPS
+            if 1.0 / PHYSICS.near_steps <= values["delay.time"] / shown <= PHYSICS.near_steps
         ]
         return near or every
 

@@ -10,7 +10,8 @@ from scipy.signal import find_peaks
 
 from it2hys.diagnosis.evidence.base import EffectEvidence, Signature
 from it2hys.diagnosis.evidence.statistics import UM, line_ratios, readable
-from it2hys.model.effects.hum import LEAST_PERIODS, lines_in
+from it2hys.model.effects.hum import lines_in
+from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clues
 
 
@@ -30,7 +31,7 @@ class HumEvidence(EffectEvidence):
         ratio = power / (floor + np.finfo(float).tiny)
         peaks, _ = find_peaks(ratio, distance=12)
         highest = peaks[np.argsort(ratio[peaks])[::-1][:lines]]
-        least = LEAST_PERIODS / clues.extent.duration
+        least = PHYSICS.line_periods / clues.extent.duration
         return [_fitted_line(clues, frequency[i]) for i in highest if frequency[i] > least]
 
     def signature(self, clues: Clues) -> Signature | None:

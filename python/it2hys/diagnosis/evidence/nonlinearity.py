@@ -9,10 +9,8 @@ import numpy as np
 from it2hys.diagnosis.evidence.base import EffectEvidence, Signature
 from it2hys.diagnosis.evidence.statistics import UM, Ground, branches, modelled, readable, scaled
 from it2hys.model.effects.nonlinearity import COEFFICIENTS
+from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clues
-
-#: Share of the range of the model's readings by which the curve goes beyond it.
-_MARGIN = 0.1
 
 
 class NonlinearityEvidence(EffectEvidence):
@@ -40,7 +38,7 @@ class NonlinearityEvidence(EffectEvidence):
         strokes = np.concatenate([modelled(c)[c.used] for c in clues.records]) - clues.extent.zero
         if np.ptp(strokes) == 0.0:  # of a model that stands still there is no curve
             return []
-        margin = _MARGIN * np.ptp(strokes)
+        margin = PHYSICS.curve_margin * np.ptp(strokes)
         ends = {
             "nonlinearity.minimum": float(strokes.min() - margin),
             "nonlinearity.maximum": float(strokes.max() + margin),

@@ -23,24 +23,19 @@ from it2hys.diagnosis.evidence.statistics import (
     readable,
 )
 from it2hys.model.effects.resonance import poles
+from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clues
 
 #: Dampings that a signature tries, and how many frequencies of each.
 _GRID = {0.015: 64, 0.05: 32, 0.15: 28}
 
-#: A step is a change of the voltage of this share of its range; what follows it is looked at for so
-#: many samples at most, and if the voltage goes on without a step for so many at least.
-_STEP, _LONGEST, _SHORTEST = 0.05, 400, 40
+#: What follows a step is looked at for so many samples at most, and if the voltage goes on without a
+#: step for so many at least.
+_LONGEST, _SHORTEST = 400, 40
 
 #: Peaks of the spectrum of what follows steps that are refined, steps of frequency about each (over one
 #: line of the spectrum to either side), and dampings.
 _PEAKS, _NEAR, _DAMPINGS = 2, 21, np.geomspace(0.003, 0.3, 13)
-
-#: Share of what follows steps, on average, that a ring has to be.
-_RINGS = 0.1
-
-#: Damped by more than this it smooths, it does not ring.
-_DAMPED = 0.4
 
 
 def _rung(ring: tuple[float, float]) -> Stage:
@@ -74,7 +69,7 @@ class ResonanceEvidence(StepEvidence):
     def is_within_a_sample(self, values: Mapping) -> bool:
         """Return whether it smooths, and is quick at that."""
         slow = 2.0 * np.pi * values["resonance.frequency"] * values["sampleTime"] < 1.0
-        return values["resonance.damping"] > _DAMPED and not slow
+        return values["resonance.damping"] > PHYSICS.damped and not slow
 
     def is_done_within(self, values: Mapping, time: float) -> bool:
         """Return whether a ring has decayed by two of its time constants."""
@@ -126,7 +121,7 @@ def _after_steps(clues: Clues) -> list[tuple[float, float]]:
     highest = peaks[np.argsort(power[peaks])[::-1][:_PEAKS]]
     found = [_refined(mean, lines[peak]) for peak in highest]
     sample_time = clues.extent.sample_time
-    return [(f / sample_time, d) for f, d, share in found if share > _RINGS]
+    return [(f / sample_time, d) for f, d, share in found if share > PHYSICS.ring_share]
 
 
 def _mean_after_steps(clues: Clues) -> np.ndarray | None:
@@ -134,7 +129,7 @@ def _mean_after_steps(clues: Clues) -> np.ndarray | None:
     parts, heights = [], []
     for clue in clues.records:
         change = np.diff(clue.voltage)
-        steps = np.flatnonzero(np.abs(change) > _STEP * clues.extent.voltage_span)
+        steps = np.flatnonzero(np.abs(change) > PHYSICS.ring_step * clues.extent.voltage_span)
         for first, last in zip(steps, np.append(steps, len(change))[1:], strict=True):
             part = slice(first + 1, min(last, first + _LONGEST) + 1)
             if part.stop - part.start >= _SHORTEST and np.all(clue.used[part]):

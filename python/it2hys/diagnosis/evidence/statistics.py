@@ -23,6 +23,7 @@ from scipy.signal import coherence, find_peaks, lfilter
 
 from it2hys.diagnosis.evidence.base import EffectEvidence
 from it2hys.identification.noise import find_period
+from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clue, Clues
 
 UM = 1e6
@@ -300,7 +301,6 @@ def absorbed(clues: Clues) -> Columns:
 
 # --- what a reader can check by eye -------------------------------------------------------------------
 
-_CYCLE_SWING = 0.15
 _HOLD = 30
 
 
@@ -310,7 +310,7 @@ def loop_widths(clues: Clues) -> tuple[np.ndarray, np.ndarray]:
     A cycle goes from one minimum of the voltage to the next; the width is positive where the
     residual is higher on the way down, as memory has it.
     """
-    least, cycles = _CYCLE_SWING * clues.extent.voltage_span, []
+    least, cycles = PHYSICS.cycle_swing * clues.extent.voltage_span, []
     for clue in clues.records:
         turns, _ = find_peaks(-clue.voltage, prominence=least)
         for first, last in pairwise(turns):
@@ -383,10 +383,8 @@ def coherence_with_voltage(clues: Clues) -> tuple[np.ndarray, np.ndarray]:
 
 #: Frequencies beside a line, in those of a transform twice the record, that it is put over ...
 _BESIDE = (6, 18)
-#: ... which are worth about so many degrees of freedom ...
+#: ... which are worth about so many degrees of freedom.
 _BESIDE_FREEDOM = 12
-#: ... and the ratio above which the voltage itself has a line.
-_VOLTAGE_LINE = 30.0
 
 
 def line_ratios(clues: Clues) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -409,7 +407,7 @@ def line_ratios(clues: Clues) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         row[:] = _over_beside(
             np.where(clue.used, clue.residual - clue.residual[clue.used].mean(), 0.0), size
         )
-        row[_over_beside(clue.voltage - clue.voltage.mean(), size) > _VOLTAGE_LINE] = np.nan
+        row[_over_beside(clue.voltage - clue.voltage.mean(), size) > PHYSICS.voltage_line] = np.nan
         period = find_period(clue.voltage)
         if period is not None:
             order = frequency * period * clues.extent.sample_time

@@ -6,17 +6,11 @@ import casadi as ca
 import numpy as np
 
 from it2hys.model.effect import Bounds, Effect, Memory, Scalar, Start, Surroundings, Values
+from it2hys.policy import PHYSICS
 from it2hys.records.clues import Extent
 
 #: Terms that a fit begins with.
 COUNT = 3
-
-#: Samples that a time constant has at least: what is faster is no creep but dynamics.
-FASTEST = 20.0
-
-#: Largest gain of one term. Stacks creep by 1 to 2 % of a step per decade of time (as their makers
-#: state), up to 5 % without preload; a term of a time constant of its own takes up some two decades.
-LARGEST_GAIN = 0.05
 
 
 class Creep(Effect):
@@ -68,12 +62,12 @@ class Creep(Effect):
 
     def starts(self, extent: Extent, count: int = COUNT) -> dict[str, Start]:
         """Start at 2 % per term, time constants spread evenly in their logarithm over the record."""
-        fastest = FASTEST * extent.sample_time
+        fastest = PHYSICS.dynamics_longest * extent.sample_time
         slowest = max(extent.duration, 10.0 * fastest)
         spread = np.geomspace(fastest, slowest, count + 2)[1:-1]
         result = {}
         for i, time_constant in enumerate(spread, start=1):
-            result[f"creep[{i}].gain"] = Start(0.02, 0.0, LARGEST_GAIN)
+            result[f"creep[{i}].gain"] = Start(0.02, 0.0, PHYSICS.slow_gain)
             bounds = (fastest, 10.0 * slowest)
             result[f"creep[{i}].timeConstant"] = Start(float(time_constant), *bounds)
         result["initialCreep"] = Start(0.0, -extent.displacement_span, extent.displacement_span)

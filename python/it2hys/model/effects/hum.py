@@ -7,10 +7,8 @@ import casadi as ca
 import numpy as np
 
 from it2hys.model.effect import Effect, Scalar, Start, Surroundings, Values
+from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clues, Extent
-
-#: Periods within the longest record below which a slow motion is no line.
-LEAST_PERIODS = 5.0
 
 
 class Hum(Effect):
@@ -34,7 +32,9 @@ class Hum(Effect):
         nyquist, travel = 0.5 / extent.sample_time, extent.displacement_span
         return {
             "hum.amplitude": Start(0.001 * travel, 0.0, 0.1 * travel),
-            "hum.frequency": Start(min(50.0, 0.5 * nyquist), LEAST_PERIODS / extent.duration, nyquist),
+            "hum.frequency": Start(
+                min(50.0, 0.5 * nyquist), PHYSICS.line_periods / extent.duration, nyquist
+            ),
             # an angle has no end; a fit must be able to go round
             "hum.phase": Start(0.0, -100.0, 100.0),
         }

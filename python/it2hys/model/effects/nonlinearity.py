@@ -17,6 +17,8 @@ _HALVINGS, _NEWTON_STEPS = 40, 2
 class Nonlinearity(Effect):
     """A curve that rises between two ends, and is straight beyond them."""
 
+    is_static = True
+
     def is_on(self, parameters: Values) -> bool:
         """Return whether the curve is bent."""
         return any(parameters[f"nonlinearity.{name}"] != 0.0 for name in COEFFICIENTS)

@@ -2,96 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
+from it2hys.identification.judgement import Judgement
 from it2hys.model.parameters import ParameterSet
+from it2hys.model.stages import EFFECTS
+from it2hys.model.variables import load_table
 
-
-@dataclass(frozen=True, eq=False)
-class InverseJudgement:
-    """What voltage the inverse asks for when it is fed with the displacement that was measured.
-
-    Parameters
-    ----------
-    e_rms : float
-        Its difference to the voltage that was applied, behind the lead-in, V rms.
-    e_displacement : float
-        The same by the records' gain, m rms.
-    noise : float
-        What the noise of the reference alone makes of it, V rms.
-    band : float
-        Highest frequency of the reference, Hz.
-    latency : float
-        By which the stage is later than the inverse's voltage, s; compensated.
-    saturated : float
-        Share of the samples at which the inverse could not follow.
-    asked, applied : ndarray, shape (N,)
-        V; the applied voltage later by the latency. NaN in `asked` where nothing is judged.
-    """
-
-    e_rms: float
-    e_displacement: float
-    noise: float
-    band: float
-    latency: float
-    saturated: float
-    asked: np.ndarray = field(repr=False)
-    applied: np.ndarray = field(repr=False)
-
-
-@dataclass(frozen=True, eq=False)
-class Judgement:
-    """How a model does on one record, in free run.
-
-    Parameters
-    ----------
-    name, role : str
-        Role is "train", "validation" or "test".
-    e_mr, e_rms : float
-        (24) as a fraction and (25) in m.
-    start : dict of str to float
-        Parameters with which the plant FMU begins this record, SI units.
-    offset : float
-        Constant between record and model, fitted and removed, m; 0 where none is allowed.
-    lead : int
-        Samples of the lead-in, on which the start is fitted and which the errors leave out.
-    lead_in : float
-        Its duration, s.
-    used : ndarray of bool, shape (N,)
-        Samples on which the errors are taken.
-    noise : float
-        Of the record, m rms.
-    cold_start : float
-        (25) in m of the FMU as packaged, told nothing but the first displacement.
-    inverse : InverseJudgement
-        How the inverse does on the measured displacement.
-    explained, voltage_share : float
-        Share of the displacement's variance that the free run explains, and that a generous predictor
-        from the voltage alone does (`diagnosis.explained`).
-    y : ndarray, shape (N,)
-        The model's reading on all samples, offset included, m.
-    out_of_range : ndarray of bool, shape (N,)
-        Where the run is beyond what the model holds for (`outOfRange` of the plant FMU).
-    """
-
-    name: str
-    role: str
-    e_mr: float
-    e_rms: float
-    start: dict[str, float]
-    offset: float
-    lead: int
-    lead_in: float
-    used: np.ndarray = field(repr=False)
-    noise: float
-    cold_start: float
-    inverse: InverseJudgement
-    explained: float
-    voltage_share: float
-    y: np.ndarray = field(repr=False)
-    out_of_range: np.ndarray = field(repr=False)
+_CURVE_POINTS = 201
 
 
 @dataclass(frozen=True)
@@ -172,6 +92,8 @@ class Diagnosis:
     warnings : tuple of str
     seconds : dict of str to float
         Duration of each phase, s.
+    has_sensor_curve : bool
+        Whether the static curve is known to be the sensor's.
     """
 
     parameters: ParameterSet
@@ -190,3 +112,28 @@ class Diagnosis:
     intervals: dict[str, tuple[float, float]]
     warnings: tuple[str, ...]
     seconds: dict[str, float]
+    has_sensor_curve: bool = False
+
+    @property
+    def packaged(self) -> ParameterSet:
+        """The set that the FMUs carry: without the static curve where that is the sensor's.
+
+        Their displacement is then the stage's, which a straight sensor would read.
+        """
+        known, curves = load_table().parameters(), self.sensor_curves
+        return self.parameters.replace(**{n: v.start for n, v in known.items() if v.effect in curves})
+
+    @property
+    def sensor_curves(self) -> tuple[str, ...]:
+        """Static curves that were found and are the sensor's."""
+        found = (n for n, e in EFFECTS.items() if e.is_static and e.is_on(self.parameters))
+        return tuple(found) if self.has_sensor_curve else ()
+
+    def sensor_curve(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return displacements over the range of the model, and what the sensor reads there, m."""
+        displacement = np.linspace(*self.parameters.displacement_range, _CURVE_POINTS)
+        reading = displacement
+        for name in self.sensor_curves:
+            curve = EFFECTS[name]
+            reading = np.array([float(curve.step(self.parameters, [], y, None)[0]) for y in reading])
+        return displacement, reading

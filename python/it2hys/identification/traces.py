@@ -7,32 +7,44 @@ from dataclasses import replace
 
 import numpy as np
 
-from it2hys.diagnosis.criterion import Trace
-from it2hys.diagnosis.inverse import References
 from it2hys.errors import InputError
+from it2hys.identification.criterion import Trace
+from it2hys.identification.inverse import References
 from it2hys.identification.preparation import Prepared
+from it2hys.identification.scaling import Scaling
 from it2hys.identification.weights import repetitions
 from it2hys.model.compiled import Drive
+from it2hys.policy import STARTS
 from it2hys.records import Record
 from it2hys.records.clues import Extent
 
-#: Least and largest share of a record that is its lead-in while models are searched for, and the share
-#: of its voltage's range that it goes through, where that is between them: what was before is then
-#: forgotten, however the stage was driven.
-_LEAD, _LONGEST_LEAD, _SWING = 0.1, 0.4, 0.9
-#: Weight of a training record's samples before that swing, a tenth of it at most: how a stack leaves
-#: the state that it was in before, its first curve above all, is no hysteresis of its loops.
-_VIRGIN = 0.2
 #: Where there are no validation records: parts of every training record, and those that decide.
 _PARTS, _DECIDING = 10, (2, 5, 8)
-#: Share of the range of the voltage by which a sample may be beyond it and decide.
-_SLACK = 0.01
-#: Fewest samples that may decide between two models.
-_FEWEST_DECIDING = 200
+
+
+def plain_trace(prepared: Prepared, role: str, has_offset: bool = False) -> Trace:
+    """Return a record as a trace with equal weights of all trusted samples, all of them judged."""
+    record, used = prepared.record, prepared.used
+    references = References(
+        record.displacement, ~record.outliers, prepared.noise.rms, record.sample_time
+    )
+    return Trace(
+        record.name,
+        role,
+        Drive.of(record.voltage, record.force, record.temperature),
+        references.whole,
+        1.0 * used,
+        used,
+        prepared.skip,
+        prepared.noise.rms,
+        references,
+        has_offset,
+        noise_method=prepared.noise.method,
+    )
 
 
 def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
-    """Return a record as a trace.
+    """Return a record as a search for effects sees it.
 
     All trusted samples of a training record are fitted and judged, those before its first swing with a
     small weight; of another record those behind the lead-in are judged.
@@ -43,32 +55,41 @@ def to_trace(prepared: Prepared, role: str, has_offset: bool) -> Trace:
     record, used = prepared.record, prepared.used
     weight = float(1.0 / np.sqrt(1.0 + repetitions(prepared)))
     begin, swing = int(np.flatnonzero(used)[0]), _swing(record.voltage)
-    lead = begin + int(_LEAD * len(record))
+    lead = begin + int(STARTS.lead * len(record))
     judged, weights = used.copy(), weight * used
     if role == "train":
-        weights[: min(swing, lead)] *= _VIRGIN
+        weights[: min(swing, lead)] *= STARTS.virgin
     else:
-        lead = max(lead, min(swing, int(_LONGEST_LEAD * len(record))))
+        lead = max(lead, min(swing, int(STARTS.longest_lead * len(record))))
         judged[:lead] = False
-    return Trace(
-        record.name,
-        role,
-        Drive.of(record.voltage, record.force, record.temperature),
-        record.displacement,
-        weights,
-        judged,
-        lead,
-        prepared.noise.rms,
-        References(record.displacement, ~record.outliers, prepared.noise.rms, record.sample_time),
-        has_offset,
-        weight,
-    )
+    trace = plain_trace(prepared, role, has_offset)
+    return replace(trace, weight=weights, judged=judged, lead=lead, importance=weight)
+
+
+def guess_offsets(traces: Sequence[Trace], scaling: Scaling) -> np.ndarray:
+    """Return constants of the records beside the first one's, from a static regression, m, (R,).
+
+    The regressors are powers of the voltage, those times the sign of its rate (the two branches of
+    a loop), and one constant per record.
+    """
+    blocks, targets = [], []
+    for i, t in enumerate(traces):
+        x = scaling.x(t.drive.voltage)
+        branch = np.sign(np.gradient(x))
+        constants = np.zeros((len(x), len(traces)))
+        constants[:, i] = 1.0
+        powers = np.column_stack([x, x**2, x**3, branch, branch * x, branch * x**2, constants])
+        used = t.weight > 0
+        blocks.append(powers[used])
+        targets.append(t.y[used])
+    constants = np.linalg.lstsq(np.vstack(blocks), np.concatenate(targets))[0][-len(traces) :]
+    return constants - constants[0]
 
 
 def _swing(voltage: np.ndarray) -> int:
     """Return the sample up to which the voltage has gone through most of its range."""
     gone = np.maximum.accumulate(voltage) - np.minimum.accumulate(voltage)
-    return int(np.argmax(gone >= _SWING * gone[-1]))
+    return int(np.argmax(gone >= STARTS.swing * gone[-1]))
 
 
 def extent_of(records: Sequence[Record]) -> Extent:
@@ -113,10 +134,10 @@ def within(trace: Trace, voltage: tuple[float, float]) -> Trace:
     nothing of which effect is missing. A trace that is hardly ever within it stays as it is.
     """
     low, high = voltage
-    slack = _SLACK * (high - low)
+    slack = STARTS.beyond * (high - low)
     inside = (trace.drive.voltage >= low - slack) & (trace.drive.voltage <= high + slack)
     judged = trace.judged & inside
-    if np.count_nonzero(judged) < _FEWEST_DECIDING:
+    if np.count_nonzero(judged) < STARTS.fewest_deciding:
         return trace
     return replace(trace, judged=judged, weight=np.where(inside, trace.weight, 0.0))
 
@@ -130,9 +151,9 @@ def check_deciding(deciding: Sequence[Trace]) -> None:
         If there are too few samples to tell a gain from chance.
     """
     samples = sum(int(np.count_nonzero(t.judged)) for t in deciding)
-    if samples < _FEWEST_DECIDING:
+    if samples < STARTS.fewest_deciding:
         names = ", ".join(f"'{t.name}'" for t in deciding)
         raise InputError(
             f"record(s) {names}: {samples} samples are left to decide between models, and at least "
-            f"{_FEWEST_DECIDING} are needed; give longer records, or more of them with --validate"
+            f"{STARTS.fewest_deciding} are needed; give longer records, or more of them with --validate"
         )

@@ -19,20 +19,14 @@ from it2hys.model import compiled
 from it2hys.model.compiled import Drive
 from it2hys.model.stages import BEFORE_CORE
 from it2hys.model.variables import off_values
+from it2hys.policy import REFERENCE
 
-#: The displacement stands out of the noise where its power density is so many times the noise's.
-_STANDS_OUT = 10.0
 #: Segments that the power density is averaged over, at least.
 _SEGMENTS = 8
-#: Widest band of a reference, as a share of the sampling frequency.
-_WIDEST = 0.2
 #: Order of the filter, which is run both ways, so that it has no phase.
 _ORDER = 4
 #: Periods of the band's end that a filter needs to settle at either end of a record.
 _SETTLING = 2.0
-#: Where the filter takes so many times the noise away, it takes motion away: the displacement is left
-#: as it is there, and for a period of the band's end beside.
-_LEAVES = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +74,7 @@ class References:
     @cached_property
     def wide(self) -> Reference:
         """Up to a fifth of the sampling frequency."""
-        return self._up_to(_WIDEST / self.sample_time)
+        return self._up_to(REFERENCE.widest / self.sample_time)
 
     @cached_property
     def band(self) -> Reference:
@@ -88,34 +82,34 @@ class References:
         return self._up_to(self._highest())
 
     @cached_property
-    def _whole(self) -> np.ndarray:
+    def whole(self) -> np.ndarray:
         """The displacement, straight across samples that are not to be trusted."""
         places = np.flatnonzero(self.trusted)
         return np.interp(np.arange(len(self.displacement)), places, self.displacement[places])
 
     def _highest(self) -> float:
         rate = 1.0 / self.sample_time
-        length = max(16, len(self._whole) // _SEGMENTS)
-        frequency, density = signal.welch(self._whole, rate, nperseg=length)
+        length = max(16, len(self.whole) // _SEGMENTS)
+        frequency, density = signal.welch(self.whole, rate, nperseg=length)
         floor = max(2.0 * self.noise**2 / rate, np.finfo(float).tiny)
-        above = frequency[density > _STANDS_OUT * floor]
-        return float(np.clip(np.max(above, initial=0.0), 4.0 * rate / length, _WIDEST * rate))
+        above = frequency[density > REFERENCE.stands_out * floor]
+        return float(np.clip(np.max(above, initial=0.0), 4.0 * rate / length, REFERENCE.widest * rate))
 
     def filtered(self, band: float) -> np.ndarray:
         """Return the displacement up to a frequency in Hz, without a phase."""
         low_pass = signal.butter(_ORDER, band, fs=1.0 / self.sample_time, output="sos")
-        return signal.sosfiltfilt(low_pass, self._whole)
+        return signal.sosfiltfilt(low_pass, self.whole)
 
     def _up_to(self, band: float) -> Reference:
         filtered = self.filtered(band)
         # a filter rings before and after a step: play would take that for turning points
         period = int(np.ceil(1.0 / (band * self.sample_time)))
-        leaves = np.abs(filtered - self._whole) > _LEAVES * self.noise
+        leaves = np.abs(filtered - self.whole) > REFERENCE.leaves * self.noise
         leaves = ndimage.binary_dilation(leaves, iterations=period)
         edge = int(_SETTLING * period)
         inside = np.ones(len(filtered), dtype=bool)
         inside[:edge] = inside[max(0, len(filtered) - edge) :] = False
-        return Reference(np.where(leaves, self._whole, filtered), band, inside, leaves)
+        return Reference(np.where(leaves, self.whole, filtered), band, inside, leaves)
 
 
 def applied_voltage(values: Mapping, drive: Drive) -> np.ndarray:

@@ -9,16 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from it2hys.diagnosis.coordinates import BY_RECORD, Coordinate
-from it2hys.diagnosis.inverse import References
-from it2hys.identification import coordinates as rule_coordinates
-from it2hys.identification.criteria import Series
-from it2hys.identification.lead_in import START_PRIOR
+from it2hys.identification import rule_coordinates
+from it2hys.identification.effect_coordinates import BY_RECORD, Coordinate
+from it2hys.identification.inverse import References
 from it2hys.identification.levenberg_marquardt import (
     Block,
     Linearisation,
@@ -27,22 +25,16 @@ from it2hys.identification.levenberg_marquardt import (
     levenberg_marquardt,
 )
 from it2hys.identification.scaling import Scaling
-from it2hys.identification.usability import Band, Guard
+from it2hys.identification.usability import Band, Course, Guard
 from it2hys.model import compiled
 from it2hys.model.effect import Effect
 from it2hys.model.parameters import RULE_FIELDS
 from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
+from it2hys.policy import CORE, PHYSICS, STARTS
 
 #: Beyond so many half ranges a run is on its way to infinity.
 _DIVERGED = 1e3
-#: What is not smooth of an effect (`Effect.roughness`), of the inverse of this, costs as much as
-#: one sample that is off by the noise: for few loops, and for many.
-STIFF, SOFT = 2000.0, 200.0
-#: Least slope of the static curve: with less its inverse would enlarge noise too much.
-LEAST_SLOPE = 0.1
-#: Share of the travel by which the start of a record may be off its first reading.
-_NEAR = 0.1
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3
 
@@ -72,6 +64,8 @@ class Trace:
         Weight of the record, in fits (part of `weight`) and where models are compared.
     references : References
         The measured displacement as an inverse is fed with it.
+    noise_method : str
+        How the noise was estimated.
     """
 
     name: str
@@ -85,6 +79,19 @@ class Trace:
     references: References
     has_offset: bool = False
     importance: float = 1.0
+    noise_method: str = ""
+
+    def part(self, kept: slice) -> Trace:
+        """Return a part of the record, as a record of its own."""
+        drive = self.drive
+        channels = (drive.voltage[kept], drive.force[kept], drive.temperature[kept])
+        return replace(
+            self,
+            drive=compiled.Drive(*channels),
+            y=self.y[kept],
+            weight=self.weight[kept],
+            judged=self.judged[kept],
+        )
 
     @cached_property
     def fitted(self) -> slice | np.ndarray:
@@ -109,14 +116,14 @@ class Model:
     own : Mapping of str to ndarray, shape (R,)
         Values of parameters that differ from record to record.
     smoothness : float
-        With which what an effect has of a density is held smooth, STIFF or SOFT.
+        With which what an effect has of a density is held smooth, CORE.stiff or CORE.soft.
     """
 
     values: Mapping[str, float | int]
     effects: tuple[str, ...]
     offsets: np.ndarray
     own: Mapping[str, np.ndarray]
-    smoothness: float = STIFF
+    smoothness: float = CORE.stiff
 
     @property
     def rules(self) -> np.ndarray:
@@ -126,7 +133,12 @@ class Model:
 
     def packed(self, trace: Trace, index: int) -> np.ndarray:
         """Return the parameters for one record as the C core takes them."""
-        return compiled.pack_chain({**self.values, **self.start(index)})
+        return compiled.pack_chain(self.start(index), self._shared)
+
+    @cached_property
+    def _shared(self) -> np.ndarray:
+        """What all records share, packed."""
+        return compiled.pack_chain(self.values)
 
     def start(self, index: int) -> dict[str, float]:
         """Return the parameters with which the plant FMU begins one record."""
@@ -139,6 +151,50 @@ class Model:
     def run(self, trace: Trace, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return reading, core's input and core's output of the free run over a record."""
         return compiled.chain_predict(self.packed(trace, index), trace.drive)
+
+
+def with_rules(model: Model, rules: np.ndarray) -> Model:
+    """Return the model with other rules, SI units."""
+    values = {n: v for n, v in model.values.items() if not n.startswith("rule[")}
+    values["ruleCount"] = len(rules)
+    for i, rule in enumerate(rules, start=1):
+        values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
+    return replace(model, values=values)
+
+
+def paper_model(
+    traces: Sequence[Trace],
+    scaling: Scaling,
+    rules: np.ndarray,
+    offsets: Sequence[float] | None = None,
+    begins: Sequence[float] | None = None,
+) -> Model:
+    """Return the paper's model, the chain with no effect on, of records.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+        R records.
+    scaling : Scaling
+    rules : ndarray, shape (L, 6)
+        Scaled.
+    offsets, begins : sequence of float, optional
+        Constant of each record and displacement before it, m. By default there is no constant, and a
+        record begins with its first reading.
+    """
+    offsets = np.zeros(len(traces)) if offsets is None else np.asarray(offsets, dtype=float)
+    begins = [t.y[0] for t in traces] - offsets if begins is None else np.asarray(begins)
+    values = {"sampleTime": traces[0].references.sample_time}
+    model = Model(values, (), offsets, {"initialDisplacement": begins})
+    return with_rules(model, scaling.physical_rules(rules))
+
+
+def paper_problem(traces: Sequence[Trace], model: Model, scaling: Scaling) -> ChainCriterion:
+    """Return the criterion of a model with no effect on: its rules, and how the records begin."""
+    # so that 1 is half the travel, as it is for the displacements of the rules
+    reach = (float(scaling.displacement(-5.0)), float(scaling.displacement(5.0)))
+    begin = Coordinate("initialDisplacement", reach, logarithmic=False)
+    return ChainCriterion(traces, model, [begin], scaling)
 
 
 class ChainCriterion:
@@ -175,6 +231,7 @@ class ChainCriterion:
         self._guess = self.pack(model)
         self._roughness = self._smoothness()
         self._steepness = self._slopes()
+        self._prior = self._prior_weights()
 
     def _layout(self) -> dict[str, slice]:
         sizes = {
@@ -211,10 +268,10 @@ class ChainCriterion:
         begins = np.array([t.y[0] for t in self.traces]) - self.model.offsets
         effect = load_table().parameters()[coordinate.name].effect
         if effect is None:
-            near = _NEAR * (high - low)
+            near = STARTS.near * (high - low)
             return begins - near, begins + near
         least, most = self._travel()
-        near = _NEAR * (most - least)
+        near = STARTS.near * (most - least)
         travel = least - near, most + near
         return EFFECTS[effect].bounds_of_record(coordinate.name, (low, high), begins, travel)
 
@@ -240,6 +297,11 @@ class ChainCriterion:
         names = ["offsets", *(c.name for c in self._own)]
         return np.concatenate([np.arange(self._places[n].start, self._places[n].stop) for n in names])
 
+    @property
+    def first_start(self) -> list[tuple[str, float, int]]:
+        """Name, unit in SI and place of the coordinates that belong to the first record alone."""
+        return [(c.name, c.unit, self._places[c.name].start) for c in self._own]
+
     def unpack(self, point: np.ndarray) -> Model:
         """Return the model of the coordinates."""
         scaling, places = self.scaling, self._places
@@ -262,17 +324,42 @@ class ChainCriterion:
     @np.errstate(over="ignore", invalid="ignore")
     def guarded(self, strength: float) -> ChainCriterion:
         """Return the criterion with penalties for rules that are unusable where the core works."""
-        series = []
+        courses = []
         for i, trace in enumerate(self.traces):
             _, x, y = self.model.run(trace, i)
             x, y = self.scaling.x(x), self.scaling.y(y)
             if np.all(np.abs(y) < _DIVERGED):
-                series.append(Series(x, y, np.ones(len(x)), 0.0))
+                courses.append((x, y, np.ones(len(x), dtype=bool)))
+        return self.guarded_over(Band.of_data(courses), strength) if courses else copy(self)
+
+    def guarded_by_data(self, strength: float, offsets: np.ndarray) -> ChainCriterion:
+        """Return the criterion with penalties for rules that are unusable where the data are.
+
+        Of a model with no effect on: its core gets the voltage, and the measured displacement, less a
+        record's constant in m, is what it is to put out.
+        """
+        return self.guarded_over(self.data_band(offsets), strength)
+
+    def data_band(self, offsets: np.ndarray) -> Band:
+        """Return the band of the fitted samples, the records' constants in m taken off."""
+        return Band.of_data(self.data_courses(offsets))
+
+    def data_courses(self, offsets: np.ndarray) -> list[Course]:
+        """Return voltage and displacement, constants taken off, scaled, and which are fitted."""
+        return [
+            (self.scaling.x(t.drive.voltage), self.scaling.y(t.y - offset), t.weight > 0.0)
+            for t, offset in zip(self.traces, offsets, strict=True)
+        ]
+
+    def guarded_over(self, band: Band, strength: float) -> ChainCriterion:
+        """Return the criterion with penalties for rules that are unusable over a band."""
         result = copy(self)
-        if series:
-            band = Band.of_data(series, np.zeros(len(series)))
-            result._guard = Guard(band, strength * np.sqrt(self.samples))
+        result._guard = Guard(band, strength * np.sqrt(self.samples))
         return result
+
+    def rules(self, point: np.ndarray) -> np.ndarray:
+        """Return the scaled rules, shape (L, 6), of the coordinates."""
+        return rule_coordinates.to_rules(point[self._places["rules"]])
 
     def holding(self, names: Sequence[str]) -> ChainCriterion:
         """Return the criterion with groups of coordinates ("rules", "effects") held by the bounds."""
@@ -292,12 +379,45 @@ class ChainCriterion:
             if not np.all(np.abs(error) < _DIVERGED):
                 return None
             parts.append((trace.weight * error)[trace.fitted])
-        parts.append(self._prior_weights() * (point - self._guess))
-        parts.append(self._roughness @ point)
-        parts.append(self._falling(point))
+        held = self._prior > 0.0
+        parts.append((self._prior * (point - self._guess))[held])
+        if len(self._roughness):
+            parts.append(self._roughness @ point)
+        if len(self._steepness):
+            parts.append(self._falling(point))
         if self._guard is not None:
-            parts.append(self._guard.residual(rule_coordinates.to_rules(point[self._places["rules"]])))
+            parts.append(self._guard.residual(self.rules(point)))
         return np.concatenate(parts)
+
+    def residual_or_nan(self, point: np.ndarray) -> np.ndarray:
+        """Return the weighted residuals, NaN in all places where a run is no longer finite."""
+        values = self.residual(point)
+        if values is not None:
+            return values
+        fitted = sum(np.count_nonzero(t.weight > 0.0) for t in self.traces)
+        penalties = 0 if self.band is None else 4 * len(self.band.y)
+        priors = np.count_nonzero(self._prior) + len(self._roughness) + len(self._steepness)
+        return np.full(fitted + priors + penalties, np.nan)
+
+    def full_jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the Jacobian of all residuals, priors and penalties too, and those, or None."""
+        return joined(self._blocks(point))
+
+    def unconstrained(self) -> ChainCriterion:
+        """Return the criterion without penalties: for a solver that holds constraints."""
+        result = copy(self)
+        result._guard, result._steepness = None, self._steepness[:0]
+        return result
+
+    @property
+    def band(self) -> Band | None:
+        """Where the penalties ask for contraction and invertibility."""
+        return self._guard.band if self._guard else None
+
+    @property
+    def curve_slopes(self) -> np.ndarray:
+        """The slope of the static curve, less 1, by the coordinates, (K, P); no rows if not fitted."""
+        return self._steepness / np.sqrt(self.samples)
 
     def _smoothness(self) -> np.ndarray:
         """Return the rows, (K, P), that make cost what is not smooth of an effect."""
@@ -321,14 +441,14 @@ class ChainCriterion:
 
     def _falling(self, point: np.ndarray) -> np.ndarray:
         """Return by how much the static curve rises less than it must, where it does."""
-        least = np.sqrt(self.samples) * (LEAST_SLOPE - 1.0)
+        least = np.sqrt(self.samples) * (PHYSICS.curve_slope - 1.0)
         return np.maximum(least - self._steepness @ point, 0.0)
 
     def _prior_weights(self) -> np.ndarray:
         weights = np.zeros(len(self._guess))
         weights[self._places["effects"]] = _EFFECT_PRIOR
         for c in self._own:
-            weights[self._places[c.name]] = START_PRIOR * self._noise()
+            weights[self._places[c.name]] = STARTS.prior * self._noise()
         return weights
 
     def _noise(self) -> float:
@@ -346,14 +466,16 @@ class ChainCriterion:
     def _blocks(self, point: np.ndarray) -> Iterator[Block | None]:
         """Yield records, priors and penalties; None where a run is no longer finite."""
         yield from self._record_blocks(point)
-        weights, every = self._prior_weights(), np.eye(len(point))
-        yield np.diag(weights), weights * (point - self._guess), every
-        yield self._roughness, self._roughness @ point, every
-        falling = self._falling(point)
-        yield -self._steepness * (falling > 0.0)[:, None], falling, every
+        every, held = np.eye(len(point)), self._prior > 0.0
+        weights = self._prior[held]
+        yield np.diag(weights), weights * (point - self._guess)[held], every[held]
+        if len(self._roughness):
+            yield self._roughness, self._roughness @ point, every
+        if len(self._steepness):
+            falling = self._falling(point)
+            yield -self._steepness * (falling > 0.0)[:, None], falling, every
         if self._guard is not None:
-            rules = rule_coordinates.to_rules(point[self._places["rules"]])
-            by_rules, penalties = self._guard.linearise(rules)
+            by_rules, penalties = self._guard.linearise(self.rules(point))
             yield by_rules, penalties, every[: self.rule_size]
 
     def _record_blocks(self, point: np.ndarray) -> Iterator[Block | None]:
@@ -386,7 +508,7 @@ class ChainCriterion:
     def _by_coordinates(self, point: np.ndarray) -> np.ndarray:
         """Return what the C core differentiates by, by the coordinates, without what records own."""
         places, size = self._places, self.rule_size
-        rules = rule_coordinates.to_rules(point[places["rules"]])
+        rules = self.rules(point)
         scaled = rule_coordinates.chain_rule(np.eye(size), rules)
         slopes = [c.slope(v) for c, v in zip(self.common, point[places["effects"]], strict=True)]
         result = np.zeros((size + len(self.common) + len(self._own), len(point)))
@@ -422,13 +544,20 @@ class ChainFit:
 
 def minimise(criterion: ChainCriterion, max_iterations: int, tolerance: float = 1e-6) -> ChainFit:
     """Minimise the criterion by Levenberg-Marquardt from the model that it was made with."""
-    minimum = levenberg_marquardt(
+    start = criterion.pack(criterion.model)
+    return ChainFit(criterion, minimise_from(criterion, start, max_iterations, tolerance))
+
+
+def minimise_from(
+    criterion: ChainCriterion, start: np.ndarray, max_iterations: int, tolerance: float = 1e-6
+) -> Minimum:
+    """Minimise the criterion by Levenberg-Marquardt from coordinates, shape (P,)."""
+    return levenberg_marquardt(
         criterion.residual,
         criterion.linearise,
-        np.clip(criterion.pack(criterion.model), criterion.lower, criterion.upper),
+        np.clip(start, criterion.lower, criterion.upper),
         criterion.lower,
         criterion.upper,
         tolerance=tolerance,
         max_iterations=max_iterations,
     )
-    return ChainFit(criterion, minimum)

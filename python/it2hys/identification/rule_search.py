@@ -11,11 +11,19 @@ from math import ceil
 import numpy as np
 
 from it2hys.identification import usability, variable_projection
-from it2hys.identification.criteria import FreeRun, Series
+from it2hys.identification.criterion import (
+    ChainCriterion,
+    ChainFit,
+    Trace,
+    minimise_from,
+    paper_model,
+    paper_problem,
+)
 from it2hys.identification.excerpts import excerpt
-from it2hys.identification.levenberg_marquardt import Minimum, levenberg_marquardt
+from it2hys.identification.levenberg_marquardt import Minimum
 from it2hys.identification.result import IdentificationError, Options, Start
-from it2hys.model import compiled
+from it2hys.identification.scaling import Scaling
+from it2hys.identification.solvers import solve
 
 #: Pairs from which the consequents of a start are found.
 _PAIRS = 600
@@ -36,21 +44,15 @@ _STRENGTHS = (1.0, 1e1, 1e2, 1e3)
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
-    """A free-run optimum.
+class RuleFit(ChainFit):
+    """A free-run optimum of the paper's model.
 
     Parameters
     ----------
-    criterion : FreeRun
-        What was minimised.
-    minimum : Minimum
-        Where it ended.
     starts : tuple of Start
-        Errors of every start, best first, in scaled units.
+        Errors of every start, best first, in m.
     """
 
-    criterion: FreeRun
-    minimum: Minimum
     starts: tuple[Start, ...] = ()
 
     @property
@@ -59,80 +61,122 @@ class Fit:
         return self.criterion.rules(self.minimum.coordinates)
 
     @property
-    def rms(self) -> float:
-        """Root mean square of the weighted residuals."""
-        return rms_of(self.minimum.cost, self.criterion.samples)
+    def courses(self) -> list[usability.Course]:
+        """Scaled voltage and displacement of the records, their fitted constants taken off."""
+        return self.criterion.data_courses(self.model.offsets)
 
 
-def rms_of(cost: float, samples: int) -> float:
+def _problem(
+    traces: Sequence[Trace],
+    scaling: Scaling,
+    rules: np.ndarray,
+    offsets: np.ndarray | None = None,
+    begins: np.ndarray | None = None,
+) -> ChainCriterion:
+    """Return the guarded problem of the paper's model from scaled rules."""
+    model = paper_model(traces, scaling, rules, offsets, begins)
+    problem = paper_problem(traces, model, scaling)
+    return problem.guarded_by_data(_STRENGTHS[0], model.offsets)
+
+
+def _some_rules(count: int) -> np.ndarray:
+    """Return rules that stand for their number alone, shape (L, 6)."""
+    return np.tile([1.0, 2.0, 0.0, 0.5, 0.5, 0.0], (count, 1))
+
+
+def _point(
+    problem: ChainCriterion,
+    rules: np.ndarray,
+    offsets: np.ndarray | None = None,
+    begins: np.ndarray | None = None,
+) -> np.ndarray:
+    """Return the coordinates of scaled rules, of the problem's own constants by default."""
+    offsets = problem.model.offsets if offsets is None else offsets
+    return problem.pack(paper_model(problem.traces, problem.scaling, rules, offsets, begins))
+
+
+def rms_of(cost: float, samples: float) -> float:
     """Return the root mean square residual of a cost (23)."""
     return float(np.sqrt(2.0 * cost / samples))
 
 
 def fit_rules(
-    series: Sequence[Series],
+    traces: Sequence[Trace],
+    scaling: Scaling,
+    offsets: np.ndarray,
     rule_count: int,
     options: Options,
     progress: Callable[[float, str], None],
     warm: Sequence[np.ndarray] = (),
     each: Callable = map,
-) -> Fit:
-    """Fit L rules to scaled series, usable over the band of the data if possible.
+) -> RuleFit:
+    """Fit L rules to records, usable over the band of the data if possible.
 
     Parameters
     ----------
-    series : sequence of Series
+    traces : sequence of Trace
         The training records.
+    scaling : Scaling
+    offsets : ndarray, shape (R,)
+        Guesses of the records' constants, m.
     rule_count : int
         Number of rules L.
     options : Options
     progress : callable
         Told the share done and what is being done.
     warm : sequence of ndarray, each of shape (L, 6)
-        Further starts, such as those of a smaller model.
+        Further starts, scaled, such as those of a smaller model.
     each : callable
         A `map`; one over processes shares the work among them.
 
     Returns
     -------
-    Fit
+    RuleFit
 
     Raises
     ------
     IdentificationError
         If every start diverges.
     """
-    windows, records = excerpt(series)
-    brief = guarded(FreeRun(windows, rule_count))
+    windows, records = excerpt(traces)
+    some = _some_rules(rule_count)
+    brief = _problem(windows, scaling, some, offsets[records])
     found = _search(brief, options, lambda share, text: progress(0.7 * share, text), warm, each)
     progress(0.7, f"L = {rule_count}: final fit")
-    criterion = guarded(FreeRun(list(series), rule_count))
+    problem = _problem(traces, scaling, some, offsets)
     points = [
-        _transferred(brief, m, criterion, records)
+        _transferred(brief, m, problem, records)
         for m in _distinct([m for m, _ in found])[:_CONTINUED]
         if m.cost <= found[0][0].cost * (1.0 + _NEAR)
     ]
-    settle = partial(minimise_free_run, criterion, max_iterations=_SETTLING)
-    best = min(each(settle, points), key=lambda m: m.cost)
-    best = minimise_free_run(criterion, best.coordinates, options.max_iterations)
-    starts = tuple(Start(one_step, rms_of(m.cost, brief.samples)) for m, one_step in found)
-    return make_usable(Fit(criterion, best, starts), options)
+    settling = replace(options, max_iterations=min(_SETTLING, options.max_iterations))
+    best = min(each(partial(solve, problem, options=settling), points), key=lambda m: m.cost)
+    best = solve(problem, best.coordinates, options)
+    starts = tuple(
+        Start(one_step * scaling.y_unit, rms_of(m.cost, brief.samples) * scaling.y_unit)
+        for m, one_step in found
+    )
+    return make_usable(RuleFit(problem, best, starts), options)
 
 
 def search_rules(
-    series: Sequence[Series], rule_count: int, options: Options, warm: Sequence[np.ndarray] = ()
+    traces: Sequence[Trace],
+    scaling: Scaling,
+    rule_count: int,
+    options: Options,
+    warm: Sequence[np.ndarray] = (),
 ) -> np.ndarray:
     """Return the rules with which `fit_rules` would begin its final fit: a start for another one.
 
     Parameters and errors as there.
     """
-    brief = guarded(FreeRun(excerpt(series)[0], rule_count))
+    brief = _problem(excerpt(traces)[0], scaling, _some_rules(rule_count))
     found = _search(brief, options, lambda share, text: None, warm, map)
     return brief.rules(found[0][0].coordinates)
 
 
 def _search(
-    criterion: FreeRun,
+    criterion: ChainCriterion,
     options: Options,
     progress: Callable[[float, str], None],
     warm: Sequence[np.ndarray],
@@ -144,11 +188,11 @@ def _search(
     IdentificationError if every start diverges.
     """
     generator = np.random.default_rng(options.seed)
-    warmed = ((criterion.pack(rules), np.nan) for rules in warm)
+    warmed = ((_point(criterion, rules), np.nan) for rules in warm)
     starts = chain(warmed, draw_starts(criterion, generator))
     total = options.starts + len(warm)
-    sift = partial(minimise_free_run, criterion, max_iterations=_SIFTING)
-    settle = partial(minimise_free_run, criterion, max_iterations=_SETTLING)
+    sift = partial(minimise_from, criterion, max_iterations=_SIFTING)
+    settle = partial(minimise_from, criterion, max_iterations=_SETTLING)
     found: list[tuple[Minimum, float]] = []
     while len(found) < total and not _agreed([m for m, _ in found], criterion.samples):
         points, errors = zip(*islice(starts, min(_BATCH, total - len(found))), strict=True)
@@ -170,8 +214,19 @@ def _search(
     return found
 
 
+def drawn_starts(
+    traces: Sequence[Trace], scaling: Scaling, rules: np.ndarray, seed: int
+) -> tuple[ChainCriterion, Iterator[tuple[np.ndarray, float]]]:
+    """Return the guarded problem of the paper's model from scaled rules, and starts for it.
+
+    See `draw_starts`.
+    """
+    problem = _problem(traces, scaling, rules)
+    return problem, draw_starts(problem, np.random.default_rng(seed))
+
+
 def draw_starts(
-    criterion: FreeRun, generator: np.random.Generator
+    criterion: ChainCriterion, generator: np.random.Generator
 ) -> Iterator[tuple[np.ndarray, float]]:
     """Yield coordinates of starts and their one-step errors, without end.
 
@@ -179,27 +234,29 @@ def draw_starts(
     which is linear in them. Half of the starts first go some way towards an optimum of it: which
     half finds the optimum in free run differs from one set of records to the next.
     """
-    problem = _projected(criterion.series, criterion.rule_count, generator)
-    y = np.concatenate([(s.y - s.offset)[s.weight > 0] for s in criterion.series])
-    guesses = np.array([s.offset for s in criterion.series])
-    has_offset = [s.has_offset for s in criterion.series]
+    has_offset = np.array([t.has_offset for t in criterion.traces])
+    measured = criterion.data_courses(np.zeros(len(criterion.traces)))
+    problem = _projected(criterion, measured, has_offset, generator)
+    guesses = np.array(criterion.model.offsets)
+    y = np.concatenate([y[used] for _, y, used in criterion.data_courses(guesses)])
+    unit = criterion.scaling.y_unit
     for i, antecedents in enumerate(
         variable_projection.antecedent_starts(y, criterion.rule_count, generator)
     ):
         # Offsets start from their guesses and from nothing in turn: a guess from a static curve is
         # poor where the loops' phase lag differs between records.
         offsets = guesses if i // 2 % 2 == 0 else 0.0 * guesses
-        point = np.concatenate([antecedents, offsets[has_offset]])
+        point = np.concatenate([antecedents, offsets[has_offset] / unit])
         if i % 2:
             point = variable_projection.fit_projected(problem, point, _NEARING).coordinates
             offsets = offsets.copy()
-            offsets[has_offset] = problem.offsets(point)
+            offsets[has_offset] = unit * problem.offsets(point)
         residual = problem.residual(point)
         one_step = float(np.sqrt(residual @ residual / len(problem.y)))
-        yield criterion.pack(problem.rules(point), offsets=offsets), one_step
+        yield _point(criterion, problem.rules(point), offsets), one_step
 
 
-def _agreed(minima: Sequence[Minimum], samples: int) -> bool:
+def _agreed(minima: Sequence[Minimum], samples: float) -> bool:
     """Return whether the best minimum, the first, is perfect or enough have practically its cost."""
     if len(minima) < _AGREEING:
         return False
@@ -209,62 +266,35 @@ def _agreed(minima: Sequence[Minimum], samples: int) -> bool:
 
 
 def _transferred(
-    brief: FreeRun, minimum: Minimum, criterion: FreeRun, records: np.ndarray
+    brief: ChainCriterion, minimum: Minimum, criterion: ChainCriterion, records: np.ndarray
 ) -> np.ndarray:
     """Return a point of the criterion of an excerpt as one of the whole records' criterion."""
-    offsets = brief.offsets(minimum.coordinates)
-    means = [float(np.mean(offsets[records == i])) for i in range(len(criterion.series))]
-    return criterion.pack(brief.rules(minimum.coordinates), offsets=means)
+    offsets = brief.unpack(minimum.coordinates).offsets
+    means = [float(np.mean(offsets[records == i])) for i in range(len(criterion.traces))]
+    return _point(criterion, brief.rules(minimum.coordinates), np.array(means))
 
 
-def minimise_free_run(
-    criterion: FreeRun, start: np.ndarray, max_iterations: int, tolerance: float = 1e-6
-) -> Minimum:
-    """Minimise the free-run criterion by Levenberg-Marquardt from one start."""
-    return levenberg_marquardt(
-        criterion.residual,
-        criterion.linearise,
-        start,
-        criterion.lower,
-        criterion.upper,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-    )
-
-
-def guarded(
-    criterion: FreeRun, strength: float = _STRENGTHS[0], offsets: Sequence[float] | None = None
-) -> FreeRun:
-    """Return the criterion with penalties for a model unusable over the band of the data.
+def make_usable(fit: RuleFit, options: Options) -> RuleFit:
+    """Return the fit, refitted with rising penalties until it is usable over the band of data.
 
     The penalties vanish where the model is usable, so they do not move the optimum of such a model.
     """
-    if offsets is None:
-        offsets = [s.offset for s in criterion.series]
-    band = usability.Band.of_data(criterion.series, offsets)
-    strength *= np.sqrt(criterion.samples)
-    return criterion.with_guard(usability.Guard(band, strength))
-
-
-def make_usable(fit: Fit, options: Options) -> Fit:
-    """Return the fit, refitted with rising penalties until it is usable over the band of data."""
     for strength in _STRENGTHS[1:]:
-        offsets = fit.criterion.offsets(fit.minimum.coordinates)
-        if usability.is_usable(fit.rules, usability.Band.of_data(fit.criterion.series, offsets)):
+        if usability.is_usable(fit.rules, usability.Band.of_data(fit.courses)):
             break
-        criterion = guarded(fit.criterion, strength, offsets)
-        minimum = minimise_free_run(criterion, fit.minimum.coordinates, options.max_iterations)
+        criterion = fit.criterion.guarded_by_data(strength, fit.model.offsets)
+        minimum = solve(criterion, fit.minimum.coordinates, options)
         fit = replace(fit, criterion=criterion, minimum=minimum)
     return fit
 
 
 def shake(
-    fit: Fit,
+    fit: RuleFit,
     rounds: int,
     options: Options,
     progress: Callable[[float, str], None],
     each: Callable = map,
-) -> Fit:
+) -> RuleFit:
     """Return the fit, or a better one reached from disturbances of it.
 
     A poor optimum mostly has one rule where none is needed: each rule in turn gets a new, random
@@ -273,7 +303,7 @@ def shake(
 
     Parameters
     ----------
-    fit : Fit
+    fit : RuleFit
     rounds : int
         How often each rule is replaced, and all are drawn, without a gain before the search ends.
     options : Options
@@ -283,17 +313,16 @@ def shake(
 
     Returns
     -------
-    Fit
+    RuleFit
     """
-    windows, records = excerpt(fit.criterion.series)
-    offsets = fit.criterion.offsets(fit.minimum.coordinates)[records]
-    brief = guarded(FreeRun(windows, fit.criterion.rule_count), offsets=offsets)
-    original = minimise_free_run(brief, brief.pack(fit.rules, offsets=offsets), _SETTLING)
+    windows, records = excerpt(fit.criterion.traces)
+    brief = _problem(windows, fit.criterion.scaling, fit.rules, fit.model.offsets[records])
+    original = minimise_from(brief, brief.pack(brief.model), _SETTLING)
     best, idle, limit = original, 0, rounds * brief.rule_count
     generator = np.random.default_rng(options.seed + 1)
     fresh_starts = draw_starts(brief, generator)
-    sift = partial(minimise_free_run, brief, max_iterations=_SIFTING)
-    settle = partial(minimise_free_run, brief, max_iterations=_SETTLING)
+    sift = partial(minimise_from, brief, max_iterations=_SIFTING)
+    settle = partial(minimise_from, brief, max_iterations=_SETTLING)
     while idle < limit and rms_of(best.cost, brief.samples) > _PERFECT:
         progress(idle / limit, "search around the best fit")
         disturbed = _with_new_rule(brief, best.coordinates, idle % brief.rule_count, generator)
@@ -306,35 +335,36 @@ def shake(
     if best is original:
         return fit
     start = _transferred(brief, best, fit.criterion, records)
-    minimum = minimise_free_run(fit.criterion, start, options.max_iterations)
+    minimum = solve(fit.criterion, start, options)
     if minimum.cost >= fit.minimum.cost:
         return fit
     return make_usable(replace(fit, minimum=minimum), options)
 
 
 def _with_new_rule(
-    criterion: FreeRun, point: np.ndarray, rule: int, generator: np.random.Generator
+    criterion: ChainCriterion, point: np.ndarray, rule: int, generator: np.random.Generator
 ) -> np.ndarray:
     """Return the coordinates of a model with one rule replaced and the consequents fitted anew.
 
     They are fitted to the run of the model in place of the measurement: without noise in y(k-1),
     which biases that fit.
     """
-    rules, states = criterion.rules(point), criterion.states(point)
+    model, scaling = criterion.unpack(point), criterion.scaling
     modelled = [
-        replace(s, y=compiled.free_run(rules, s.x, state), has_offset=False)
-        for s, state in zip(criterion.series, states, strict=True)
+        (scaling.x(t.drive.voltage), scaling.y(model.run(t, i)[0]), t.weight > 0.0)
+        for i, t in enumerate(criterion.traces)
     ]
-    y = np.concatenate([s.y[s.weight > 0] for s in modelled])
+    y = np.concatenate([y[used] for _, y, used in modelled])
     count = criterion.rule_count
     # the first is not random in its centres
     _, drawn = islice(variable_projection.antecedent_starts(y, count, generator), 2)
-    antecedents = criterion.rule_coordinates(point)[:, :3].copy()
+    antecedents = point[: criterion.rule_size].reshape(count, -1)[:, :3].copy()
     fresh = drawn.reshape(-1, 3)
     # the rule of the spread that is nearest to a gap between the others
     antecedents[rule] = fresh[_emptiest(fresh, np.delete(antecedents, rule, axis=0))]
-    problem = _projected(modelled, count, generator)
-    return criterion.pack(problem.rules(antecedents.ravel()), states, criterion.offsets(point))
+    problem = _projected(criterion, modelled, np.zeros(len(modelled), dtype=bool), generator)
+    rules = problem.rules(antecedents.ravel())
+    return _point(criterion, rules, model.offsets, model.own["initialDisplacement"])
 
 
 def _emptiest(candidates: np.ndarray, others: np.ndarray) -> int:
@@ -344,30 +374,36 @@ def _emptiest(candidates: np.ndarray, others: np.ndarray) -> int:
     return int(np.argmax(np.min(np.abs(candidates[:, 2:] - others[:, 2]), axis=1)))
 
 
-def refit(fit: Fit, series: Sequence[Series], options: Options) -> Fit:
-    """Return the fit continued on changed series: other weights, discards or offsets."""
-    criterion = guarded(FreeRun(list(series), fit.criterion.rule_count))
-    point = fit.minimum.coordinates
-    start = criterion.pack(fit.rules, fit.criterion.states(point), fit.criterion.offsets(point))
-    minimum = minimise_free_run(criterion, start, options.max_iterations)
-    return make_usable(Fit(criterion, minimum, fit.starts), options)
+def refit(fit: RuleFit, traces: Sequence[Trace], options: Options) -> RuleFit:
+    """Return the fit continued on changed records: other weights, discards or constants."""
+    model = fit.model
+    own = np.where([t.has_offset for t in traces], model.offsets, 0.0)
+    begins = model.own["initialDisplacement"]
+    problem = _problem(traces, fit.criterion.scaling, fit.rules, own, begins)
+    minimum = solve(problem, problem.pack(problem.model), options)
+    return make_usable(RuleFit(problem, minimum, fit.starts), options)
 
 
 def _projected(
-    series: Sequence[Series], rule_count: int, generator: np.random.Generator
+    criterion: ChainCriterion,
+    courses: Sequence[usability.Course],
+    has_offset: np.ndarray,
+    generator: np.random.Generator,
 ) -> variable_projection.ProjectedOneStep:
-    """Return the projected one-step criterion on some of the pairs of the series."""
+    """Return the projected one-step criterion on some of the pairs of the records."""
     parts, offset_count = [], 0
-    for s in series:
+    for trace, (x, y, _), own in zip(criterion.traces, courses, has_offset, strict=True):
         # a pair is as good as the worse of its two readings
-        weight = np.minimum(s.weight[:-1], s.weight[1:])
+        weight = np.minimum(trace.weight[:-1], trace.weight[1:])
         used = weight > 0
-        group = np.full(np.count_nonzero(used), offset_count if s.has_offset else -1)
-        offset_count += s.has_offset
-        parts.append((s.y[:-1][used], s.x[1:][used], s.y[1:][used], weight[used], group))
+        group = np.full(np.count_nonzero(used), offset_count if own else -1)
+        offset_count += int(own)
+        parts.append((y[:-1][used], x[1:][used], y[1:][used], weight[used], group))
     pairs = [np.concatenate(columns) for columns in zip(*parts, strict=True)]
     chosen = generator.permutation(len(pairs[0]))[:_PAIRS]
-    return variable_projection.ProjectedOneStep(*(p[chosen] for p in pairs), offset_count, rule_count)
+    return variable_projection.ProjectedOneStep(
+        *(p[chosen] for p in pairs), offset_count, criterion.rule_count
+    )
 
 
 def _distinct(minima: Sequence[Minimum]) -> list[Minimum]:

@@ -10,11 +10,16 @@ lower bound of what the voltage explains.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.signal import lfilter
 
-from it2hys.diagnosis.result import Judgement
+from it2hys.policy import NOISE
+
+if TYPE_CHECKING:
+    from it2hys.identification.judgement import Judgement
+
 
 #: Samples that are looked at, in the middle of a longer record.
 _MOST = 20_000
@@ -29,9 +34,6 @@ _PLAYS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7)
 _PARTS, _FOLDS = 100, 10
 #: Weight of the guess that all coefficients are nothing, as a share of the samples.
 _NOTHING = 1e-3
-#: Share below which it is said that something else moves the stage: it does so half as far (rms) as the
-#: voltage does then, since sqrt(0.2 / 0.8) = 0.5.
-LOW = 0.8
 
 
 def explained_by_voltage(voltage: np.ndarray, displacement: np.ndarray, used: np.ndarray) -> float:
@@ -98,7 +100,11 @@ def explained_by_model(displacement: np.ndarray, reading: np.ndarray, used: np.n
 
 def low_shares(judgements: Sequence[Judgement]) -> list[str]:
     """Return a sentence for each record of which the voltage explains little."""
-    return [_sentence(j) for j in judgements if j.voltage_share < LOW and j.explained < LOW]
+    return [
+        _sentence(j)
+        for j in judgements
+        if j.voltage_share < NOISE.explained and j.explained < NOISE.explained
+    ]
 
 
 def _sentence(judgement: Judgement) -> str:

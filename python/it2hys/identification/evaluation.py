@@ -1,0 +1,57 @@
+"""How a given model does on records: nothing is fitted but how each record begins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from it2hys.identification.criterion import Model
+from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.judgement import Judgement, judge_records
+from it2hys.identification.preparation import check_sample_times, data_scaling, prepare
+from it2hys.identification.starts import Starts
+from it2hys.identification.traces import extent_of, to_trace
+from it2hys.model.chain import active_effects
+from it2hys.model.parameters import ParameterSet
+from it2hys.model.variables import load_table
+from it2hys.records import Record
+
+
+def evaluate(
+    parameters: ParameterSet, records: Sequence[Record], offsets: bool = False
+) -> tuple[Judgement, ...]:
+    """Run a model with all its effects on records, in free run and one step ahead.
+
+    Parameters
+    ----------
+    parameters : ParameterSet
+        The model.
+    records : sequence of Record
+        All at one sample time.
+    offsets : bool
+        Let every record differ from the model by a constant, which is removed.
+
+    Returns
+    -------
+    tuple of Judgement
+        With the role "test".
+
+    Raises
+    ------
+    InputError
+        If the sample times differ.
+    """
+    check_sample_times(records)
+    prepared = [prepare(record) for record in records]
+    traces = [to_trace(p, "test", offsets) for p in prepared]
+    effects, known = active_effects(parameters), load_table().parameters()
+    own = {
+        name: np.full(len(traces), parameters[name])
+        for name in BY_RECORD
+        if known[name].effect in (None, *effects)
+    }
+    given = Model(dict(parameters), tuple(effects), np.zeros(len(traces)), own)
+    starts = Starts(traces, data_scaling(prepared), extent_of(records))
+    begun = starts.fit_own(given, traces)
+    return judge_records(starts, begun, parameters, [starts.with_lead_in(begun, t) for t in traces])
