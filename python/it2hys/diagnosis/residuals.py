@@ -168,10 +168,9 @@ def left_over(clues: Clues, noise: Sequence[float]) -> LeftOver:
 
 
 def _numbers(clue: Clue, noise: float, sample_time: float) -> RecordNumbers:
-    # samples left out at the ends are no quiet part of the record
+    # samples that are left out are no quiet part of the record: the others are joined
     inside = np.flatnonzero(clue.used)
-    kept = slice(inside[0], inside[-1] + 1)
-    residual = np.where(clue.used, clue.residual - np.mean(clue.residual[clue.used]), 0.0)[kept]
+    residual = clue.residual[inside] - np.mean(clue.residual[inside])
     pole = short_pole(residual)
     # a line or bursts may have passed for noise in what was given; in differences a line that is fast
     own, given = _short_noise(residual, pole), max(noise, 0.0) * _colour_correction(pole)
@@ -187,9 +186,9 @@ def _numbers(clue: Clue, noise: float, sample_time: float) -> RecordNumbers:
         p_white=ljung_box(rest),
         p_white_squares=ljung_box(rest**2),
         p_steady=p_steady,
-        busiest=tuple((inside[0] + end) * sample_time for end in busiest),
+        busiest=(inside[busiest[0]] * sample_time, (inside[busiest[1] - 1] + 1) * sample_time),
         peak=float(frequency[1:][np.argmax(power[1:])]),
-        jumps=_jumps(residual, clue.voltage[kept], corrected),
+        jumps=_jumps(residual, clue.voltage[inside], corrected),
     )
 
 

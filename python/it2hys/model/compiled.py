@@ -479,9 +479,10 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
     core_input, core_output : ndarray, shape (N,)
         In V and m.
     """
-    measured, core_input, core_output = np.empty((3, len(drive.voltage)))
-    done = _library().it2core_chain_predict(packed, drive._struct, measured, core_input, core_output)
-    measured[done:] = core_input[done:] = core_output[done:] = np.nan
+    outputs = np.empty((3, len(drive.voltage)))
+    done = _library().it2core_chain_predict(packed, drive._struct, *outputs)
+    outputs[:, done:] = np.nan
+    measured, core_input, core_output = outputs
     return measured, core_input, core_output
 
 
