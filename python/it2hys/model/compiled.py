@@ -88,7 +88,7 @@ def _library() -> ctypes.CDLL:
     library.it2core_chain_equilibrium.argtypes = [_DOUBLES]
     library.it2core_chain_predict.restype = ctypes.c_size_t
     library.it2core_chain_predict.argtypes = [
-        _DOUBLES, ctypes.POINTER(_Record), _DOUBLES, _DOUBLES, _DOUBLES,
+        _DOUBLES, ctypes.POINTER(_Record), *[ctypes.c_void_p] * 3,
     ]  # fmt: skip
     library.it2core_chain_sensitivity.restype = ctypes.c_size_t
     library.it2core_chain_sensitivity.argtypes = [
@@ -480,7 +480,10 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
         In V and m.
     """
     outputs = np.empty((3, len(drive.voltage)))
-    done = _library().it2core_chain_predict(packed, drive._struct, *outputs)
+    # by address: a fit of short records would else spend its time on checks of its own arrays
+    first, step = outputs.ctypes.data, outputs.strides[0]
+    addresses = (first, first + step, first + 2 * step)
+    done = _library().it2core_chain_predict(packed, drive._struct, *addresses)
     outputs[:, done:] = np.nan
     measured, core_input, core_output = outputs
     return measured, core_input, core_output
