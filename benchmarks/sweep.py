@@ -204,10 +204,10 @@ def measure_wall(cases: int, ticks: int, workers: int, moment: float) -> tuple[f
     And the share of it that the workers had nothing to do: neither ran nor waited for a processor.
     It begins at the moment given, s on the monotonic clock, that others may begin at, too.
     """
-    from it2hys.sweeps import running
+    from it2hys.sweeps import sweep
 
     plan = make_plan(parse_sweep(scenario(cases, ticks)))
-    pool = running._workers(plan, workers, None)
+    pool = sweep._workers(plan, workers, None)
     with tempfile.TemporaryDirectory() as met:
         started = [pool._pool.submit(warm_up, plan.fingerprint, met, workers) for _ in range(workers)]
         for future in started:
@@ -215,7 +215,7 @@ def measure_wall(cases: int, ticks: int, workers: int, moment: float) -> tuple[f
     time.sleep(max(moment - time.monotonic(), 0.0))
     processes = list(pool._pool._processes)
     busy, begin = occupied(processes), time.perf_counter()
-    for _ in running._run(plan.chunks(), pool, plan):
+    for _ in sweep._run(plan.chunks(), pool, plan):
         pass
     elapsed = time.perf_counter() - begin
     idle = 1.0 - (occupied(processes) - busy) / (elapsed * len(processes))

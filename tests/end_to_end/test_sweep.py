@@ -24,7 +24,7 @@ from polars.testing import assert_frame_equal
 import it2hys
 from it2hys.cli import main
 from it2hys.errors import InputError
-from it2hys.sweeps import parse_sweep, read_sweep, run_sweep, running, store, worker
+from it2hys.sweeps import parse_sweep, read_sweep, run_sweep, store, sweep, worker
 from it2hys.sweeps.cases import make_plan
 
 SCENARIO = """
@@ -227,13 +227,13 @@ def test_a_resumed_sweep_runs_only_what_is_missing(scenario, expected, tmp_path,
 
 def test_a_worker_that_is_killed_costs_no_case(scenario, expected, tmp_path, monkeypatch):
     pools = []
-    make = running.Processes
+    make = sweep.Processes
 
     def processes(*arguments):
         pools.append(make(*arguments))
         return pools[0]
 
-    monkeypatch.setattr(running, "Processes", processes)
+    monkeypatch.setattr(sweep, "Processes", processes)
 
     def kill_a_worker():
         while not list(tmp_path.glob("parts/0*.parquet")):

@@ -187,8 +187,7 @@ def test_the_paper_s_model_is_the_chain_with_no_effect_on():
         run = compiled.free_run(model.rules, voltage, begin)
         np.testing.assert_array_equal(model.run(t, i)[0], run)
         _, sensitivity = compiled.free_run_sensitivity(model.rules, voltage, begin)
-        knobs = [compiled.Knob("initialDisplacement", False, 1e-12)]
-        chain = compiled.chain_sensitivity(model.packed(t, i), t.drive, knobs)[1]
+        chain = compiled.chain_sensitivity(model.packed(t, i), t.drive, ["initialDisplacement"])[1]
         np.testing.assert_array_equal(chain, sensitivity)
 
 

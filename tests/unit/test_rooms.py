@@ -1,6 +1,7 @@
 """The rooms of the package: nobody reaches into another's private parts, and imports make no circle."""
 
 import ast
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -97,6 +98,16 @@ def test_rooms_import_each_other_in_no_circle():
             if (i.room, i.source) == (user, used)
         ]
         raise AssertionError("\n".join([" <- ".join(rooms), *because])) from None
+
+
+def test_no_two_rooms_have_a_file_of_one_name():
+    """But for effects, whose names are the files of their physics and of their evidence."""
+    names = Counter(
+        path.name
+        for path in PACKAGE.rglob("*.py")
+        if path.name != "__init__.py" and path.parent.name not in ("effects", "evidence")
+    )
+    assert [name for name, count in names.items() if count > 1] == []
 
 
 def test_no_test_skips_where_a_module_of_ours_is_missing():

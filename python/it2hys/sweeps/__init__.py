@@ -5,8 +5,8 @@ them on the fast path; what is finished is kept (`store`), so that a sweep can b
 moment; the report (`report`) is drawn from the table alone.
 """
 
-from it2hys.sweeps.running import SweepOutcome, run_sweep
 from it2hys.sweeps.schema import SweepScenario, is_sweep, parse_sweep, read_sweep
+from it2hys.sweeps.sweep import SweepOutcome, run_sweep
 
 __all__ = [
     "SweepOutcome",
