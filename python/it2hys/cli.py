@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from it2hys.errors import InputError
-from it2hys.records.numerals import parse_number
+from it2hys.support.numerals import parse_number
 from it2hys.support.processes import without_threads
 
 # modules that take long to import are imported by the commands that need them

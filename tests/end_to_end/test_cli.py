@@ -438,3 +438,10 @@ def test_identify_says_of_a_record_what_diagnose_does(stage):
             entry["inverse_e_rms_V"] * gain / UM, rel=0.35
         )
     assert (stage / "out" / "test_inverse.png").exists()
+
+
+def test_the_command_line_begins_without_numpy():
+    """It sets the number of threads of linear algebra first, and answers `--help` at once."""
+    code = "import sys, it2hys.cli; print(sorted({'numpy', 'scipy', 'casadi'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from it2hys.records.numerals import parse_number
+from it2hys.support.numerals import parse_number
 
 
 @given(st.floats())

@@ -13,8 +13,8 @@ from fmpy.model_description import ModelDescription, ScalarVariable, SimpleType
 from it2hys.cosimulation.archive import check_archive, is_plain_name, unpack
 from it2hys.errors import InputError
 from it2hys.model.compiled import library_function
-from it2hys.records.numerals import parse_number
 from it2hys.support.keys import known_names
+from it2hys.support.numerals import parse_number
 
 # messages kept of one run: a foreign FMU may log every step
 LARGEST_LOG = 20

@@ -17,8 +17,8 @@ from it2hys.errors import InputError
 from it2hys.model import compiled
 from it2hys.model.ssv import SSV_NAMESPACE, format_set
 from it2hys.model.variables import INDEXED, TABLE_1, Variable, load_table
-from it2hys.records.numerals import parse_number
 from it2hys.support.files import write_atomically
+from it2hys.support.numerals import parse_number
 
 RULE_FIELDS = ("sigmaLower", "sigmaUpper", "centre", "q1", "q2", "q3")
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from it2hys.errors import InputError
-from it2hys.records.numerals import parse_number
+from it2hys.support.numerals import parse_number
 
 #: Row that stands for the header, in faults.
 HEADER = -1
