@@ -11,6 +11,7 @@ because memberships depend on (y - c_l) / s_l alone and the weights of (10) sum 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -70,19 +71,24 @@ class Scaling:
 
     def physical_rules(self, scaled: np.ndarray) -> np.ndarray:
         """Return rules of the scaled signals, shape (L, 6), in SI units."""
-        return _map_rules(scaled, self.y_unit, self.y_centre, self.x_unit, self.x_centre)
+        constant = np.array([0.0, 0.0, self.y_centre, 0.0, 0.0, self.y_centre])
+        return scaled @ self._by_rule.T + constant
 
     def rule_jacobian(self, scaled: np.ndarray) -> np.ndarray:
         """Return d(rules in SI units) / d(scaled rules), shape (6 L, 6 L), row by row of the rules.
 
         The map is affine in a rule, so that the Jacobian is constant.
         """
-        count = len(scaled)
+        return np.kron(np.eye(len(scaled)), self._by_rule)
+
+    @cached_property
+    def _by_rule(self) -> np.ndarray:
+        """The Jacobian of one rule, shape (6, 6)."""
         gain = self.y_unit / self.x_unit
         block = np.diag([self.y_unit, self.y_unit, self.y_unit, 1.0, gain, self.y_unit])
         block[5, 3] = -self.y_centre
         block[5, 4] = -gain * self.x_centre
-        return np.kron(np.eye(count), block)
+        return block
 
 
 def moved(rules: np.ndarray, distance: float) -> np.ndarray:

@@ -36,7 +36,7 @@ class Uncertainty:
     starts : dict of str to (float, float)
         The same of what belongs to the first record alone.
     condition : float
-        Condition number of the Jacobian by coordinates in units of a plausible interval.
+        Condition number of the Jacobian by what the records share, in units of a plausible interval.
     undetermined : tuple of str
         Parameters of rules that the data do not determine.
     groups : tuple of tuple of str
@@ -85,7 +85,8 @@ def assess(fit: ChainFit) -> Uncertainty:
     free = np.flatnonzero((point > criterion.lower) & (point < criterion.upper))
     units = _plausible_units(criterion, point)[free]
     scaled = jacobian[:, free] * units
-    _, singular, directions = np.linalg.svd(np.linalg.qr(scaled, mode="r"), full_matrices=False)
+    factor = np.linalg.qr(scaled, mode="r")
+    _, singular, directions = np.linalg.svd(factor, full_matrices=False)
     kept = singular > _RANK_TOLERANCE * singular[0]
     # scores in the singular basis: well scaled, whatever the condition
     meat = batch_covariance((scaled * residual[:, None]) @ directions[kept].T, residual)
@@ -103,10 +104,16 @@ def assess(fit: ChainFit) -> Uncertainty:
     return Uncertainty(
         {**rules, **_of_effects(criterion, point, covariance)},
         _of_starts(criterion, point, covariance),
-        float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf,
+        _condition(factor[:, free < criterion.rule_size + len(criterion.common)]),
         undetermined,
         _groups(weak[:, : criterion.rule_size], undetermined),
     )
+
+
+def _condition(factor: np.ndarray) -> float:
+    """Return the ratio of the largest to the least singular value."""
+    singular = np.linalg.svd(factor, compute_uv=False)
+    return float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
 
 
 def _plausible_units(criterion: ChainCriterion, point: np.ndarray) -> np.ndarray:
