@@ -165,7 +165,7 @@ def test_the_generator_of_the_c_tables_needs_the_standard_library_alone(tmp_path
         "controller_table.h", "controller_start.h",
     }  # fmt: skip
     cmake = (ROOT / "fmu_src" / "CMakeLists.txt").read_text(encoding="utf-8")
-    assert "${Python_EXECUTABLE} -E -m it2hys.fmu.codegen" in cmake
+    assert "${Python_EXECUTABLE} -E -S -m it2hys.fmu.codegen" in cmake
     assert "PYTHONPATH" not in cmake
 
 
@@ -181,7 +181,7 @@ def test_the_c_sources_are_joined_with_the_standard_library_alone(tmp_path):
     for name in ("it2hys.h", "it2hys.c"):
         assert (tmp_path / "sources" / name).read_bytes() == (library / name).read_bytes()
     cmake = (ROOT / "fmu_src" / "CMakeLists.txt").read_text(encoding="utf-8")
-    assert cmake.count("${Python_EXECUTABLE} -E -m it2hys.") == 2
+    assert cmake.count("${Python_EXECUTABLE} -E -S -m it2hys.") == 2
 
 
 def test_the_headers_of_fmi_are_those_of_fmpy(tmp_path):

@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -98,11 +99,19 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(tree: Path, *command: str) -> str:
+    """Run a command of Python's in the tree, which an installation of another must not reach."""
     native = tree / "build" / "native"
-    places = os.pathsep.join([str(tree / "python"), str(tree / "tests")])
+    # an editable installation comes before all of sys.path, but only where `site` is loaded
+    installed = [sysconfig.get_path("purelib"), sysconfig.get_path("platlib")]
+    places = os.pathsep.join([str(tree / "python"), str(tree / "tests"), *dict.fromkeys(installed)])
     environment = {**environment_for_cmake(), "PYTHONPATH": places, "IT2HYS_NATIVE": str(native)}
     done = subprocess.run(
-        command, cwd=tree, env=environment, capture_output=True, text=True, check=False
+        [sys.executable, "-S", *command],
+        cwd=tree,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-4000:]
     return done.stdout
@@ -115,17 +124,17 @@ def test_an_effect_more_touches_what_is_said_and_passes_through_everything(tree)
     touched = {place for place, content in after.items() if before.get(place) != content}
     assert touched == said_to_be_touched()
 
-    cmake = [sys.executable, "-m", "cmake"]
+    cmake = ["-m", "cmake"]
     run(tree, *cmake, "-S", "fmu_src", "-B", "build", f"-DPython_EXECUTABLE={sys.executable}")
     run(tree, *cmake, "--build", "build", "--target", "native")
-    run(tree, sys.executable, "-m", "it2hys.export.modelica", "modelica/IT2Hysteresis")
+    run(tree, "-m", "it2hys.export.modelica", "modelica/IT2Hysteresis")
     generated = {
         name: (tree / "modelica" / "IT2Hysteresis" / name).read_text(encoding="utf-8")
         for name in ("Parameters/Base.mo", "Internal/Values.mo")
     }
     assert "parameter Real tiltGain(" in generated["Parameters/Base.mo"]
     assert "parameters.tiltGain" in generated["Internal/Values.mo"]
-    shown = run(tree, sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-rs", *TESTS)
+    shown = run(tree, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-rs", *TESTS)
     assert re.search(r"\d+ passed", shown) and "skipped" not in shown, shown
 
-    assert "diagnosed" in run(tree, sys.executable, "tests/unit/twelfth/diagnosing.py")
+    assert "diagnosed" in run(tree, "tests/unit/twelfth/diagnosing.py")
