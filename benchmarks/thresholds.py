@@ -56,8 +56,10 @@ def main() -> int:
         with ProcessPoolExecutor(PROCESSES) as pool:
             counts = sum(tqdm(pool.map(counted, cases), total=len(cases)), Counter())
         about = {"seeds": options.seeds, "cases": len(cases)}
-        COUNTS.write_text(json.dumps({**about, "counts": counts}, indent=1, sort_keys=True) + "\n")
-    PAGE.write_text(page(json.loads(COUNTS.read_text())))
+        text = json.dumps({**about, "counts": counts}, indent=1, sort_keys=True) + "\n"
+        COUNTS.write_text(text, encoding="utf-8")
+    counted_last = json.loads(COUNTS.read_text(encoding="utf-8"))
+    PAGE.write_text(page(counted_last), encoding="utf-8")
     print(f"{PAGE.relative_to(ROOT)}: {len(thresholds())} thresholds")
     return 0
 
@@ -140,10 +142,11 @@ def page(counted: dict) -> str:
         "",
         f"What changes at half and at double was counted on {counted['cases']} short diagnoses of "
         f"simulated stages with seeds from {counted['seeds']}, which nothing was chosen on: the "
-        "searches accepted "
+        "searches accepted, on their way, "
         f"{counts['right accepted']} additions that are in the stage and {counts['wrong accepted']} "
-        f"that are not, refused {counts['wrong refused']} that are not and {counts['right refused']} "
-        "that are (some of them beside another model, where they came too early), and of "
+        "that are not (what the last model does without is not named), refused "
+        f"{counts['wrong refused']} that are not and {counts['right refused']} that are "
+        "(some of them beside another model, where they came too early), and of "
         f"{counts['residual noise'] + counts['residual not noise']} residuals called "
         f"{counts['residual not noise']} more than noise. Every decision was made again with one "
         "threshold changed; nothing was fitted anew. “–”: not counted, because the threshold acts "

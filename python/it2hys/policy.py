@@ -407,7 +407,7 @@ class Core:
     )  # fmt: skip
     slope: float = _number(
         0.05, "share of the mean slope",
-        "smallest dy/dx",
+        "smallest slope dy/dx of the core",
         "from (30): the inverse divides by it",
     )  # fmt: skip
     margin: float = _number(
