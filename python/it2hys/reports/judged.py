@@ -131,7 +131,7 @@ def record_texts(record: Record, judgement: Judgement, ends: Mapping[str, float]
     )
     return [
         f"The plant FMU gives this run with {start} (SI units).",
-        f"They were fitted on the lead-in, the first {judgement.lead_in:.3g} s, and the errors are "
+        f"The start is fitted on the lead-in, the first {judgement.lead_in:.3g} s, and the errors are "
         "those behind it.",
         *([beyond] if beyond else []),
         *(f"Note: {note}" for note in record.notes),
