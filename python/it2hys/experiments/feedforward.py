@@ -91,7 +91,7 @@ def track_on_stand(
         Told the share done and what is being done.
     """
     entry = scenario.tracking
-    reference = entry.signal.values()
+    reference = entry.values()
     kept = slice(round(entry.lead_in / SAMPLE_TIME), None)
 
     def course(voltage: np.ndarray, y: np.ndarray) -> Course:
@@ -111,15 +111,15 @@ def track_on_stand(
         inverse[name] = course(driven["voltage"], driven["displacement"])
     slope, offset = line
     return Feedforward(
-        signal=entry.signal.signal,
+        signal=entry.signal,
         lead_in=entry.lead_in,
-        time=entry.signal.time[kept],
+        time=entry.time[kept],
         reference=reference[kept],
         inverse=inverse,
         proportional=drive((reference - offset) / slope),
         none=drive(reference / DATA_SHEET_SLOPE),
         with_plant=errors(reference[kept], model["displacement"][kept]),
-        paper=entry.signal.paper,
+        paper=entry.paper,
     )
 
 

@@ -113,7 +113,7 @@ class _Run:
         scenario = self._scenario
         for i, entry in enumerate(scenario.records):
             self._progress(0.0, f"measuring on the simulated stand: {entry.name}")
-            voltage = entry.signal.values()
+            voltage = entry.values()
             self._records.append(scenario.stand.record(voltage, entry.name, seed=scenario.seed + i))
         model = {
             "table 1": self._with_table_1,
@@ -281,7 +281,7 @@ def before_and_after(
         entries, diagnosis.before, diagnosis.after, lines, strict=True
     ):
         if entry.role != "train":
-            published = entry.signal.paper.e_mr_percent
+            published = entry.paper.e_mr_percent
             values = (100 * before.e_mr, 100 * after.e_mr, published, 100 * line.e_mr, None)
             rows.append([f"free run of {entry.name}, e_mr %", *(_figure(v, 2) for v in values)])
     return Table(
@@ -307,7 +307,7 @@ def comparison(entries: Sequence[RecordEntry], results: Sequence[Judgement]) -> 
     rows = [
         [
             entry.name, ROLES[entry.role],
-            _figure(entry.signal.paper.e_mr_percent), _figure(entry.signal.paper.e_rms_um),
+            _figure(entry.paper.e_mr_percent), _figure(entry.paper.e_rms_um),
             f"{100 * result.one_step.e_mr:.2f}", f"{UM * result.one_step.e_rms:.4f}",
             f"{100 * result.e_mr:.2f}", f"{UM * result.e_rms:.4f}",
             f"{UM * result.noise:.4f}",

@@ -5,40 +5,38 @@ the stand through the inverse FMU or compare estimators, and sets its errors bes
 `scenarios/README.md` describes every key.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import AfterValidator, Field, StrictBool, StrictFloat, StrictInt, model_validator
 
 from it2hys.errors import InputError
 from it2hys.reports.identification_report import ROLES
 from it2hys.stand import PARTS as STAND_PARTS
 from it2hys.stand import Stand, excitations
-from it2hys.support.keys import Keys, read_toml
+from it2hys.support.keys import read_toml
+from it2hys.support.tables import Table, read_table
 
 SAMPLE_TIME = 1e-4
 MODELS = ("identified", "diagnosed", "table 1")
 
 
-@dataclass(frozen=True)
-class Paper:
+class Paper(Table):
     """Published figures, where there are any: (24) in %, (25) in um, and the figure's number."""
 
-    e_mr_percent: float | None = None
-    e_rms_um: float | None = None
-    proportional_e_mr_percent: float | None = None
-    figure: int | None = None
+    e_mr_percent: StrictFloat | None = None
+    e_rms_um: StrictFloat | None = None
+    proportional_e_mr_percent: StrictFloat | None = None
+    figure: StrictInt | None = None
 
 
-@dataclass(frozen=True)
-class Signal:
+class Signal(Table, extra="allow"):
     """A signal of `it2hys.stand.excitations` with its duration in s and its other arguments."""
 
-    signal: str
-    duration: float
-    arguments: Mapping[str, float]
-    paper: Paper = field(default_factory=Paper)
+    signal: Literal[*excitations.SIGNALS]
+    duration: StrictFloat
+    paper: Paper = Paper()
 
     @property
     def time(self) -> np.ndarray:
@@ -47,40 +45,64 @@ class Signal:
 
     def values(self) -> np.ndarray:
         """Return the signal, V; references in m."""
-        return excitations.SIGNALS[self.signal](self.time, **self.arguments)
+        return excitations.SIGNALS[self.signal](self.time, **self.model_extra)
+
+    @model_validator(mode="after")
+    def _evaluate(self) -> "Signal":
+        try:
+            self.values()
+        except (TypeError, InputError) as error:
+            raise ValueError(f"signal {self.signal!r}: {error}") from None
+        return self
 
 
-@dataclass(frozen=True)
-class RecordEntry:
+class RecordEntry(Signal):
     """A record to be made on the stand, and its role."""
 
     name: str
-    role: str
-    signal: Signal
+    role: Literal[*ROLES]
 
 
-@dataclass(frozen=True)
-class Tracking:
+class Tracking(Signal):
     """A reference to be tracked; errors leave out `lead_in` seconds."""
 
-    signal: Signal
-    lead_in: float = 0.0
+    lead_in: StrictFloat = 0.0
 
 
-@dataclass(frozen=True)
-class Scenario:
-    """A checked scenario."""
+class StandEntry(Table):
+    """What the simulated stand is without, and its noise in m rms."""
 
-    name: str
-    title: str
-    text: str
-    seed: int
-    model: str
-    rules: int | None
-    stand: Stand
-    records: tuple[RecordEntry, ...]
-    tracking: Tracking | None
-    estimators: bool
+    without: tuple[Literal[*STAND_PARTS], ...] = ()
+    noise: StrictFloat = Stand().noise
+
+    def stand(self) -> Stand:
+        """Return the stand."""
+        return Stand(noise=self.noise, **dict.fromkeys(self.without))
+
+
+def _in_order(records: tuple[RecordEntry, ...]) -> tuple[RecordEntry, ...]:
+    return tuple(sorted(records, key=lambda record: list(ROLES).index(record.role)))
+
+
+class Scenario(Table):
+    """A checked scenario; records are in the order of their roles."""
+
+    name: str = Field("", init=False)
+    title: str | None = None
+    text: str = ""
+    seed: StrictInt = 0
+    model: Literal[*MODELS] = MODELS[0]
+    rules: StrictInt | None = None
+    stand: Annotated[StandEntry, AfterValidator(StandEntry.stand)] = Stand()
+    records: Annotated[tuple[RecordEntry, ...], AfterValidator(_in_order)] = Field(alias="record")
+    tracking: Tracking | None = None
+    estimators: StrictBool = False
+
+    @model_validator(mode="after")
+    def _can_be_identified(self) -> "Scenario":
+        if self.model != "table 1" and not any(r.role == "train" for r in self.records):
+            raise ValueError("record: a model can only be identified with a record of role 'train'")
+        return self
 
 
 def read_scenario(path: Path) -> Scenario:
@@ -96,78 +118,8 @@ def read_scenario(path: Path) -> Scenario:
     if "fmu" in table:
         raise InputError(f"{path}: a sweep of FMUs; `it2hys sweep` runs it")
     try:
-        return _scenario(path.stem, table)
+        scenario = read_table(Scenario, table)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-
-
-def _scenario(name: str, table: Mapping) -> Scenario:
-    entry = Keys("", table)
-    scenario = Scenario(
-        name=name,
-        title=entry.take("title", str, name),
-        text=entry.take("text", str, ""),
-        seed=entry.take("seed", int, 0),
-        model=entry.choose("model", MODELS, MODELS[0]),
-        rules=entry.take("rules", int, None),
-        stand=_stand(entry.take("stand", dict, {})),
-        records=tuple(
-            _record(f"record {i}: ", record)
-            for i, record in enumerate(entry.take("record", list), start=1)
-        ),
-        tracking=_tracking(entry.take("tracking", dict, None)),
-        estimators=entry.take("estimators", bool, False),
-    )
-    entry.done()
-    if scenario.model != "table 1" and not any(r.role == "train" for r in scenario.records):
-        raise InputError("record: a model can only be identified with a record of role 'train'")
-    order = list(ROLES)
-    return replace(scenario, records=tuple(sorted(scenario.records, key=lambda r: order.index(r.role))))
-
-
-def _stand(table: Mapping) -> Stand:
-    entry = Keys("stand: ", table)
-    without = entry.take("without", list, [])
-    noise = entry.take("noise", float, Stand().noise)
-    entry.done()
-    for part in without:
-        if part not in STAND_PARTS:
-            raise InputError(
-                f"stand: unknown part {part!r} in without; known are {', '.join(STAND_PARTS)}"
-            )
-    return replace(Stand(noise=noise), **dict.fromkeys(without))
-
-
-def _record(place: str, table: Mapping) -> RecordEntry:
-    entry = Keys(place, table)
-    name, role = entry.take("name", str), entry.choose("role", tuple(ROLES))
-    return RecordEntry(name, role, _signal(place, entry))
-
-
-def _tracking(table: Mapping | None) -> Tracking | None:
-    if table is None:
-        return None
-    entry = Keys("tracking: ", table)
-    lead_in = entry.take("lead_in", float, 0.0)
-    return Tracking(_signal("tracking: ", entry), lead_in)
-
-
-def _signal(place: str, entry: Keys) -> Signal:
-    """Take the keys of a signal; those that are not ours are the arguments of its function."""
-    name = entry.choose("signal", tuple(excitations.SIGNALS))
-    duration = entry.take("duration", float)
-    paper = _paper(place, entry.take("paper", dict, {}))
-    signal = Signal(name, duration, entry.rest(), paper)
-    try:
-        signal.values()
-    except (TypeError, InputError) as error:
-        raise InputError(f"{place}signal {name!r}: {error}") from None
-    return signal
-
-
-def _paper(place: str, table: Mapping) -> Paper:
-    entry = Keys(f"{place}paper: ", table)
-    kinds = {f.name: int if f.name == "figure" else float for f in fields(Paper)}
-    paper = Paper(**{name: entry.take(name, kind, None) for name, kind in kinds.items()})
-    entry.done()
-    return paper
+    title = path.stem if scenario.title is None else scenario.title
+    return scenario.model_copy(update={"name": path.stem, "title": title})

@@ -148,7 +148,7 @@ def _load(source: Source, folder: Path) -> Source:
         raise InputError(f"signal.{source.name}: file: {error}") from None
     numbers = {key: source.arguments[key] for key in CSV_NUMBERS}
     series = {"time": signals.time - signals.time[0], "values": signals.values[column]}
-    return Source(source.name, CSV, {**numbers, **series})
+    return Source.model_construct(name=source.name, signal=CSV, **numbers, **series)
 
 
 def _setup(scenario: SweepScenario, variant: Any, lookup: Lookup) -> Setup:
@@ -270,11 +270,11 @@ def _with_fingerprint(plan: Plan) -> Plan:
     """Return the plan with a hash of all that its table depends on; texts and figures are not."""
     digest = hashlib.sha256(package_version().encode())
     parts = {
-        "times": [asdict(plan.duration), asdict(plan.lead_in), plan.step, plan.keep_every],
+        "times": [dict(plan.duration), dict(plan.lead_in), plan.step, plan.keep_every],
         "signals": [[s.name, s.signal, s.arguments] for s in plan.signals.values()],
         "setups": [asdict(s) for s in plan.setups],
         "axes": [[a.name, a.targets, a.bases, a.unit] for a in plan.axes],
-        "metrics": [asdict(m) for m in plan.metrics],
+        "metrics": [dict(m) for m in plan.metrics],
         "keep": plan.keep,
     }
     digest.update(json.dumps(parts, sort_keys=True, default=lambda x: np.asarray(x).tolist()).encode())

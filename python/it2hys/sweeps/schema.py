@@ -9,15 +9,28 @@ from __future__ import annotations
 import inspect
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    PlainValidator,
+    StrictBool,
+    StrictFloat,
+    StrictInt,
+    WrapValidator,
+    model_validator,
+)
 
 from it2hys.cosimulation.stepping import Connection
 from it2hys.errors import InputError
 from it2hys.stand import excitations
-from it2hys.support.keys import Keys, known_names, read_toml
+from it2hys.support.keys import known_names, read_toml
+from it2hys.support.tables import Table, read_table
 from it2hys.sweeps.measures import KINDS
 
 DRAWN = ("random", "latin hypercube")
@@ -34,111 +47,246 @@ NORMAL_95 = 1.959964
 TABLE_1 = "table 1"
 
 
-@dataclass(frozen=True)
-class Fmu:
+T = TypeVar("T", bound=Table)
+
+
+def _named(tables: dict[str, T]) -> tuple[T, ...]:
+    """Return tables that have their names from the keys before them, such as ``fmu.NAME``."""
+    return tuple(table.model_copy(update={"name": name}) for name, table in tables.items())
+
+
+def _seconds(value: object) -> object:
+    """Return what a time in s is as a table; a table stays as it is."""
+    if isinstance(value, Mapping):
+        return value
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError("it must be a number or a table")
+    if value < 0.0:
+        raise ValueError("it must not be negative")
+    return Span.model_construct(seconds=float(value), periods=0.0, of="")
+
+
+def _targets(value: object) -> object:
+    if isinstance(value, str):
+        return [value]
+    if not isinstance(value, list):
+        raise ValueError("it must be a text or a list")
+    if not value:
+        raise ValueError("name what is varied")
+    return value
+
+
+def _file_or_table(value: object, read: Callable[[object], dict]) -> str | dict:
+    if not isinstance(value, str | Mapping):
+        raise ValueError("it must be a text or a table")
+    return value if isinstance(value, str) else read(value)
+
+
+def _two(values: tuple[float, ...]) -> tuple[float, ...]:
+    if len(values) != 2:
+        raise ValueError("it must be a list of two numbers")
+    return values
+
+
+Numbers = tuple[StrictFloat, ...]
+Pair = Annotated[Numbers, AfterValidator(_two)]
+Targets = Annotated[tuple[str, ...], BeforeValidator(_targets)]
+Scale = Literal[*SCALES]
+
+
+class Fmu(Table):
     """An FMU of a scenario: one of ours by its name, or a file; and its start values."""
 
-    name: str
+    name: str = Field("", init=False)
     source: str
-    parameters: str
-    start: Mapping[str, Any]
+    parameters: str | None = None
+    start: dict[str, Any] = Field({})
 
 
-@dataclass(frozen=True)
-class Source:
+class CsvArguments(Table):
+    """What a signal of a CSV file needs to know."""
+
+    signal: Literal[CSV]
+    file: str
+    column: str
+    factor: StrictFloat = CSV_NUMBERS["factor"]
+    offset: StrictFloat = CSV_NUMBERS["offset"]
+    time_factor: StrictFloat = CSV_NUMBERS["time_factor"]
+
+
+class Source(Table, extra="allow"):
     """A signal: a function of `stand.excitations` and its arguments, or a column of a CSV file."""
 
-    name: str
-    signal: str
-    arguments: Mapping[str, Any]
+    name: str = Field("", init=False)
+    signal: Literal[*excitations.SIGNALS, CSV]
+
+    @property
+    def arguments(self) -> Mapping[str, Any]:
+        """Keys beside ours."""
+        return self.model_extra
 
     @property
     def clock(self) -> str:
         """The argument that says how long a period is."""
         return "time_factor" if self.signal == CSV else "frequency"
 
+    @model_validator(mode="after")
+    def _check_arguments(self) -> Source:
+        if self.signal == CSV:
+            given = CsvArguments(signal=CSV, **self.arguments)
+            return Source.model_construct(**given.model_dump())
+        known = list(inspect.signature(excitations.SIGNALS[self.signal]).parameters)[1:]
+        for key in self.arguments:
+            if key not in known:
+                raise ValueError(f"{self.signal!r} has no argument {key!r}; {known_names(key, known)}")
+        return self
 
-@dataclass(frozen=True)
-class Span:
+
+class Span(Table):
     """A time in s, or in periods of a signal: of its frequency, or the length of a CSV."""
 
-    seconds: float = 0.0
-    periods: float = 0.0
-    of: str = ""
+    seconds: float = Field(0.0, init=False)
+    periods: StrictFloat = Field(ge=0)
+    of: str
 
 
-@dataclass(frozen=True)
-class Vary:
+class ConnectionEntry(Table):
+    """A connection as it is written."""
+
+    source: str = Field(alias="from")
+    target: str = Field(alias="to")
+    factor: StrictFloat = 1.0
+    offset: StrictFloat = 0.0
+
+    def connection(self) -> Connection:
+        """Return the connection."""
+        return Connection(**dict(self))
+
+
+Connections = tuple[Annotated[ConnectionEntry, AfterValidator(ConnectionEntry.connection)], ...]
+
+
+class Intervals(Table):
+    """Parameters that are drawn from intervals, given ones or those of an identification."""
+
+    targets: Targets = Field(alias="of")
+    intervals: Annotated[dict[str, Pair], WrapValidator(_file_or_table)]
+    method: Literal[*DRAWN] = DRAWN[1]
+    only: tuple[str, ...] = ()
+    width: StrictFloat = Field(1.0, gt=0)
+
+
+class Vary(Table):
     """What is varied: targets, the column that says how, and where values come from."""
 
-    place: str
-    name: str
-    targets: tuple[str, ...]
-    method: str = "grid"
-    values: tuple[float, ...] = ()
-    range: tuple[float, float] | None = None
-    normal: tuple[float, float] | None = None
-    count: int = 0
-    scale: str = "linear"
-    factor: bool = False
+    place: str = Field("", init=False)
+    targets: Targets = Field(alias="of")
+    name: str = Field(default_factory=lambda data: data["targets"][0])
+    method: Literal[*METHODS] = METHODS[0]
+    values: Numbers = ()
+    range: Pair | None = None
+    normal: Pair | None = None
+    count: StrictInt = 0
+    scale: Scale = SCALES[0]
+    factor: StrictBool = False
     unit: str = ""
+    intervals: None = None  #: known, but then it is `Intervals`
+
+    @model_validator(mode="after")
+    def _check(self) -> Vary:
+        drawn = self.method in DRAWN
+        given = [bool(self.values), self.range is not None, self.normal is not None]
+        if sum(given) != 1:
+            raise ValueError("give one of values, range and normal")
+        if self.normal is not None and not drawn:
+            raise ValueError("normal needs the method 'random' or 'latin hypercube'")
+        if self.normal is not None and self.normal[1] < 0.0:
+            raise ValueError("normal is [mean, standard deviation]; the latter is negative")
+        if self.range is not None:
+            low, high = self.range
+            if not low <= high:
+                raise ValueError(f"range is [{low:g}, {high:g}]; it must be [low, high]")
+            if self.scale == "log" and low <= 0.0:
+                raise ValueError("range must be positive where scale is 'log'")
+            if not drawn and self.count < 2:
+                raise ValueError(f"count is {self.count}; a range needs at least 2 values")
+        return self
 
 
-@dataclass(frozen=True)
-class Variant:
+def _vary(table: object) -> Vary | Intervals:
+    kind = Intervals if isinstance(table, Mapping) and "intervals" in table else Vary
+    return kind.model_validate(table)
+
+
+class Variant(Table):
     """One of several set-ups that are compared: other connections, other values."""
 
     name: str
-    connections: tuple[Connection, ...]
-    values: Mapping[str, Any]
+    connections: Connections | None = None
+    values: dict[str, Any] = Field({}, alias="set")
 
 
-@dataclass(frozen=True)
-class Metric:
+class Metric(Table):
     """A number that judges a case."""
 
-    name: str
-    kind: str
+    kind: Literal[*KINDS]
+    name: str = Field(default_factory=lambda data: data["kind"])
     of: str
     against: str = ""
 
+    @model_validator(mode="after")
+    def _check(self) -> Metric:
+        if KINDS[self.kind].compares and not self.against:
+            raise ValueError(f"{self.kind} compares: key 'against' is missing")
+        if self.against and not KINDS[self.kind].compares:
+            raise ValueError(f"{self.kind} is of one output; leave out 'against'")
+        return self
 
-@dataclass(frozen=True)
-class FigureEntry:
+
+class FigureEntry(Table):
     """A figure of the report, drawn from columns of the table."""
 
-    kind: str
+    kind: Literal[*FIGURES]
     title: str = ""
     x: str = ""
     y: str = ""
     value: str = ""
     by: str = ""
-    x_scale: str = "linear"
-    y_scale: str = "linear"
-    select: Mapping[str, float | str] = field(default_factory=dict)
+    x_scale: Scale = SCALES[0]
+    y_scale: Scale = SCALES[0]
+    select: dict[str, Any] = Field({})
+
+    @model_validator(mode="after")
+    def _check(self) -> FigureEntry:
+        needed = {"heat map": ("x", "y", "value"), "lines": ("x", "value"), "loops": ("x", "y")}
+        for key in needed.get(self.kind, ("value",)):
+            if not getattr(self, key):
+                raise ValueError(f"key {key!r} is missing; a figure {self.kind!r} needs it")
+        return self
 
 
-@dataclass(frozen=True)
-class SweepScenario:
+class SweepScenario(Table):
     """A checked scenario; `folder` is where its relative paths begin."""
 
-    name: str
-    folder: Path
-    title: str
-    text: str
-    seed: int
-    samples: int
-    duration: Span
-    step: float
-    lead_in: Span
-    fmus: tuple[Fmu, ...]
-    signals: tuple[Source, ...]
-    variants: tuple[Variant, ...]
-    vary: tuple[Vary, ...]
-    metrics: tuple[Metric, ...]
-    keep: tuple[str, ...]
-    keep_every: int
-    figures: tuple[FigureEntry, ...]
+    name: str = Field("", init=False)
+    folder: Path = Field(Path(), init=False)
+    title: str | None = None
+    text: str = ""
+    seed: StrictInt = 0
+    samples: StrictInt = Field(100, ge=1)
+    duration: Annotated[Span, BeforeValidator(_seconds)]
+    step: StrictFloat = Field(1e-4, gt=0, allow_inf_nan=False)
+    lead_in: Annotated[Span, BeforeValidator(_seconds)] = _seconds(0.0)
+    parameters: str = TABLE_1
+    fmus: Annotated[dict[str, Fmu], AfterValidator(_named)] = Field(alias="fmu")
+    signals: Annotated[dict[str, Source], AfterValidator(_named)] = Field((), alias="signal")
+    connections: Connections = ()
+    variants: tuple[Variant, ...] = Field((), alias="variant")
+    vary: tuple[Annotated[Vary | Intervals, PlainValidator(_vary)], ...] = ()
+    metrics: tuple[Metric, ...] = Field((), alias="metric")
+    keep: tuple[str, ...] = ()
+    keep_every: StrictInt = Field(1, ge=1)
+    figures: tuple[FigureEntry, ...] = Field((), alias="figure")
 
 
 def is_sweep(table: Mapping) -> bool:
@@ -166,45 +314,28 @@ def read_sweep(path: Path) -> SweepScenario:
 
 def parse_sweep(table: Mapping, name: str = "sweep", folder: Path = Path(".")) -> SweepScenario:
     """Check a scenario given as a dictionary with the keys of a scenario file."""
-    entry = Keys("", table)
-    parameters = entry.take("parameters", str, TABLE_1)
-    scenario = SweepScenario(
-        name=name,
-        folder=folder,
-        title=entry.take("title", str, name),
-        text=entry.take("text", str, ""),
-        seed=entry.take("seed", int, 0),
-        samples=entry.take("samples", int, 100),
-        duration=_span("duration", entry.take("duration", float | dict)),
-        step=entry.take("step", float, 1e-4),
-        lead_in=_span("lead_in", entry.take("lead_in", float | dict, 0.0)),
-        fmus=tuple(_fmu(n, t, parameters) for n, t in entry.take("fmu", dict).items()),
-        signals=tuple(_source(n, t) for n, t in entry.take("signal", dict, {}).items()),
-        variants=(Variant("", _connections("", entry.take("connections", list, [])), {}),),
-        vary=tuple(
-            v for i, t in enumerate(entry.take("vary", list, []), start=1) for v in _vary(i, t, folder)
-        ),
-        metrics=tuple(_metric(i, t) for i, t in enumerate(entry.take("metric", list, []), start=1)),
-        keep=tuple(_texts("keep", entry.take("keep", list, []))),
-        keep_every=entry.take("keep_every", int, 1),
-        figures=tuple(_figure(i, t) for i, t in enumerate(entry.take("figure", list, []), start=1)),
-    )
-    variants = [
-        _variant(i, t, scenario.variants[0].connections)
-        for i, t in enumerate(entry.take("variant", list, []), start=1)
-    ]
-    entry.done()
-    scenario = replace(scenario, variants=tuple(variants) or scenario.variants)
+    read = read_table(SweepScenario, table)
+    columns = [_columns(f"vary {i}: ", vary, folder) for i, vary in enumerate(read.vary, start=1)]
+    changes = {
+        "name": name,
+        "folder": folder,
+        "title": name if read.title is None else read.title,
+        "fmus": _filled(read.fmus, "parameters", read.parameters),
+        "variants": _filled(read.variants or (Variant(name=""),), "connections", read.connections),
+        "vary": tuple(chain.from_iterable(columns)),
+    }
+    scenario = read.model_copy(update=changes)
     _check(scenario)
     return scenario
 
 
+def _filled(tables: tuple[T, ...], key: str, value: object) -> tuple[T, ...]:
+    """Return tables with what the scenario says where they do not say it themselves."""
+    return tuple(t.model_copy(update={key: value}) if getattr(t, key) is None else t for t in tables)
+
+
 def _check(scenario: SweepScenario) -> None:
     """Check what is between keys."""
-    _positive("step", scenario.step)
-    for key in ("samples", "keep_every"):
-        if getattr(scenario, key) < 1:
-            raise InputError(f"{key} is {getattr(scenario, key)}; it must be at least 1")
     names = [f.name for f in scenario.fmus] + [s.name for s in scenario.signals]
     for name in names:
         if not name.isidentifier() or name in ("step", "duration"):
@@ -245,60 +376,9 @@ def _check_span(key: str, span: Span, scenario: SweepScenario) -> None:
     if span.of and span.of not in [s.name for s in scenario.signals]:
         known = known_names(span.of, [s.name for s in scenario.signals])
         raise InputError(f"{key}: there is no signal {span.of!r}; {known}")
-    if key == "duration":
-        _positive(key, span.seconds or span.periods)
-
-
-def _positive(key: str, value: float) -> None:
-    if not 0.0 < value < float("inf"):
-        raise InputError(f"{key} is {value}; it must be positive and finite")
-
-
-def _span(key: str, value: float | Mapping) -> Span:
-    if not isinstance(value, Mapping):
-        if value < 0.0:
-            raise InputError(f"{key} is {value}; it must not be negative")
-        return Span(seconds=value)
-    entry = Keys(f"{key}: ", value)
-    span = Span(periods=entry.take("periods", float), of=entry.take("of", str))
-    entry.done()
-    if span.periods < 0.0:
-        raise InputError(f"{key}: periods is {span.periods}; it must not be negative")
-    return span
-
-
-def _fmu(name: str, table: object, parameters: str) -> Fmu:
-    entry = Keys(f"fmu.{name}: ", table)
-    fmu = Fmu(
-        name,
-        entry.take("source", str),
-        entry.take("parameters", str, parameters),
-        entry.take("start", dict, {}),
-    )
-    entry.done()
-    return fmu
-
-
-def _source(name: str, table: object) -> Source:
-    entry = Keys(f"signal.{name}: ", table)
-    signal = entry.choose("signal", (*excitations.SIGNALS, CSV))
-    arguments = entry.rest()
-    if signal == CSV:
-        entry = Keys(f"signal.{name}: ", arguments)
-        arguments = {
-            "file": entry.take("file", str),
-            "column": entry.take("column", str),
-            **{key: entry.take(key, float, default) for key, default in CSV_NUMBERS.items()},
-        }
-        entry.done()
-        return Source(name, signal, arguments)
-    known = list(inspect.signature(excitations.SIGNALS[signal]).parameters)[1:]
-    for key in arguments:
-        if key not in known:
-            raise InputError(
-                f"signal.{name}: {signal!r} has no argument {key!r}; {known_names(key, known)}"
-            )
-    return Source(name, signal, arguments)
+    length = span.seconds or span.periods
+    if key == "duration" and not 0.0 < length < math.inf:
+        raise InputError(f"{key} is {length}; it must be positive and finite")
 
 
 def check_csv_number(key: str, value: object) -> None:
@@ -310,84 +390,31 @@ def check_csv_number(key: str, value: object) -> None:
         raise InputError(f"{key} is {value:g}; it must be positive")
 
 
-def _connections(place: str, entries: list) -> tuple[Connection, ...]:
-    connections = []
-    for i, table in enumerate(entries, start=1):
-        entry = Keys(f"{place}connections {i}: ", table)
-        connections.append(
-            Connection(
-                entry.take("from", str),
-                entry.take("to", str),
-                entry.take("factor", float, 1.0),
-                entry.take("offset", float, 0.0),
-            )
+def _columns(place: str, vary: Vary | Intervals, folder: Path) -> list[Vary]:
+    if isinstance(vary, Vary):
+        return [vary.model_copy(update={"place": place})]
+    return [
+        Vary.model_construct(
+            place=place,
+            name=name,
+            targets=tuple(f"{fmu}.{name}" for fmu in vary.targets),
+            method=vary.method,
+            **draw,
         )
-        entry.done()
-    return tuple(connections)
+        for name, draw in _draws(place, vary, folder).items()
+    ]
 
 
-def _variant(number: int, table: object, connections: tuple[Connection, ...]) -> Variant:
-    entry = Keys(f"variant {number}: ", table)
-    name = entry.take("name", str)
-    own = entry.take("connections", list, None)
-    variant = Variant(
-        name,
-        connections if own is None else _connections(f"variant {number}: ", own),
-        entry.take("set", dict, {}),
-    )
-    entry.done()
-    return variant
-
-
-def _vary(number: int, table: object, folder: Path) -> list[Vary]:
-    place = f"vary {number}: "
-    entry = Keys(place, table)
-    of = entry.take("of", str | list)
-    targets = tuple(_texts(f"{place}of", of if isinstance(of, list) else [of]))
-    if not targets:
-        raise InputError(f"{place}of is empty; name what is varied")
-    intervals = entry.take("intervals", str | dict, None)
-    if intervals is not None:
-        method = entry.choose("method", DRAWN, DRAWN[1])
-        only = tuple(_texts(f"{place}only", entry.take("only", list, [])))
-        width = entry.take("width", float, 1.0)
-        entry.done()
-        draws = _draws(place, intervals, only, width, folder)
-        return [
-            Vary(place, name, tuple(f"{fmu}.{name}" for fmu in targets), method, **draw)
-            for name, draw in draws.items()
-        ]
-    vary = Vary(
-        place=place,
-        name=entry.take("name", str, targets[0]),
-        targets=targets,
-        method=entry.choose("method", METHODS, METHODS[0]),
-        values=tuple(_numbers(f"{place}values", entry.take("values", list, []))),
-        range=_pair(place, "range", entry.take("range", list, None)),
-        normal=_pair(place, "normal", entry.take("normal", list, None)),
-        count=entry.take("count", int, 0),
-        scale=entry.choose("scale", SCALES, SCALES[0]),
-        factor=entry.take("factor", bool, False),
-        unit=entry.take("unit", str, ""),
-    )
-    entry.done()
-    _check_vary(vary)
-    return [vary]
-
-
-def _draws(
-    place: str, intervals: str | Mapping, only: tuple[str, ...], width: float, folder: Path
-) -> dict[str, dict]:
+def _draws(place: str, vary: Intervals, folder: Path) -> dict[str, dict]:
     """Return how every parameter is drawn from its interval.
 
     From a given interval evenly, from the 95 % interval of an identification normally. What an
     identification could not determine has no interval and is left alone. `only` names parameters, or
     fields of all rules; `width` scales the intervals.
     """
-    if not width > 0.0:
-        raise InputError(f"{place}width is {width}; it must be positive")
+    intervals, only, width = vary.intervals, vary.only, vary.width
     if isinstance(intervals, Mapping):
-        spans = {n: _pair(place, f"intervals.{n}", v) for n, v in intervals.items()}
+        spans = intervals
         values = {n: 0.5 * (low + high) for n, (low, high) in spans.items()}
     else:
         found = _identified(place, folder / intervals)
@@ -421,81 +448,3 @@ def _identified(place: str, path: Path) -> dict:
         raise InputError(f"{place}intervals: {path}: no such file, or it cannot be read") from None
     except (ValueError, KeyError, TypeError):
         raise InputError(f"{place}intervals: {path} is no report.json of `it2hys identify`") from None
-
-
-def _check_vary(vary: Vary) -> None:
-    place, drawn = vary.place, vary.method in DRAWN
-    given = [bool(vary.values), vary.range is not None, vary.normal is not None]
-    if sum(given) != 1:
-        raise InputError(f"{place}give one of values, range and normal")
-    if vary.normal is not None and not drawn:
-        raise InputError(f"{place}normal needs the method 'random' or 'latin hypercube'")
-    if vary.normal is not None and vary.normal[1] < 0.0:
-        raise InputError(f"{place}normal is [mean, standard deviation]; the latter is negative")
-    if vary.range is not None:
-        low, high = vary.range
-        if not low <= high:
-            raise InputError(f"{place}range is [{low:g}, {high:g}]; it must be [low, high]")
-        if vary.scale == "log" and low <= 0.0:
-            raise InputError(f"{place}range must be positive where scale is 'log'")
-        if not drawn and vary.count < 2:
-            raise InputError(f"{place}count is {vary.count}; a range needs at least 2 values")
-
-
-def _metric(number: int, table: object) -> Metric:
-    place = f"metric {number}: "
-    entry = Keys(place, table)
-    kind = entry.choose("kind", tuple(KINDS))
-    metric = Metric(
-        entry.take("name", str, kind), kind, entry.take("of", str), entry.take("against", str, "")
-    )
-    entry.done()
-    if KINDS[kind].compares and not metric.against:
-        raise InputError(f"{place}{kind} compares: key 'against' is missing")
-    if metric.against and not KINDS[kind].compares:
-        raise InputError(f"{place}{kind} is of one output; leave out 'against'")
-    return metric
-
-
-def _figure(number: int, table: object) -> FigureEntry:
-    place = f"figure {number}: "
-    entry = Keys(place, table)
-    figure = FigureEntry(
-        kind=entry.choose("kind", FIGURES),
-        title=entry.take("title", str, ""),
-        x=entry.take("x", str, ""),
-        y=entry.take("y", str, ""),
-        value=entry.take("value", str, ""),
-        by=entry.take("by", str, ""),
-        x_scale=entry.choose("x_scale", SCALES, SCALES[0]),
-        y_scale=entry.choose("y_scale", SCALES, SCALES[0]),
-        select=entry.take("select", dict, {}),
-    )
-    entry.done()
-    needed = {"heat map": ("x", "y", "value"), "lines": ("x", "value"), "loops": ("x", "y")}
-    for key in needed.get(figure.kind, ("value",)):
-        if not getattr(figure, key):
-            raise InputError(f"{place}key {key!r} is missing; a figure {figure.kind!r} needs it")
-    return figure
-
-
-def _texts(place: str, values: list) -> list[str]:
-    for value in values:
-        if not isinstance(value, str):
-            raise InputError(f"{place} has {value!r}; it must be a list of texts")
-    return values
-
-
-def _numbers(place: str, values: list) -> list[float]:
-    for value in values:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InputError(f"{place} has {value!r}; it must be a list of numbers")
-    return [float(v) for v in values]
-
-
-def _pair(place: str, key: str, values: list | None) -> tuple[float, float] | None:
-    if values is None:
-        return None
-    if not isinstance(values, list) or len(values) != 2:
-        raise InputError(f"{place}{key} is {values!r}; it must be a list of two numbers")
-    return tuple(_numbers(f"{place}{key}", values))

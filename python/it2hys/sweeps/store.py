@@ -11,7 +11,6 @@ import json
 import os
 import shutil
 from collections.abc import Collection
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -165,7 +164,7 @@ def metadata(plan: Plan) -> dict:
         "keep": [
             {"name": name, "unit": unit} for name, unit in zip(plan.keep, plan.keep_units, strict=True)
         ],
-        "figures": [asdict(figure) for figure in plan.figures],
+        "figures": [dict(figure) for figure in plan.figures],
     }
 
 
