@@ -263,9 +263,16 @@ def test_an_output_directory_that_is_a_file_is_refused(tmp_path, capsys):
         ("[[record]]\nname='a'\nrole='no'\nduration=0.1\nsignal='triangle'", ["role"]),
         ("[[record]]\nname='a'\nrole='train'\nduration=0.1\nsignal='noise'", ["noise"]),
         ("[[record]]\nname='a'\nrole='train'\nduration=0.1\nsignal='triangle'\nhz=3", ["hz"]),
+        ("[[record]]\nname='a'\nrole='train'\nduration=0.1\nsignal='triangle'\npaper={figur=3}",
+         ["record 1: paper: unknown key 'figur'; did you mean 'figure'?"]),
+        ("record=[]\nstand={without=['creep', 'gravity']}",
+         ["stand.without has 'gravity'; each must be one of dac, amplifier"]),
+        ("record=[]\ntracking=3", ["tracking is 3; it must be a table"]),
+        ("record=[]\nrules=3.0", ["rules is 3.0; it must be a whole number"]),
+        ("record=[]", ["record: a model can only be identified with a record of role 'train'"]),
         ("= 3", ["TOML"]),
     ],
-)
+)  # fmt: skip
 def test_a_bad_scenario_is_refused_before_anything_runs(toml, words, tmp_path, capsys):
     (tmp_path / "s.toml").write_text(toml)
     assert_refused(capsys, ["run", tmp_path / "s.toml", "-o", tmp_path / "o"], "s.toml", *words)
@@ -442,6 +449,7 @@ def test_identify_says_of_a_record_what_diagnose_does(stage):
 
 def test_the_command_line_begins_without_numpy():
     """It sets the number of threads of linear algebra first, and answers `--help` at once."""
-    code = "import sys, it2hys.cli; print(sorted({'numpy', 'scipy', 'casadi'} & set(sys.modules)))"
+    late = {"numpy", "scipy", "casadi", "pydantic"}
+    code = f"import sys, it2hys.cli; print(sorted({late} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

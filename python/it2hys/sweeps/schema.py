@@ -46,7 +46,6 @@ CSV_NUMBERS = {"factor": 1.0, "offset": 0.0, "time_factor": 1.0}
 NORMAL_95 = 1.959964
 TABLE_1 = "table 1"
 
-
 T = TypeVar("T", bound=Table)
 
 
