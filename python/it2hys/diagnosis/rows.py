@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from it2hys.diagnosis.comparison import compare
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.outcome import Evidence
 from it2hys.diagnosis.selection import LEVEL, Node, Search, Trial
@@ -91,9 +92,22 @@ def _trial_of(effect: str, verdict: Verdict) -> Trial | None:
     own = [t for t in verdict.search.trials if t.addition == effect]
     if effect in verdict.named:
         own = [t for t in own if t.base <= verdict.node.added and t.accepted] or own
-        return max(own, key=lambda t: len(t.base), default=None)
+        last = max(own, key=lambda t: len(t.base), default=None)
+        return last if last is None or last.accepted else _decided_later(effect, last, verdict)
     final = [t for t in own if t.base == verdict.node.added]
     return (final or own or [None])[0]
+
+
+def _decided_later(effect: str, trial: Trial, verdict: Verdict) -> Trial:
+    """Return what decided on an effect that was followed before it was accepted.
+
+    It is the comparison of the last model with the one that lacks the effect alone.
+    """
+    without = verdict.search.nodes.get(verdict.node.added - {effect})
+    if without is None:
+        return trial
+    comparison = compare(without.errors.free, verdict.node.errors.free)
+    return replace(trial, base=without.added, comparison=comparison, accepted=True)
 
 
 def _untried(effect: str, verdict: Verdict, left: Clues) -> str:

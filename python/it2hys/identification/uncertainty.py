@@ -92,7 +92,10 @@ def assess(fit: ChainFit) -> Uncertainty:
     meat = batch_covariance((scaled * residual[:, None]) @ directions[kept].T, residual)
     transform = units[:, None] * directions[kept].T / singular[kept] ** 2
     covariance = np.full((len(point), len(point)), np.nan)
-    covariance[np.ix_(free, free)] = transform @ meat @ transform.T
+    # by a root of the middle one: a variance is then no difference of large numbers
+    values, vectors = np.linalg.eigh(meat)
+    spreads = transform @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+    covariance[np.ix_(free, free)] = spreads @ spreads.T
     lost = free[np.any(np.abs(directions[~kept]) > _LOST, axis=0)]
     covariance[lost, lost] = np.nan
     rules = _of_rules(criterion, point, covariance)
