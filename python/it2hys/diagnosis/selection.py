@@ -35,7 +35,9 @@ BEAM = 3
 DEPTH = 4
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
-#: As many comparisons as a search makes at most, all on the same samples, share its budget.
+#: Comparisons, all on the same samples, that share the budget: on the way there are 132 at most, of
+#: 10 models with 12 additions, a delay by two tests, and a delay anew; the rest is for what is tested
+#: again in the end.
 COMPARISONS = DEPTH * BEAM * (len(EFFECTS) + 1)
 LEVEL = SEARCH.budget / COMPARISONS
 
