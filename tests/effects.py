@@ -39,7 +39,7 @@ def _values(effect: str, rng: np.random.Generator) -> dict[str, float]:
         "lag": lambda: {"lag.timeConstant": uniform(1e-5, 1e-3)},
         "play": lambda: {
             **_play(rng),
-            "initialRestOffset": uniform(-40.0, 40.0), "initialExcursion": uniform(-30.0, 50.0),
+            "initialDemagnetisation": uniform(-40.0, 40.0), "initialExcursion": uniform(-30.0, 50.0),
         },
         "load": lambda: {"load.compliance": uniform(1e-9, 5e-8)},
         "creep": lambda: {**_creep(rng), "initialCreep": uniform(-1.0, 1.0) * UM},

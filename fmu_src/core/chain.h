@@ -31,7 +31,7 @@
 struct chain_parameters {
     real sampleTime;
     real initialDisplacement;
-    real initialRestOffset;
+    real initialDemagnetisation;
     real initialExcursion;
     real initialCreep;
     real voltageMin;
@@ -168,7 +168,7 @@ bool chain_check(const struct chain_parameters *parameters, char *message, size_
 void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
 
 /* At rest at initialDisplacement, without force, at drift's reference temperature, time 0: for long if
- * initialCreep is 0, after the play operators' history of initialRestOffset and initialExcursion. */
+ * initialCreep is 0, after the play operators' history of initialDemagnetisation and initialExcursion. */
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 

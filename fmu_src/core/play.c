@@ -58,28 +58,6 @@ static real play_step(const void *constants, void *state, real x, const struct c
     return h;
 }
 
-/* h = x + sum_j w_j (x + g_j), where the history leaves g_j above the input. Play operators know differences
- * of voltages only: the history is walked with rest at 0. */
-static real play_rest(const void *constants, void *state, real h, const struct chain_parameters *p)
-{
-    const struct play *play = constants;
-    struct play_state *s = state;
-    real slope = 1;
-
-    *s = (struct play_state){ { 0 } };
-    for (int j = 0; j < play->count; j++)
-        s->p[j] = p->initialRestOffset;
-    play_step(play, s, p->initialRestOffset + p->initialExcursion, NULL);
-    play_step(play, s, 0, NULL);
-    for (int j = 0; j < play->count; j++) {
-        h -= play->element[j].weight * s->p[j];
-        slope += play->element[j].weight;
-    }
-    for (int j = 0; j < play->count; j++)
-        s->p[j] += h / slope;
-    return h / slope;
-}
-
 /* Walks from the segment in which no operator moves, upwards (side 1) or downwards (side -1), to the
  * segment that holds h. On a segment: slope x = sum. */
 static real play_walk(const struct play *play, const struct play_state *s, real sum, real side)
@@ -110,6 +88,21 @@ static real play_inverse(const void *constants, void *state, real h, const struc
     return play_walk(play, s, sum, sum > s->p[0] ? 1 : -1);
 }
 
+/* Demagnetised, driven to the turning point, and from there to where the output is h. */
+static real play_rest(const void *constants, void *state, real h, const struct chain_parameters *p)
+{
+    const struct play *play = constants;
+    struct play_state *s = state;
+
+    *s = (struct play_state){ { 0 } };
+    for (int j = 0; j < play->count; j++)
+        s->p[j] = p->initialDemagnetisation;
+    play_step(play, s, p->initialDemagnetisation + p->initialExcursion, NULL);
+    const real x = play_inverse(play, s, h, NULL);
+    play_step(play, s, x, NULL);
+    return x;
+}
+
 /* Does x move operator j: upwards 1, downwards -1, or not? */
 static int play_moves(const struct play *play, const struct play_state *s, int j, real x)
 {
@@ -134,43 +127,47 @@ static void play_prepare_tangent(void *d_constants, const void *constants, const
     }
 }
 
-/* An operator's output and its derivative. */
+/* An operator's output, its derivative, and whether it has moved. */
 struct play_moved {
     real p;
     real d_p;
+    bool moved;
 };
 
 /* Once the input has come to x. */
 static struct play_moved play_move(struct play_moved from, real threshold, real d_threshold, real x, real d_x)
 {
     if (x - threshold > from.p)
-        return (struct play_moved){ x - threshold, d_x - d_threshold };
+        return (struct play_moved){ x - threshold, d_x - d_threshold, true };
     if (x + threshold < from.p)
-        return (struct play_moved){ x + threshold, d_x + d_threshold };
-    return from;
+        return (struct play_moved){ x + threshold, d_x + d_threshold, true };
+    return (struct play_moved){ from.p, from.d_p, false };
 }
 
 static real play_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_h,
                               const struct chain_parameters *p, const struct chain_parameters *d)
 {
     const struct play *play = constants, *by = d_constants;
-    const struct play_moved rested = { p->initialRestOffset, d->initialRestOffset };
+    const struct play_moved new = { p->initialDemagnetisation, d->initialDemagnetisation, false };
+    const real turn = p->initialDemagnetisation + p->initialExcursion;
+    const real d_turn = d->initialDemagnetisation + d->initialExcursion;
+    struct play_moved last[PLAY_MAX];
     struct play_state *s = d_state;
     real slope = 1;
 
     for (int j = 0; j < play->count; j++) {
         const struct play_element *element = &play->element[j], *d_element = &by->element[j];
         const struct play_moved turned =
-            play_move(rested, element->threshold, d_element->threshold,
-                      p->initialRestOffset + p->initialExcursion, d->initialRestOffset + d->initialExcursion);
-        const struct play_moved last = play_move(turned, element->threshold, d_element->threshold, 0, 0);
-        d_h -= d_element->weight * (x + last.p) + element->weight * last.d_p;
-        slope += element->weight;
-        s->p[j] = last.d_p;
+            play_move(new, element->threshold, d_element->threshold, turn, d_turn);
+        last[j] = play_move(turned, element->threshold, d_element->threshold, x, 0);
+        d_h -= d_element->weight * last[j].p + element->weight * last[j].d_p;
+        if (last[j].moved)
+            slope += element->weight;
     }
+    const real d_x = d_h / slope;
     for (int j = 0; j < play->count; j++)
-        s->p[j] += d_h / slope;
-    return d_h / slope;
+        s->p[j] = last[j].d_p + (last[j].moved ? d_x : 0);
+    return d_x;
 }
 
 static void play_tangent(const void *constants, const void *state, real x,

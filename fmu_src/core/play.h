@@ -5,9 +5,9 @@
  * and operators engage in the order of their thresholds (|p_i - p_j| <= |r_i - r_j| holds on from
  * rest). So the inverse walks over at most n + 1 segments.
  *
- * How the operators came to rest at the start: demagnetised at a voltage initialRestOffset beside the one at
- * rest, where all their outputs are that voltage, then driven from there by initialExcursion, then to rest.
- * Both 0: demagnetised where the stage rests. */
+ * How the operators came to rest at the start: demagnetised at initialDemagnetisation, where all their outputs
+ * are that voltage, then driven from there by initialExcursion, then to where the stage rests. Both 0: on the
+ * initial loading curve of a new stage. */
 #ifndef IT2HYS_PLAY_H
 #define IT2HYS_PLAY_H
 

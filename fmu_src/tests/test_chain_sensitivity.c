@@ -71,7 +71,7 @@ static double random_set(uint64_t *seed, struct chain_parameters *p, unsigned ef
     p->initialDisplacement = random_between(seed, 5.0, 9.0);
     add_effects(seed, p, effects & ~(unsigned)CHAIN_SATURATION);
     if (effects & CHAIN_PLAY) {
-        p->initialRestOffset = random_between(seed, -40.0, 40.0);
+        p->initialDemagnetisation = random_between(seed, -40.0, 40.0);
         p->initialExcursion = random_between(seed, -30.0, 50.0);
     }
     if (effects & CHAIN_CREEP)
@@ -145,7 +145,7 @@ static void every_column(struct columns *c, struct chain_parameters *p)
     ADD(lag);
     ADD(play);
     ADD(initialDisplacement);
-    ADD(initialRestOffset);
+    ADD(initialDemagnetisation);
     ADD(initialExcursion);
     ADD(load);
     ADD(creep);

@@ -371,7 +371,7 @@ static void another_zero(uint64_t *seed, double by)
     plain(&p);
     add_effects(seed, &p, ALL);
     p.initialCreep = random_between(seed, -1.0, 1.0);
-    p.initialRestOffset = random_between(seed, -20.0, 20.0);
+    p.initialDemagnetisation = random_between(seed, -20.0, 20.0);
     moved = p;
     move(&moved, by);
     if (!prepare(&chain, &p) || !prepare(&other, &moved))
@@ -395,9 +395,9 @@ static void another_zero(uint64_t *seed, double by)
 
 /* --- before the start ----------------------------------------------------------------------------- */
 
-/* Told nothing of its history, a stage has rested where it is since it was demagnetised there: a voltage
- * higher or lower by as much moves it as far. Demagnetised elsewhere, it is on a branch. */
-static void history_is_relative(void)
+/* Told nothing of its history, a stage is new and came straight from 0 V: it is on the initial loading curve.
+ * Demagnetised or driven elsewhere, it is on a branch. */
+static void history_is_walked(void)
 {
     const struct stage *stage = &play_stage;
     struct chain_parameters p;
@@ -412,7 +412,7 @@ static void history_is_relative(void)
         const double h = random_between(&seed, -100.0, 100.0);
         const double x = stage->rest(&play, &state, h, &p);
         for (int j = 0; j < p.playCount; j++)
-            CHECK(state.p[j] == x);
+            CHECK(state.p[j] == copysign(fmax(fabs(x) - play.element[j].threshold, 0.0), x));
         CHECK_NEAR(stage->step(&play, &state, x, NULL), h, 100.0, 1e-13);
         /* the same as walked by the operators: demagnetised at 20 V, driven to 65 V, then to where it rests */
         const double rest = random_between(&seed, -30.0, 60.0);
@@ -420,7 +420,7 @@ static void history_is_relative(void)
             state.p[j] = 20.0;
         stage->step(&play, &state, 65.0, NULL);
         const double walked = stage->step(&play, &state, rest, NULL);
-        p.initialRestOffset = 20.0 - rest;
+        p.initialDemagnetisation = 20.0;
         p.initialExcursion = 45.0;
         CHECK_NEAR(stage->rest(&play, &there, walked, &p), rest, 100.0, 1e-13);
         for (int j = 0; j < p.playCount; j++)
@@ -665,7 +665,7 @@ static void equilibrium(void)
         if (i % 5 == 4) /* it rests beyond */
             p.voltageMax = 5.0;
         if (i % 3 == 2) { /* not from long rest where it is */
-            p.initialRestOffset = random_between(&seed, -30.0, 50.0);
+            p.initialDemagnetisation = random_between(&seed, -30.0, 50.0);
             p.initialExcursion = random_between(&seed, -50.0, 60.0);
             p.initialCreep = random_between(&seed, -2.0, 2.0);
         }
@@ -678,7 +678,7 @@ static void equilibrium(void)
         chain_reset(&chain, &state, &p);
         double *const moved_by[] = { &p.initialDisplacement,  &p.play[0].weight,
                                      &p.play[0].threshold,    &p.creep[0].gain,
-                                     &p.rule[1].q3,           &p.initialRestOffset,
+                                     &p.rule[1].q3,           &p.initialDemagnetisation,
                                      &p.initialExcursion,     &p.initialCreep,
                                      &p.displacementZero,     &p.voltageMin,
                                      &p.voltageMax,           &p.saturation.minimum,
@@ -762,7 +762,7 @@ int main(void)
     another_zero(&seed, -100.0);
     for (int i = 0; i < SETS; i++)
         another_zero(&seed, random_between(&seed, -30.0, 30.0));
-    history_is_relative();
+    history_is_walked();
     rests_where_it_is_told();
     delayed(0.0);
     delayed(3.0);

@@ -238,7 +238,7 @@ def inverse_to_initialize(request, models, tmp_path):
     # on its way to the start the voltage takes the first operator along, the second stays behind
     play = {"play[1].threshold": 2.0, "play[2].threshold": 30.0}
     play |= {"play[1].weight": 0.1, "play[2].weight": 0.1}
-    history = {"initialRestOffset": -15.0, "initialExcursion": 60.0, "initialCreep": 1e-7}
+    history = {"initialDemagnetisation": -15.0, "initialExcursion": 60.0, "initialCreep": 1e-7}
     creep = {"creep[1].gain": 0.05, "creep[1].timeConstant": 0.1}
     curve = {f"nonlinearity.{n}": 2e-7 for n in ("quadratic", "cubic", "quartic")}
     curve |= {"displacementZero": 1e-7, "nonlinearity.minimum": -1e-6}

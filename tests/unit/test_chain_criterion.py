@@ -46,7 +46,7 @@ def model_with(effects: tuple[str, ...], seed: int, records: int) -> Model:
         parameters.update({"saturation.minimum": 20.0, "saturation.maximum": 80.0})
     spans = {
         "initialDisplacement": (5.0 * UM, 10.0 * UM),
-        "initialRestOffset": (-30.0, 30.0),
+        "initialDemagnetisation": (-30.0, 30.0),
         "initialExcursion": (-20.0, 40.0),
         "initialCreep": (-UM, UM),
         "hum.phase": (-3.0, 3.0),

@@ -28,7 +28,7 @@ def record_of(parameters: ParameterSet, high: float = 90.0) -> Record:
 
 @pytest.mark.parametrize("effects", [(), *((e,) for e in SHOWN), ("lag", "play", "creep", "resonance")])
 def test_a_set_explains_what_it_made_itself(effects):
-    changes = dict.fromkeys(("initialRestOffset", "initialExcursion", "initialCreep"), 0.0)
+    changes = dict.fromkeys(("initialDemagnetisation", "initialExcursion", "initialCreep"), 0.0)
     parameters = with_effects(effects, 5, **changes)
     record = record_of(parameters)
     (result,) = evaluate(parameters, [record])

@@ -244,7 +244,7 @@ def test_an_unusable_file_is_refused_with_its_name_and_the_culprit(tmp_path, old
     assert phrase in str(refusal.value)
 
 
-OLD_REST = """  <ssv:Parameter name="initialRestVoltage">
+OLD_REST = """  <ssv:Parameter name="initialRestOffset">
       <ssv:Real value="12.0" unit="V"/>
     </ssv:Parameter>
   </ssv:Parameters>"""
@@ -270,11 +270,12 @@ def test_a_history_of_play_operators_of_an_older_version_is_refused_with_the_men
     with pytest.raises(InputError) as refusal:
         read_ssv(path)
     assert str(refusal.value) == (
-        f"{path}: 'initialRestVoltage' was written before the history of play operators was relative "
-        "to where the stage rests: identify the set again, or remove the entry to start demagnetised"
+        f"{path}: 'initialRestOffset' was written when the history of play operators was relative to "
+        "where the stage rests: identify the set again, or give initialDemagnetisation, the voltage at "
+        "which the stage was last demagnetised, in its place"
     )
     path.write_text(text, encoding="utf-8")
-    assert read_ssv(path)["initialRestOffset"] == 0.0
+    assert read_ssv(path)["initialDemagnetisation"] == 0.0
 
 
 @pytest.mark.parametrize("content", [b"", b"time_s,voltage_V\n0,1\n", b"\x00\xff\xfe", b"PK\x03\x04"])

@@ -100,19 +100,23 @@ protected
     lowerEnd,
     upperEnd)
     "Voltage behind the play operators, at rest";
-  final parameter Modelica.Units.SI.Voltage playAbove[parameters.playCount + 1]=
+  final parameter Modelica.Units.SI.Voltage playTurned[parameters.playCount + 1]=
     IT2Hysteresis.Functions.Effects.playStates(
       playThreshold,
-      IT2Hysteresis.Functions.Effects.playStates(
-        playThreshold,
-        fill(parameters.initialRestOffset, parameters.playCount + 1),
-        parameters.initialRestOffset + parameters.initialExcursion),
-      0)
-    "Play operators at rest, above the voltage there: they know differences of voltages only";
+      fill(parameters.initialDemagnetisation, parameters.playCount + 1),
+      parameters.initialDemagnetisation + parameters.initialExcursion)
+    "Play operators where the stage turned, before it came to rest";
   final parameter Modelica.Units.SI.Voltage voltageRest=
-    (coreInputRest - sum(playWeight .* playAbove))/(1 + sum(playWeight)) "Voltage at rest";
+    IT2Hysteresis.Functions.Effects.playInverse(
+      playThreshold,
+      playWeight,
+      playTurned,
+      coreInputRest) "Voltage at rest";
   final parameter Modelica.Units.SI.Voltage playRest[parameters.playCount + 1]=
-    fill(voltageRest, parameters.playCount + 1) + playAbove "Play operators at rest";
+    IT2Hysteresis.Functions.Effects.playStates(
+      playThreshold,
+      playTurned,
+      voltageRest) "Play operators at rest";
   final parameter Boolean saturates=parameters.saturationMinimum < parameters.saturationMaximum
     "= true, if the amplifier has limits";
   final parameter Boolean slews=parameters.slewRate > 0 "= true, if the amplifier has a slew limit";
@@ -148,8 +152,8 @@ equation
 <p>
 The parameter set, and the two inputs beside the signal path. They are off by default, so that a block without them
 needs no connection. Before the first tick the chain is at <code>initialDisplacement</code>, as <a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a> says:
-for long if <code>initialCreep</code> is 0, and demagnetised where it rests if <code>initialRestOffset</code> and
-<code>initialExcursion</code> are.
+for long if <code>initialCreep</code> is 0, and on the initial loading curve of a new stage if
+<code>initialDemagnetisation</code> and <code>initialExcursion</code> are.
 </p>
 </html>", revisions="<html>
 <ul>

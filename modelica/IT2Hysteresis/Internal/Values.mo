@@ -41,7 +41,7 @@ record Values "All parameters of a set as one vector"
         parameters.humAmplitude,
         parameters.humFrequency,
         parameters.humPhase,
-        parameters.initialRestOffset,
+        parameters.initialDemagnetisation,
         parameters.initialExcursion,
         parameters.initialCreep,
         parameters.nonlinearityMinimum,

@@ -241,11 +241,11 @@ record Base "Parameters of plant and inverse"
     nominal=1.0)=0.0
     "Phase of the hum at time 0"
     annotation (Dialog(tab="Effects", group="Hum"));
-  parameter Modelica.Units.SI.ElectricPotential initialRestOffset(
+  parameter Modelica.Units.SI.ElectricPotential initialDemagnetisation(
     min=-2000.0,
     max=2000.0,
     nominal=100.0)=0.0
-    "Voltage at which the stage was last demagnetised, or new, less the one at which it rests at the start; 0: where it rests"
+    "Voltage at which the stage was last demagnetised, before the start; 0: a new stage"
     annotation (Dialog(tab="Effects", group="Play"));
   parameter Modelica.Units.SI.ElectricPotential initialExcursion(
     min=-2000.0,

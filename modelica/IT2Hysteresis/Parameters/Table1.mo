@@ -26,7 +26,7 @@ record Table1 "Parameter set Table 1"
     humAmplitude=0.0,
     humFrequency=0.0,
     humPhase=0.0,
-    initialRestOffset=0.0,
+    initialDemagnetisation=0.0,
     initialExcursion=0.0,
     initialCreep=0.0,
     nonlinearityMinimum=0.0,

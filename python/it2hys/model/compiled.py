@@ -468,7 +468,7 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
     ----------
     packed : ndarray
         Parameters, from `pack_chain`. `initialDisplacement` is where the search for the displacement at
-        rest begins; the history before it is that of `initialRestOffset`, `initialExcursion` and
+        rest begins; the history before it is that of `initialDemagnetisation`, `initialExcursion` and
         `initialCreep`.
     drive : Drive
 

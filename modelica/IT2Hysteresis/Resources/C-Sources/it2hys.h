@@ -504,9 +504,9 @@ HIDDEN_END
  * and operators engage in the order of their thresholds (|p_i - p_j| <= |r_i - r_j| holds on from
  * rest). So the inverse walks over at most n + 1 segments.
  *
- * How the operators came to rest at the start: demagnetised at a voltage initialRestOffset beside the one at
- * rest, where all their outputs are that voltage, then driven from there by initialExcursion, then to rest.
- * Both 0: demagnetised where the stage rests. */
+ * How the operators came to rest at the start: demagnetised at initialDemagnetisation, where all their outputs
+ * are that voltage, then driven from there by initialExcursion, then to where the stage rests. Both 0: on the
+ * initial loading curve of a new stage. */
 
 enum { PLAY_MAX = 16 };
 
@@ -626,7 +626,7 @@ HIDDEN_END
 struct chain_parameters {
     real sampleTime;
     real initialDisplacement;
-    real initialRestOffset;
+    real initialDemagnetisation;
     real initialExcursion;
     real initialCreep;
     real voltageMin;
@@ -763,7 +763,7 @@ bool chain_check(const struct chain_parameters *parameters, char *message, size_
 void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
 
 /* At rest at initialDisplacement, without force, at drift's reference temperature, time 0: for long if
- * initialCreep is 0, after the play operators' history of initialRestOffset and initialExcursion. */
+ * initialCreep is 0, after the play operators' history of initialDemagnetisation and initialExcursion. */
 void chain_reset(const struct chain *chain, struct chain_state *state,
                  const struct chain_parameters *parameters);
 

@@ -19,7 +19,7 @@ class Play(Effect):
     """Operators that follow the voltage at a distance of their thresholds, added by their weights."""
 
     memory = Memory.LONG
-    per_record = ("initialRestOffset", "initialExcursion")
+    per_record = ("initialDemagnetisation", "initialExcursion")
 
     def is_on(self, parameters: Values) -> bool:
         """Return whether there are play operators."""
@@ -32,17 +32,14 @@ class Play(Effect):
     def rest(self, values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
         """Return input and states at rest at the output y, after the history.
 
-        Play operators know differences of voltages only: the history is walked with rest at 0.
+        Demagnetised, driven to the turning point, and from there to where the output is y.
         """
-        offset = values["initialRestOffset"]
-        turn = offset + values["initialExcursion"]
-        above, held, slope = [], y, 1.0
-        for threshold, weight in _elements(values, int(values["playCount"])):
-            above.append(_moved(_moved(offset, threshold, turn), threshold, 0.0))
-            held = held - weight * above[-1]
-            slope = slope + weight
-        x = held / slope
-        return x, [x + p for p in above]
+        new = values["initialDemagnetisation"]
+        turn = new + values["initialExcursion"]
+        thresholds = [threshold for threshold, _ in _elements(values, int(values["playCount"]))]
+        turned = [_moved(new, threshold, turn) for threshold in thresholds]
+        x, _ = self.inverse(values, turned, y, None)
+        return x, [_moved(p, threshold, x) for p, threshold in zip(turned, thresholds, strict=True)]
 
     def step(
         self, values: Values, state: list[Scalar], x: Scalar, around: Surroundings
@@ -89,12 +86,12 @@ class Play(Effect):
         """
         low, high = extent.voltage
         far = 2.0 * extent.voltage_span
-        # new at 0 V or demagnetised in the records' range, and at rest anywhere in that
-        offsets = Start(0.0, min(low, 0.0) - high, max(high, 0.0) - low)
+        # new at 0 V, or demagnetised in the records' range
+        demagnetised = Start(0.0, min(low, 0.0), max(high, 0.0))
         weights = {f"play[{j}].weight": Start(0.3 / count, 0.0, 5.0) for j in range(1, count + 1)}
         return {
             **weights,
-            "initialRestOffset": offsets,
+            "initialDemagnetisation": demagnetised,
             "initialExcursion": Start(0.0, -far, far),
         }
 
@@ -129,7 +126,7 @@ class Play(Effect):
         low, high = voltage.min(), voltage.max()
         turns = [low + share * (high - low) for share in _TURNS]
         likely = [
-            (rest - voltage[0], turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)
+            (rest, turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)
         ]
         return [
             History(dict(zip(self.per_record, history, strict=True)), history[1] != 0.0)
