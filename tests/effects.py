@@ -50,8 +50,8 @@ def _values(effect: str, rng: np.random.Generator) -> dict[str, float]:
             "drift.temperatureCoefficient": uniform(-2e-8, 2e-8), "drift.rate": uniform(-2e-6, 2e-6),
         },
         "nonlinearity": lambda: {
-            f"nonlinearity.{name}": uniform(-0.5, 0.5) * UM
-            for name in ("quadratic", "cubic", "quartic")
+            f"nonlinearity.{name}": uniform(-0.3, 0.3) * UM
+            for name in ("quadratic", "cubic", "quartic", "quintic", "sextic")
         },
         "hum": lambda: {
             "hum.amplitude": 0.02 * UM, "hum.frequency": uniform(10.0, 400.0), "hum.phase": uniform(),

@@ -11,7 +11,7 @@ static bool nonlinearity_is_on(const struct chain_parameters *p)
 {
     const struct nonlinearity_parameters *c = &p->nonlinearity;
 
-    return c->quadratic != 0 || c->cubic != 0 || c->quartic != 0;
+    return c->quadratic != 0 || c->cubic != 0 || c->quartic != 0 || c->quintic != 0 || c->sextic != 0;
 }
 
 static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
@@ -27,7 +27,10 @@ static void nonlinearity_prepare(void *constants, const struct chain_parameters 
 /* Between the ends, z from -1 to 1. */
 static real nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
 {
-    return (1 - z * z) * (c->quadratic + z * (c->cubic + z * c->quartic));
+    const real inner =
+        c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
+
+    return (1 - z * z) * inner;
 }
 
 static real nonlinearity_step(const void *constants, void *state, real x,
@@ -44,8 +47,10 @@ static real nonlinearity_step(const void *constants, void *state, real x,
 static real nonlinearity_slope(const struct nonlinearity *curve, real z)
 {
     const struct nonlinearity_parameters *c = &curve->coefficient;
-    const real by_z = -2 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
-                      (1 - z * z) * (c->cubic + 2 * z * c->quartic);
+    const real inner =
+        c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
+    const real inner_by_z = c->cubic + z * (2 * c->quartic + z * (3 * c->quintic + 4 * z * c->sextic));
+    const real by_z = -2 * z * inner + (1 - z * z) * inner_by_z;
 
     return 1 + by_z / curve->half_range;
 }
@@ -164,7 +169,7 @@ static bool nonlinearity_check(const struct chain_parameters *p, char *message, 
         const real z = 2 * (real)i / CURVE_GRID - 1;
         if (!(nonlinearity_slope(&curve, z) > 0))
             return refuse(message, size,
-                          "nonlinearity.quadratic, cubic and quartic make a curve that "
+                          "nonlinearity.quadratic to nonlinearity.sextic make a curve that "
                           "falls %g m above displacementZero; it must rise from nonlinearity.minimum "
                           "to nonlinearity.maximum",
                           (double)(curve.centre - p->displacementZero + z * curve.half_range));

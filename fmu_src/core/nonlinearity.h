@@ -1,6 +1,6 @@
 /* Static curve, the stack's or the sensor's: z maps minimum..maximum, counted from the sensor's zero, to
  * -1..1, and
- *     y = x + (1 - z^2) (quadratic + cubic z + quartic z^2),
+ *     y = x + (1 - z^2) (quadratic + cubic z + quartic z^2 + quintic z^3 + sextic z^4),
  * x at both ends and beyond. It rises with x, so that the inverse is Newton's method between the ends. No
  * state. */
 #ifndef IT2HYS_NONLINEARITY_H
@@ -12,6 +12,8 @@ typedef struct nonlinearity_parameters {
     real quadratic; /* m, as the others */
     real cubic;
     real quartic;
+    real quintic;
+    real sextic;
     real minimum; /* ends of the curve, from the sensor's zero */
     real maximum;
 } nonlinearity_parameters;

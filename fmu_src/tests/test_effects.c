@@ -327,6 +327,8 @@ static void curve_and_back(void)
         const double size = pow(10.0, random_between(&seed, -3.0, 0.7));
         p.nonlinearity = (struct nonlinearity_parameters){ random_between(&seed, -size, size),
                                                            random_between(&seed, -size, size),
+                                                           random_between(&seed, -size, size),
+                                                           random_between(&seed, -size, size),
                                                            random_between(&seed, -size, size), -1.0, 15.0 };
         p.displacementZero = random_between(&seed, -3.0, 3.0);
         if (!nonlinearity_analysis.check(&p, message, sizeof message))
@@ -340,7 +342,7 @@ static void curve_and_back(void)
             CHECK((i >= 0 && i <= 100) || x == y);
         }
     }
-    p = (struct chain_parameters){ .nonlinearity = { 0.5, 0.0, 0.0, 0.0, 16.0 } };
+    p = (struct chain_parameters){ .nonlinearity = { .quadratic = 0.5, .maximum = 16.0 } };
     stage->prepare(&curve, &p);
     CHECK(isnan(stage->inverse(&curve, NULL, (double)NAN, NULL)));
     CHECK(stage->inverse(&curve, NULL, INFINITY, NULL) == INFINITY);
@@ -630,7 +632,7 @@ static void curve_tangent(void)
 
     plain(&p);
     p.displacementZero = 1.0;
-    p.nonlinearity = (struct nonlinearity_parameters){ 0.5, -0.4, 0.3, -1.0, 15.0 };
+    p.nonlinearity = (struct nonlinearity_parameters){ 0.5, -0.4, 0.3, -0.2, 0.1, -1.0, 15.0 };
     nonlinearity_stage.prepare(&curve, &p);
     for (double y = -3.0; y < 19.0; y += 0.37) {
         const double slope = (bend(&p, y + 1e-6) - bend(&p, y - 1e-6)) / 2e-6;
@@ -684,8 +686,9 @@ static void equilibrium(void)
                                      &p.voltageMax,           &p.saturation.minimum,
                                      &p.saturation.maximum,   &p.nonlinearity.quadratic,
                                      &p.nonlinearity.cubic,   &p.nonlinearity.quartic,
+                                     &p.nonlinearity.quintic, &p.nonlinearity.sextic,
                                      &p.nonlinearity.minimum, &p.nonlinearity.maximum };
-        const size_t count = i % 2 ? 11 : 18; /* limits and curve, where there are any */
+        const size_t count = i % 2 ? 11 : 20; /* limits and curve, where there are any */
         for (size_t m = 0; m < count; m++) {
             struct chain_parameters d = { .sampleTime = 0.0 };
             *(double *)((char *)&d + ((char *)moved_by[m] - (char *)&p)) = 1.0;

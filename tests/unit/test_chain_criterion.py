@@ -228,7 +228,7 @@ ZERO = {
     "load": {"load.compliance": 0.0},
     "creep": {"creepCount": 1, "creep[1].gain": 0.0, "creep[1].timeConstant": 0.1},
     "drift": {"drift.temperatureCoefficient": 0.0, "drift.rate": 0.0},
-    "nonlinearity": {f"nonlinearity.{n}": 0.0 for n in ("quadratic", "cubic", "quartic")},
+    "nonlinearity": {f"nonlinearity.{n}": 0.0 for n in nonlinearity.COEFFICIENTS},
     "hum": {"hum.amplitude": 0.0, "hum.frequency": 50.0},
     "lag": {"lag.timeConstant": 1e-3 * TS},
 }  # fmt: skip

@@ -270,7 +270,7 @@ def test_counts_follow_from_the_elements_given():
         ({"play[1].threshold": 1.0, "play[1].weight": -1.5}, "play[1].weight is -0.5"),
         ({"creep[1].gain": 0.1, "creep[1].timeConstant": 0.0}, "creep[1].timeConstant is 0 s"),
         ({"saturation.minimum": 50.0}, "saturation.minimum, 50 V, must be below saturation.maximum"),
-        ({"nonlinearity.cubic": 9 * UM}, "nonlinearity.quadratic, cubic and quartic"),
+        ({"nonlinearity.cubic": 9 * UM}, "nonlinearity.quadratic to nonlinearity.sextic"),
         ({"hum.amplitude": 1e-8}, "hum.frequency is 0 Hz"),
     ],
 )

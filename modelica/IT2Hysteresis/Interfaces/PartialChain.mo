@@ -37,8 +37,8 @@ protected
       parameters.sampleTime,
       cat(1, parameters.creepTimeConstant, {1}))
     "Part of the way that a creep term goes in one tick, g_i";
-  final parameter Modelica.Units.SI.Length curve[3]={parameters.nonlinearityQuadratic,parameters.nonlinearityCubic,
-    parameters.nonlinearityQuartic} "Coefficients of the static curve";
+  final parameter Modelica.Units.SI.Length curve[5]={parameters.nonlinearityQuadratic,parameters.nonlinearityCubic,
+    parameters.nonlinearityQuartic,parameters.nonlinearityQuintic,parameters.nonlinearitySextic} "Coefficients of the static curve";
   final parameter Boolean bends=max(abs(curve)) > 0 "= true, if there is a static curve";
   final parameter Modelica.Units.SI.Length curveMin=parameters.displacementZero + parameters.nonlinearityMinimum
     "Lower end of the curve";

@@ -3,7 +3,7 @@ record Values "All parameters of a set as one vector"
   extends Modelica.Icons.Record;
   parameter IT2Hysteresis.Parameters.Base parameters=IT2Hysteresis.Parameters.Table1()
     "Parameter set";
-  final parameter Real vector[31 + 6*parameters.ruleCount + 2*parameters.playCount + 2*parameters.creepCount]=
+  final parameter Real vector[33 + 6*parameters.ruleCount + 2*parameters.playCount + 2*parameters.creepCount]=
     cat(
       1,
       {parameters.sampleTime,
@@ -46,7 +46,9 @@ record Values "All parameters of a set as one vector"
         parameters.initialCreep,
         parameters.nonlinearityMinimum,
         parameters.nonlinearityMaximum,
-        parameters.displacementZero})
+        parameters.displacementZero,
+        parameters.nonlinearityQuintic,
+        parameters.nonlinearitySextic})
     "Numbers in SI units";
   annotation (
     Documentation(info="<html>

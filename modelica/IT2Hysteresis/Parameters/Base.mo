@@ -280,6 +280,20 @@ record Base "Parameters of plant and inverse"
     max=0.1,
     nominal=1e-05)=0.0
     "What the sensor reads while the stage rests at zero voltage for long; creep and nonlinearity act on what lies above it";
+  parameter Modelica.Units.SI.Length nonlinearityQuintic(
+    displayUnit="um",
+    min=-0.1,
+    max=0.1,
+    nominal=1e-05)=0.0
+    "Finer shape of the displacement: (1 - z^2) z^3 times this"
+    annotation (Dialog(tab="Effects", group="Nonlinearity"));
+  parameter Modelica.Units.SI.Length nonlinearitySextic(
+    displayUnit="um",
+    min=-0.1,
+    max=0.1,
+    nominal=1e-05)=0.0
+    "Finer shape of the displacement: (1 - z^2) z^4 times this"
+    annotation (Dialog(tab="Effects", group="Nonlinearity"));
   annotation (
     defaultComponentPrefixes="parameter",
     Documentation(info="<html>

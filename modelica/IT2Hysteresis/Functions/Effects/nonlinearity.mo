@@ -1,7 +1,7 @@
 within IT2Hysteresis.Functions.Effects;
 function nonlinearity "Static curve of the stack or of the sensor"
   extends Modelica.Icons.Function;
-  input Modelica.Units.SI.Length a[3] "Coefficients: quadratic, cubic, quartic";
+  input Modelica.Units.SI.Length a[5] "Coefficients: quadratic, cubic, quartic, quintic, sextic";
   input Modelica.Units.SI.Length yMin "Lower end of the curve";
   input Modelica.Units.SI.Length yMax "Upper end of the curve";
   input Modelica.Units.SI.Length x "Displacement without the curve";
@@ -9,7 +9,7 @@ function nonlinearity "Static curve of the stack or of the sensor"
 protected
   Real z=min(max((x - (yMin + yMax)/2)/((yMax - yMin)/2), -1), 1) "-1 to 1 over the curve";
 algorithm
-  y := x + (1 - z^2)*(a[1] + z*(a[2] + z*a[3]));
+  y := x + (1 - z^2)*(a[1] + z*(a[2] + z*(a[3] + z*(a[4] + z*a[5]))));
   annotation (
     inverse(x=IT2Hysteresis.Functions.Effects.nonlinearityInverse(a, yMin, yMax, y)),
     Documentation(info="<html>
@@ -19,7 +19,7 @@ y = Functions.Effects.<strong>nonlinearity</strong>(a, yMin, yMax, x);
 </pre>
 <h4>Description</h4>
 <p>
-y = x + (1 - z<sup>2</sup>) (a<sub>1</sub> + a<sub>2</sub> z + a<sub>3</sub> z<sup>2</sup>) with z from -1 at yMin to 1 at yMax, and x beyond. A
+y = x + (1 - z<sup>2</sup>) (a<sub>1</sub> + a<sub>2</sub> z + ... + a<sub>5</sub> z<sup>4</sup>) with z from -1 at yMin to 1 at yMax, and x beyond. A
 parameter set whose curve does not rise from end to end is refused by the FMUs.
 </p>
 </html>", revisions="<html>

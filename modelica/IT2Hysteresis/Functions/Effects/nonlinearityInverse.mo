@@ -1,7 +1,7 @@
 within IT2Hysteresis.Functions.Effects;
 function nonlinearityInverse "Inverse of the static curve"
   extends Modelica.Icons.Function;
-  input Modelica.Units.SI.Length a[3] "Coefficients: quadratic, cubic, quartic";
+  input Modelica.Units.SI.Length a[5] "Coefficients: quadratic, cubic, quartic, quintic, sextic";
   input Modelica.Units.SI.Length yMin "Lower end of the curve";
   input Modelica.Units.SI.Length yMax "Upper end of the curve";
   input Modelica.Units.SI.Length y "Displacement";
@@ -15,7 +15,7 @@ protected
 algorithm
   for i in 1:halvings loop
     z := (low + high)/2;
-    if z + (1 - z^2)*(a[1] + z*(a[2] + z*a[3]))/((yMax - yMin)/2) > aim then
+    if z + (1 - z^2)*(a[1] + z*(a[2] + z*(a[3] + z*(a[4] + z*a[5]))))/((yMax - yMin)/2) > aim then
       high := z;
     else
       low := z;

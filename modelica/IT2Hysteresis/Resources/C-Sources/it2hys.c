@@ -2190,7 +2190,7 @@ static bool nonlinearity_is_on(const struct chain_parameters *p)
 {
     const struct nonlinearity_parameters *c = &p->nonlinearity;
 
-    return c->quadratic != 0 || c->cubic != 0 || c->quartic != 0;
+    return c->quadratic != 0 || c->cubic != 0 || c->quartic != 0 || c->quintic != 0 || c->sextic != 0;
 }
 
 static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
@@ -2206,7 +2206,10 @@ static void nonlinearity_prepare(void *constants, const struct chain_parameters 
 /* Between the ends, z from -1 to 1. */
 static real nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
 {
-    return (1 - z * z) * (c->quadratic + z * (c->cubic + z * c->quartic));
+    const real inner =
+        c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
+
+    return (1 - z * z) * inner;
 }
 
 static real nonlinearity_step(const void *constants, void *state, real x,
@@ -2223,8 +2226,10 @@ static real nonlinearity_step(const void *constants, void *state, real x,
 static real nonlinearity_slope(const struct nonlinearity *curve, real z)
 {
     const struct nonlinearity_parameters *c = &curve->coefficient;
-    const real by_z = -2 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
-                      (1 - z * z) * (c->cubic + 2 * z * c->quartic);
+    const real inner =
+        c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
+    const real inner_by_z = c->cubic + z * (2 * c->quartic + z * (3 * c->quintic + 4 * z * c->sextic));
+    const real by_z = -2 * z * inner + (1 - z * z) * inner_by_z;
 
     return 1 + by_z / curve->half_range;
 }
@@ -2343,7 +2348,7 @@ static bool nonlinearity_check(const struct chain_parameters *p, char *message, 
         const real z = 2 * (real)i / CURVE_GRID - 1;
         if (!(nonlinearity_slope(&curve, z) > 0))
             return refuse(message, size,
-                          "nonlinearity.quadratic, cubic and quartic make a curve that "
+                          "nonlinearity.quadratic to nonlinearity.sextic make a curve that "
                           "falls %g m above displacementZero; it must rise from nonlinearity.minimum "
                           "to nonlinearity.maximum",
                           (double)(curve.centre - p->displacementZero + z * curve.half_range));
@@ -4416,6 +4421,8 @@ const struct fmu_variable actuator_table[] = {
     { "nonlinearity.maximum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.maximum), -0.1, 0.1, 0, 0 },
     { "outOfRange", FMU_BOOLEAN, FMU_OUTPUT, FMU_PLANT, offsetof(struct fmu_outputs, flag[0]), 0, 0, 0, 0 },
     { "displacementZero", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, displacementZero), -0.1, 0.1, 0, 0 },
+    { "nonlinearity.quintic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.quintic), -0.1, 0.1, 0, 0 },
+    { "nonlinearity.sextic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.sextic), -0.1, 0.1, 0, 0 },
 };
 
 bool actuator_check(const struct fmu_model *model, const void *parameters, char *message, size_t size)
@@ -4430,8 +4437,8 @@ bool actuator_check(const struct fmu_model *model, const void *parameters, char 
 /* --- fmu_table_hash.h --- */
 
 /* Generated from variables.toml by codegen.py. */
-#define FMU_TABLE_HASH_PLANT 0x3b43098d0145ab4cu
-#define FMU_TABLE_HASH_INVERSE 0x0759c9c08eeddef7u
+#define FMU_TABLE_HASH_PLANT 0x2517879c04ab8562u
+#define FMU_TABLE_HASH_INVERSE 0x062b6d25e80f2b63u
 
 enum plant_finding { PLANT_VOLTAGE_RANGE = 1, PLANT_DISPLACEMENT_RANGE = 2 };
 

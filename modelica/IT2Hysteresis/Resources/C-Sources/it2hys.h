@@ -472,7 +472,7 @@ HIDDEN_END
 
 /* Static curve, the stack's or the sensor's: z maps minimum..maximum, counted from the sensor's zero, to
  * -1..1, and
- *     y = x + (1 - z^2) (quadratic + cubic z + quartic z^2),
+ *     y = x + (1 - z^2) (quadratic + cubic z + quartic z^2 + quintic z^3 + sextic z^4),
  * x at both ends and beyond. It rises with x, so that the inverse is Newton's method between the ends. No
  * state. */
 
@@ -480,6 +480,8 @@ typedef struct nonlinearity_parameters {
     real quadratic; /* m, as the others */
     real cubic;
     real quartic;
+    real quintic;
+    real sextic;
     real minimum; /* ends of the curve, from the sensor's zero */
     real maximum;
 } nonlinearity_parameters;
@@ -1370,7 +1372,7 @@ HIDDEN_END
 #define OUT_DISPLACEMENT 0
 #define OUT_MEASURED 1
 #define OUT_OUT_OF_RANGE 0
-#define FMU_TABLE_ROWS 200
+#define FMU_TABLE_ROWS 202
 #define FMU_PLANT_INPUT_START { 0.0, 0.0, 293.15 }
 #define FMU_INVERSE_INPUT_START { 0.0, 0.0, 293.15 }
 

@@ -30,11 +30,10 @@ class NonlinearityEvidence(EffectEvidence):
         The curve is over the model's readings, and stays there: other ends are another curve.
         """
         span = clues.extent.displacement_span
-        # Chebyshev polynomials of degree 2, 3 and 4, less what is linear: 1 % of the travel high, or 2
-        # %
-        waves = [(0.02, 0, 0), (0, 0.04, 0), (0, 0, 0.08)]
+        # Chebyshev polynomials of degree 2, 3 and 4, less what is linear: 1 or 2 % of the travel high
+        waves = np.diag([0.02, 0.04, 0.08, 0.0, 0.0])[:3]
         heights = (2.0, 1.0, -1.0, -2.0)
-        shapes = [(1e-4, 1e-4, 1e-4), *(tuple(h * c for c in wave) for wave in waves for h in heights)]
+        shapes = [np.full(len(COEFFICIENTS), 1e-4), *(h * wave for wave in waves for h in heights)]
         strokes = np.concatenate([modelled(c)[c.used] for c in clues.records]) - clues.extent.zero
         if np.ptp(strokes) == 0.0:  # of a model that stands still there is no curve
             return []
@@ -44,7 +43,7 @@ class NonlinearityEvidence(EffectEvidence):
             "nonlinearity.maximum": float(strokes.max() + margin),
         }
         return [
-            {**{f"nonlinearity.{n}": c * span for n, c in zip(COEFFICIENTS, s, strict=True)}, **ends}
+            {**{f"nonlinearity.{n}": float(c * span) for n, c in zip(COEFFICIENTS, s, strict=True)}, **ends}
             for s in shapes
         ]
 

@@ -8,7 +8,8 @@ import numpy as np
 from it2hys.model.effect import Effect, Scalar, Start, Surroundings, Values
 from it2hys.records.clues import Extent
 
-COEFFICIENTS = ("quadratic", "cubic", "quartic")
+#: Of the powers 0 to 4 of z, behind the factor that vanishes at both ends.
+COEFFICIENTS = ("quadratic", "cubic", "quartic", "quintic", "sextic")
 
 #: Of the inverse.
 _HALVINGS, _NEWTON_STEPS = 40, 2
@@ -88,15 +89,24 @@ def _curve(values: Values) -> tuple[Scalar, Scalar]:
 
 
 def _bow(values: Values, z: Scalar) -> Scalar:
-    quadratic, cubic, quartic = (values[f"nonlinearity.{name}"] for name in COEFFICIENTS)
-    return (1.0 - z * z) * (quadratic + z * (cubic + z * quartic))
+    return (1.0 - z * z) * _inner(values, z)
 
 
 def _bend(values: Values, z: Scalar) -> Scalar:
     """Return the derivative of the bow by z."""
-    quadratic, cubic, quartic = (values[f"nonlinearity.{name}"] for name in COEFFICIENTS)
-    inner = quadratic + z * (cubic + z * quartic)
-    return -2.0 * z * inner + (1.0 - z * z) * (cubic + 2.0 * z * quartic)
+    _, *others = (values[f"nonlinearity.{name}"] for name in COEFFICIENTS)
+    by_z = 0.0
+    for power, coefficient in reversed(list(enumerate(others, start=1))):
+        by_z = power * coefficient + z * by_z
+    return -2.0 * z * _inner(values, z) + (1.0 - z * z) * by_z
+
+
+def _inner(values: Values, z: Scalar) -> Scalar:
+    """Return the polynomial behind the factor that vanishes at both ends."""
+    inner = 0.0
+    for name in reversed(COEFFICIENTS):
+        inner = values[f"nonlinearity.{name}"] + z * inner
+    return inner
 
 
 def slopes(low: float, high: float, points: int = 257) -> np.ndarray:
@@ -111,12 +121,12 @@ def slopes(low: float, high: float, points: int = 257) -> np.ndarray:
 
     Returns
     -------
-    ndarray, shape (points, 3)
+    ndarray, shape (points, 5)
         1/m.
     """
     z = np.linspace(-1.0, 1.0, points)
     fixed_ends = np.polynomial.Polynomial([1.0, 0.0, -1.0])
-    by_z = [fixed_ends * np.polynomial.Polynomial.basis(k) for k in range(3)]
+    by_z = [fixed_ends * np.polynomial.Polynomial.basis(k) for k in range(len(COEFFICIENTS))]
     return np.column_stack([curve.deriv()(z) for curve in by_z]) / (0.5 * (high - low))
 
 
