@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
+from it2hys.diagnosis.bounds import bound_sentences
 from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.statistics import FEWEST
@@ -375,7 +376,7 @@ class _Session:
             evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
             stages=self._stages(search, node, fit, bench),
             intervals=assess(fit).intervals,
-            warnings=(*self._findings(after), *self._warnings),
+            warnings=(*bound_sentences(fit, named), *self._findings(after), *self._warnings),
             seconds=self._seconds,
         )
 

@@ -98,7 +98,7 @@ def without_effect(model: Model, effect: str) -> Model:
 
 
 def extended(model: Model, effect: str, extent: Extent) -> Model | None:
-    """Return the model with one element more of an effect; None where that is no variant of it."""
+    """Return the model with more elements of an effect; None where that is no variant of it."""
     more = EVIDENCE[effect].extended(model.values, extent)
     return None if more is None else replace(model, values={**model.values, **more})
 

@@ -419,9 +419,11 @@ def _sharpened(bench: Bench, node: Node) -> Node:
     fit = bench.preferred([node.fit, bench.reshaped(node.fit.model)])
     if fit is not node.fit:
         node = _node(bench, node.added, fit)
-    smoothed = any(EFFECTS[e].is_smoothed for e in node.effects)
-    if smoothed and node.fit.model.smoothness > CORE.soft:
-        node = _better(bench, node, replace(node.fit.model, smoothness=CORE.soft))
+    for effect in (e for e in node.effects if EFFECTS[e].is_smoothed):
+        if more := extended(node.fit.model, effect, bench.extent):
+            node = _better(bench, node, more)
+        if node.fit.model.smoothness > CORE.soft:
+            node = _better(bench, node, replace(node.fit.model, smoothness=CORE.soft))
     return node
 
 

@@ -298,6 +298,11 @@ class ChainCriterion:
         return np.concatenate([np.arange(self._places[n].start, self._places[n].stop) for n in names])
 
     @property
+    def places_of_common(self) -> slice:
+        """Places of the coordinates of the effects' parameters that all records share."""
+        return self._places["effects"]
+
+    @property
     def first_start(self) -> list[tuple[str, float, int]]:
         """Name, unit in SI and place of the coordinates that belong to the first record alone."""
         return [(c.name, c.unit, self._places[c.name].start) for c in self._own]

@@ -84,7 +84,7 @@ class EffectEvidence(ABC):
         return 0.0
 
     def extended(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
-        """Return the values of one element more; None where that is no variant of the model."""
+        """Return the values of more elements; None where that is no variant of the model."""
         return None
 
     # --- of a fitted effect ------------------------------------------------------------------------

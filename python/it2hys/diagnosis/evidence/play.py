@@ -4,6 +4,8 @@ For it speaks a residual whose loop area does not depend on frequency: it is the
 cycles, where every lag closes; and minor loops within a cycle that remember where the voltage turned.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from it2hys.diagnosis.evidence.base import EffectEvidence, Signature
@@ -17,7 +19,11 @@ from it2hys.diagnosis.evidence.statistics import (
     walked,
 )
 from it2hys.model.effects.play import COUNT, thresholds
-from it2hys.records.clues import Clues
+from it2hys.model.variables import load_table
+from it2hys.records.clues import Clues, Extent
+
+#: Share of its mean that a density has everywhere where operators are placed by it.
+_LEAST_DENSITY = 0.05
 
 
 class PlayEvidence(EffectEvidence):
@@ -37,6 +43,27 @@ class PlayEvidence(EffectEvidence):
             {**held, **{f"play[{j}].weight": total / count for j in range(1, count + 1)}}
             for total in (0.01, 0.1, 0.4)
         ]
+
+    def extended(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
+        """Return as many operators as there may be, close where the density found is great.
+
+        A curve of straight pieces comes nearest to one of curvature d if the pieces are as d^(-1/3).
+        """
+        count, most = int(values["playCount"]), load_table().counts["play"]["maximum"]
+        ends = np.array([0.0, *(values[f"play[{j}].threshold"] for j in range(1, count + 1))])
+        found = np.array([0.0, *(values[f"play[{j}].weight"] for j in range(1, count + 1))])
+        if count >= most or found.sum() <= 0.0:
+            return None
+        density = found[1:] / np.diff(ends)
+        pieces = np.cbrt(density + _LEAST_DENSITY * np.mean(density)) * np.diff(ends)
+        passed = np.concatenate([[0.0], np.cumsum(pieces)])
+        finer = np.interp(np.arange(most + 1) / most * passed[-1], passed, ends)
+        weights = np.diff(np.interp(finer, ends, np.cumsum(found)))
+        return {
+            "playCount": most,
+            **{f"play[{j}].threshold": float(r) for j, r in enumerate(finer[1:], start=1)},
+            **{f"play[{j}].weight": float(w) for j, w in enumerate(weights, start=1)},
+        }
 
     def signature(self, clues: Clues) -> Signature | None:
         """Return whether the residual remembers where the voltage turned, however slowly it moves.

@@ -1,0 +1,72 @@
+"""Named effects whose fit rests on a bound: the records ask for more than such an effect can be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from it2hys.identification.criterion import ChainFit
+from it2hys.model.variables import load_table
+
+#: Distance to a bound, in coordinates of which a fit moves by about 1, that is none.
+_TOUCHES = 1e-6
+#: Standard deviations of a white residual's pull by which a parameter is pressed against its bound.
+_PRESSED = 3.0
+
+
+def resting_on_bounds(fit: ChainFit, effects: Sequence[str]) -> dict[str, list[str]]:
+    """Return by effect the parameters of a fit that the records press against a bound other than 0.
+
+    A gain or weight of 0 is a term that is not needed. What does nothing at its bound is not pressed
+    there: the time constant of such a term, the limit that no voltage reaches.
+
+    Parameters
+    ----------
+    fit : ChainFit
+    effects : sequence of str
+        Those that are asked for.
+    """
+    criterion, point = fit.criterion, fit.minimum.coordinates
+    place = criterion.places_of_common
+    jacobian, residual = criterion.jacobian(point)
+    columns = jacobian[:, place]
+    size = np.linalg.norm(columns, axis=0) * np.sqrt(np.mean(residual**2))
+    pressed = -(columns.T @ residual) / np.where(size > 0.0, size, np.inf)
+    low = (point - criterion.lower)[place] < _TOUCHES
+    high = (criterion.upper - point)[place] < _TOUCHES
+    rests = (low & (pressed < -_PRESSED)) | (high & (pressed > _PRESSED))
+    known, values = load_table().parameters(), fit.model.values
+    names = [c.name for c, at in zip(criterion.common, rests, strict=True) if at and values[c.name]]
+    by_effect = {e: [n for n in names if known[n].effect == e] for e in effects}
+    return {effect: names for effect, names in by_effect.items() if names}
+
+
+def bound_sentences(fit: ChainFit, effects: Sequence[str]) -> list[str]:
+    """Return a sentence for each effect whose fit rests on a bound.
+
+    Parameters
+    ----------
+    fit : ChainFit
+    effects : sequence of str
+        Those that were named.
+    """
+    values = fit.model.values
+    return [
+        f"The fit of {effect} rests on the bound{'' if len(names) == 1 else 's'} of "
+        f"{_listed([_text(n, values[n]) for n in names])}: the records ask for more than such an effect "
+        "can be, or do not determine it. Do not take its parameters for the stage's: something else "
+        "that the model lacks may be what they make up for."
+        for effect, names in resting_on_bounds(fit, effects).items()
+    ]
+
+
+def _text(name: str, value: float) -> str:
+    kind = load_table().parameters()[name].type
+    if kind.displayUnit == "um":
+        return f"{name} ({1e6 * value:.3g} µm)"
+    return f"{name} ({value:.3g}{'' if kind.unit == '1' else ' ' + kind.unit})"
+
+
+def _listed(texts: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(texts[:-1]), texts[-1]]))

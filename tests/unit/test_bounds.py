@@ -1,0 +1,61 @@
+"""A named effect whose fit rests on a bound is said so; one that does not, is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import TS, UM
+from effects import signals, surroundings
+
+from it2hys.diagnosis.bounds import bound_sentences
+from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
+from it2hys.identification.effect_coordinates import Coordinate
+from it2hys.identification.inverse import References
+from it2hys.identification.scaling import Scaling
+from it2hys.model import compiled
+from it2hys.model.parameters import table_1
+from it2hys.model.stages import EFFECTS
+from it2hys.policy import PHYSICS
+from it2hys.records.clues import Extent
+
+SAMPLES, NOISE = 3000, 0.005 * UM
+EXTENT = Extent(TS, SAMPLES * TS, (0.0, 100.0), (0.0, 16 * UM))
+
+
+def fitted_creep(gain: float, time_constant: float) -> ChainFit:
+    """Return the fit of one term of creep to a stage that creeps by one, its rules known."""
+    known = {**table_1(), "creepCount": 1}
+    truth = {**known, "creep[1].gain": gain, "creep[1].timeConstant": time_constant}
+    voltage = signals(SAMPLES, 5.0, 95.0)
+    drive = compiled.Drive.of(voltage, *surroundings(SAMPLES))
+    rng = np.random.default_rng(1)
+    own = {"initialDisplacement": np.array([5 * UM]), "initialCreep": np.zeros(1)}
+    model = Model(truth, ("creep",), np.zeros(1), own)
+    used = np.ones(SAMPLES, dtype=bool)
+    empty = Trace(
+        "record", "train", drive, np.zeros(SAMPLES), 1.0 * used, used, 40, NOISE,
+        References(voltage, used, NOISE, TS),
+    )  # fmt: skip
+    trace = replace(empty, y=model.predict(empty, 0) + NOISE * rng.standard_normal(SAMPLES))
+    starts = EFFECTS["creep"].starts(EXTENT, 1)
+    guess = {name: s.value for name, s in starts.items() if name != "initialCreep"}
+    fitted = [Coordinate.of(name, start) for name, start in starts.items()]
+    fitted.append(Coordinate("initialDisplacement", (0.0, 16 * UM), logarithmic=False))
+    start = replace(model, values={**known, **guess})
+    criterion = ChainCriterion([trace], start, fitted, Scaling(8 * UM, 8 * UM, 50.0, 50.0))
+    return minimise(criterion.holding(["rules"]), 100)
+
+
+def test_more_creep_than_there_is_in_stacks_is_said():
+    (sentence,) = bound_sentences(fitted_creep(0.2, 0.03), ("creep",))
+    assert f"creep[1].gain ({PHYSICS.slow_gain:g})" in sentence
+    assert "Do not take its parameters for the stage's" in sentence
+
+
+@pytest.mark.parametrize("gain", [0.0, 0.5 * PHYSICS.slow_gain])
+def test_a_fit_within_its_bounds_and_a_term_of_nothing_are_not_said(gain):
+    assert bound_sentences(fitted_creep(gain, 0.03), ("creep",)) == []
+
+
+def test_an_effect_that_was_not_named_is_not_said():
+    assert bound_sentences(fitted_creep(0.2, 0.03), ("play",)) == []

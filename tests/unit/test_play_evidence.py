@@ -1,0 +1,50 @@
+"""More play operators, where the density that was found asks for them."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from it2hys.diagnosis.evidence.play import EVIDENCE
+from it2hys.model.effects.play import COUNT, thresholds
+from it2hys.records.clues import Extent
+
+EXTENT = Extent(1e-4, 1.0, (0.0, 100.0), (0.0, 16e-6))
+
+
+def operators(values: dict) -> tuple[np.ndarray, np.ndarray]:
+    places = range(1, int(values["playCount"]) + 1)
+    return (
+        np.array([values[f"play[{j}].threshold"] for j in places]),
+        np.array([values[f"play[{j}].weight"] for j in places]),
+    )
+
+
+def coarse(weights: list[float]) -> dict:
+    own = {f"play[{j}].weight": w for j, w in enumerate(weights, start=1)}
+    return {"playCount": COUNT, **thresholds(EXTENT), **own}
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=COUNT, max_size=COUNT).filter(lambda w: sum(w) > 1e-6))
+def test_more_operators_have_the_same_memory_over_rising_thresholds(weights):
+    before = coarse(weights)
+    r, w = operators(EVIDENCE.extended(before, EXTENT))
+    r_before, w_before = operators(before)
+    assert len(r) == 16
+    assert np.all(np.diff(r) > 0.0)
+    assert r[0] > 0.0
+    assert np.all(w >= 0.0)
+    np.testing.assert_allclose([w.sum(), r[-1]], [w_before.sum(), r_before[-1]], rtol=1e-12)
+
+
+def test_operators_are_close_where_the_density_is_great():
+    weights = [0.4, 0.3, 0.1, *([0.0] * (COUNT - 3))]
+    r, _ = operators(EVIDENCE.extended(coarse(weights), EXTENT))
+    r_before, _ = operators(coarse(weights))
+    dense = r_before[2]
+    assert np.count_nonzero(r <= dense) >= 2 * np.count_nonzero(r_before <= dense)
+
+
+def test_there_is_no_more_of_no_memory_nor_beyond_the_most_operators():
+    assert EVIDENCE.extended(coarse([0.0] * COUNT), EXTENT) is None
+    more = EVIDENCE.extended(coarse([0.1] * COUNT), EXTENT)
+    assert EVIDENCE.extended(more, EXTENT) is None
