@@ -152,6 +152,8 @@ class Search:
     def run(self, model: Model) -> Node:
         """Search; return the model that was chosen."""
         self.root = _node(self.bench, frozenset(), self.bench.fit(model, FINISHING))
+        if not self.bench.leaves_noise(self.root.fit):
+            self.root = _resolved(self.bench, self.root)
         self._keep(self.root)
         beam = [self.root]
         for _ in range(DEPTH):
@@ -346,7 +348,7 @@ class Search:
 
     def _refined(self, node: Node) -> Node:
         """Return the model with more elements of its effects as long as they predict better."""
-        for effect in sorted(node.effects):
+        for effect in sorted(node.fit.model.effects):
             while more := extended(node.fit.model, effect, self.bench.extent):
                 if (better := _better(self.bench, node, more)) is node:
                     break
@@ -419,7 +421,12 @@ def _sharpened(bench: Bench, node: Node) -> Node:
     fit = bench.preferred([node.fit, bench.reshaped(node.fit.model)])
     if fit is not node.fit:
         node = _node(bench, node.added, fit)
-    for effect in (e for e in node.effects if EFFECTS[e].is_smoothed):
+    return _resolved(bench, node)
+
+
+def _resolved(bench: Bench, node: Node) -> Node:
+    """Return the model with a finer density, and a less smooth one, where that predicts better."""
+    for effect in (e for e in node.fit.model.effects if EFFECTS[e].is_smoothed):
         if more := extended(node.fit.model, effect, bench.extent):
             node = _better(bench, node, more)
         if node.fit.model.smoothness > CORE.soft:

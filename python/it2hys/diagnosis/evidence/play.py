@@ -48,20 +48,27 @@ class PlayEvidence(EffectEvidence):
         """Return as many operators as there may be, close where the density found is great.
 
         A curve of straight pieces comes nearest to one of curvature d if the pieces are as d^(-1/3).
+        The last operator stands for all up to half the voltage's span, beyond which none engages.
         """
         count, most = int(values["playCount"]), load_table().counts["play"]["maximum"]
         ends = np.array([0.0, *(values[f"play[{j}].threshold"] for j in range(1, count + 1))])
         found = np.array([0.0, *(values[f"play[{j}].weight"] for j in range(1, count + 1))])
         if count >= most or found.sum() <= 0.0:
             return None
+        ends[-1] = 0.5 * extent.voltage_span
+        if np.any(np.diff(ends) <= 0.0):
+            return None
         density = found[1:] / np.diff(ends)
         pieces = np.cbrt(density + _LEAST_DENSITY * np.mean(density)) * np.diff(ends)
         passed = np.concatenate([[0.0], np.cumsum(pieces)])
-        finer = np.interp(np.arange(most + 1) / most * passed[-1], passed, ends)
-        weights = np.diff(np.interp(finer, ends, np.cumsum(found)))
+        finer = np.interp(np.arange(1, most + 1) / (most + 1) * passed[-1], passed, ends)
+        # each has the weight up to it, the last one that beyond it, too
+        sums = np.interp(finer, ends, np.cumsum(found))
+        sums[-1] = found.sum()
+        weights = np.diff(sums, prepend=0.0)
         return {
             "playCount": most,
-            **{f"play[{j}].threshold": float(r) for j, r in enumerate(finer[1:], start=1)},
+            **{f"play[{j}].threshold": float(r) for j, r in enumerate(finer, start=1)},
             **{f"play[{j}].weight": float(w) for j, w in enumerate(weights, start=1)},
         }
 
