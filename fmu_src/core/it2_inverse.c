@@ -1,6 +1,7 @@
 /* Eq. (30): the voltage that takes the model from y_{k-1} to the desired y_k. */
 #include "it2.h"
 #include "it2_membership.h"
+#include "it2_table.h"
 
 real it2_solve(const struct it2 *stage, real y_previous, real y)
 {
@@ -12,6 +13,10 @@ real it2_solve(const struct it2 *stage, real y_previous, real y)
         const struct it2_end *end = it2_beyond(stage, y_previous);
         if (end)
             return end->x + (y - end->y - end->dy * (y_previous - end->y)) / end->dx;
+    } else if (stage->table) {
+        real a, b;
+        it2_look_up(stage->table, y_previous, &a, &b);
+        return (y - b) / a;
     }
     it2_memberships(stage, y_previous, &m);
     for (int l = 0; l < stage->rules; l++) {

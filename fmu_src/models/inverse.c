@@ -105,6 +105,7 @@ const struct fmu_model inverse_model = {
     .input_start = FMU_INVERSE_INPUT_START,
     .diverging = "voltage",
     .prepare = inverse_prepare,
+    .settle = actuator_settle,
     .start = inverse_start,
     .start_tangent = inverse_start_tangent,
     .tick = inverse_tick,

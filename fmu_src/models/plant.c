@@ -100,6 +100,7 @@ const struct fmu_model plant_model = {
     .input_start = FMU_PLANT_INPUT_START,
     .diverging = "displacement",
     .prepare = plant_prepare,
+    .settle = actuator_settle,
     .start = plant_start,
     .start_tangent = plant_start_tangent,
     .tick = plant_tick,

@@ -40,6 +40,18 @@
  * reached would make a limit cycle of lag, core and slew limit.) So nothing winds up. Until the plant is
  * back, it is followed in `reached`, and the inverse says so. */
 
+/* --- it2_table.h --- */
+
+/* (10) as a table, for runs of many ticks with the same rules. It is affine in the voltage,
+ *     y_k = A(y_{k-1}) x_k + B(y_{k-1}),    A = sum q2 w / sum w,  B = sum (q1 y_{k-1} + q3) w / sum w,  w = f + F,
+ * and A and B are smooth functions of one variable: polynomials on short intervals, interpolated at Chebyshev
+ * nodes, hold them to rounding. A step is then one look-up and a few multiplications and additions, however
+ * many rules there are: no exponential and no division. (30) is x = (y - B) / A of the same table.
+ *
+ * An interval's width is a power of two and its middle a multiple of it. So nothing is lost on the way to the
+ * interval, and it takes three additions: with 1.5 * 2^52 widths added, y is rounded to a multiple of the
+ * width, whose number stands in the low bits of the sum. */
+
 /* --- it2.h --- */
 
 /* The simplified interval type-2 Takagi-Sugeno fuzzy model: the core of the chain.
@@ -50,6 +62,7 @@
  *   it2_inverse.c      (30)                   one step backward
  *   it2_gradient.c     (13) to (18)           partial derivatives
  *   it2_range.c        what (10) becomes beyond the ends of its range
+ *   it2_table.c        (10) and (30) prepared for many ticks with the same rules
  *   it2_free_run.c     (10) over a record, with forward sensitivities
  *   it2_check.c        what makes a parameter set usable
  *
@@ -147,11 +160,14 @@ struct it2_end {
     real dy; /* dF/dy */
 };
 
+struct it2_table;
+
 /* The rules, and -1 / (2 s_l1^2), -1 / (2 s_l2^2) in the scale of exponential.h. Set by it2_prepare. */
 struct it2 {
     int rules;
     struct it2_range plain; /* of y_{k-1}: within the range, and no membership comes close to underflow */
     struct it2_end lower, upper;
+    const struct it2_table *table; /* for y_{k-1} in `plain`; NULL: the rules themselves */
     struct it2_rule rule[IT2_MAX_RULES];
     real exponent[IT2_MAX_RULES][2];
 };
@@ -176,6 +192,13 @@ static inline const struct it2_end *it2_beyond(const struct it2 *stage, real y_p
 HIDDEN_BEGIN
 
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range);
+
+/* From now on, until it2_prepare, steps and inverses within the range look (10) and (30) up (it2_table.h): faster,
+ * and the same but for rounding, less than 1e-15 of the range or of its farther end. Derivatives stay those of the
+ * rules. `table`, the caller's, holds zeros or what this function has made: for the same rules and range it is
+ * taken as it is. False where there can be none, because the range is infinite or the rules are too narrow for
+ * it: then everything stays with the rules. */
+bool it2_tabulate(struct it2 *stage, struct it2_table *table);
 
 /* The core as a stage that the chain always has. step and inverse advance the state. */
 void it2_reset(struct it2_state *state, real y);
@@ -211,6 +234,64 @@ bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, 
 real it2_contraction(const struct it2 *stage, struct it2_range range, real *where);
 
 HIDDEN_END
+
+/* As many rows as fit into a processor's nearest memory beside other things, 33 KB; none in single precision. */
+#if defined IT2HYS_SINGLE
+enum { IT2_TABLE_ROWS = 1 };
+#else
+enum { IT2_TABLE_ROWS = 260 };
+#endif
+enum { IT2_TABLE_TERMS = 8 };
+
+struct it2_table {
+    int rules; /* what it was made of: rules and range */
+    struct it2_rule rule[IT2_MAX_RULES];
+    struct it2_range range;
+    int rows;                                      /* 0 where there would be too many */
+    real rounding;                                 /* 1.5 * 2^52 widths */
+    uint32_t first;                                /* low bits of the sum in the first row */
+    real term[IT2_TABLE_ROWS][IT2_TABLE_TERMS][2]; /* of A and of B, by powers of the distance to the middle */
+};
+
+#if !defined IT2HYS_SINGLE
+
+static inline uint32_t it2_table_number(const struct it2_table *table, real y)
+{
+    union {
+        real value;
+        uint64_t bits;
+    } sum = { y + table->rounding };
+
+    return (uint32_t)sum.bits;
+}
+
+/* Short products beside each other, not one long chain: a step waits for the slowest. */
+static inline real it2_polynomial(const real term[IT2_TABLE_TERMS][2], int i, real r, real r2, real r4)
+{
+    return ((term[0][i] + term[1][i] * r) + (term[2][i] + term[3][i] * r) * r2) +
+           ((term[4][i] + term[5][i] * r) + (term[6][i] + term[7][i] * r) * r2) * r4;
+}
+
+/* A and B for y_{k-1} within the range. */
+static inline void it2_look_up(const struct it2_table *table, real y_previous, real *a, real *b)
+{
+    const real(*term)[2] = table->term[it2_table_number(table, y_previous) - table->first];
+    const real r = y_previous - ((y_previous + table->rounding) - table->rounding);
+    const real r2 = r * r, r4 = r2 * r2;
+
+    *a = it2_polynomial(term, 0, r, r2, r4);
+    *b = it2_polynomial(term, 1, r, r2, r4);
+}
+
+#else /* exact code only: a table to float's precision would be another one */
+
+static inline void it2_look_up(const struct it2_table *table, real y_previous, real *a, real *b)
+{
+    (void)table, (void)y_previous;
+    *a = *b = 0;
+}
+
+#endif
 
 /* --- stages.h --- */
 
@@ -1137,6 +1218,11 @@ struct fmu_model {
     /* Returns how many bytes of the state are in use, from its beginning. */
     size_t (*prepare)(void *constants, const void *parameters);
 
+    /* What is worth its while before many ticks only, and changes their results by no more than rounding: between
+     * `prepare` and the first tick. Constants are zeros at first and stay from one run to the next, so that what
+     * was made of the same parameters need not be made again. NULL: nothing. */
+    void (*settle)(void *constants);
+
     /* State and outputs before the first tick; false, and why, where they are not finite. */
     bool (*start)(const void *constants, void *state, const void *parameters, struct fmu_outputs *,
                   char *message, size_t size);
@@ -1237,6 +1323,13 @@ static inline double fmu_sample_time(const struct fmu *fmu)
 static inline size_t fmu_snapshot_size(const struct fmu_model *model)
 {
     return sizeof(struct fmu_snapshot) + model->parameters_size + 2 * model->state_size;
+}
+
+/* Before ticks; every instance does it, so that all of them give the same bits. */
+static inline void fmu_settle(struct fmu *fmu)
+{
+    if (fmu->model->settle)
+        fmu->model->settle(fmu->constants);
 }
 
 static inline const struct fmu_variable *fmu_find(const struct fmu_model *model, unsigned reference)
@@ -1382,6 +1475,14 @@ extern const struct fmu_model plant_model, inverse_model;
 
 extern const struct fmu_variable actuator_table[];
 
+/* The constants. */
+struct actuator {
+    struct chain chain; /* first: a pointer to it is one to the actuator */
+    struct it2_table table;
+};
+
+void actuator_settle(void *constants);
+
 bool actuator_check(const struct fmu_model *model, const void *parameters, char *message, size_t size);
 
 static inline struct chain_surroundings actuator_surroundings(const double input[FMU_INPUTS], double time)
@@ -1400,7 +1501,7 @@ HIDDEN_END
 /* Initialisers of what their models have in common. */
 #define ACTUATOR \
     .table = actuator_table, .rows = FMU_TABLE_ROWS, .parameters_size = sizeof(struct chain_parameters), \
-    .constants_size = sizeof(struct chain), .state_size = sizeof(struct chain_state), .interpolates = true, \
+    .constants_size = sizeof(struct actuator), .state_size = sizeof(struct chain_state), .interpolates = true, \
     .check = actuator_check
 
 #endif
