@@ -91,7 +91,8 @@ struct fmu_model {
     bool (*start)(const void *constants, void *state, const void *parameters, struct fmu_outputs *,
                   char *message, size_t size);
 
-    /* Returns findings, bits of the model's own or FMU_NOT_FINITE, each of which is logged once. */
+    /* Returns findings, bits of the model's own or FMU_NOT_FINITE, each of which is logged once. Where it is not
+     * finite, outputs stay as they were. */
     unsigned (*tick)(const void *constants, void *state, const void *parameters, const double input[FMU_INPUTS],
                      double time, struct fmu_outputs *);
 
