@@ -161,14 +161,12 @@ static inline bool fmu_clock_any_step(const struct fmu_clock *now, double sample
     return !(end->time > end->stop_time && fmu_clock_beyond_stop(end, sample_time));
 }
 
-/* Is a step one from a tick to the next, as most are, with nothing that the rules would have to decide? */
+/* Is a step one from a tick to the next, as most are, by rule 1? */
 static inline bool fmu_clock_is_tick(const struct fmu_clock *now, double sample_time, double time, double step)
 {
-    const double off = fabs(time - (double)now->tick * sample_time);
-
     return step == sample_time && now->rest == 0.0 && now->next_tick == now->tick &&
-           now->tick < (int64_t)CLOCK_LARGEST_TICK - 1 && off <= CLOCK_TOLERANCE * sample_time &&
-           time + step <= now->stop_time;
+           now->tick < (int64_t)CLOCK_LARGEST_TICK - 1 && time + step <= now->stop_time &&
+           fmu_clock_agrees(now, sample_time, time);
 }
 
 /* Goes on by such a step, which ends at `time`. */
