@@ -139,7 +139,7 @@ real chain_measure_effects(const struct chain *chain, real displacement, real ti
 
 static real within_reach(const struct chain *chain, real displacement)
 {
-    return real_fmin(real_fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
+    return clamp(displacement, chain->displacement.minimum, chain->displacement.maximum);
 }
 
 static real within_voltages(const struct chain *chain, real x)

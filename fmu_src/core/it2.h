@@ -89,16 +89,15 @@ void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, str
  * it: then everything stays with the rules. */
 bool it2_tabulate(struct it2 *stage, struct it2_table *table);
 
-/* The core as a stage that the chain always has. step and inverse advance the state. */
+/* The core as a stage that the chain always has; it2_step and it2_inverse are in it2_table.h. */
 void it2_reset(struct it2_state *state, real y);
-real it2_step(const struct it2 *stage, struct it2_state *state, real x);
-real it2_inverse(const struct it2 *stage, struct it2_state *state, real y);
 real it2_derivative(const struct it2 *stage, const struct it2_state *state, real x);
 
 /* F without a state, and what is derived from it: (10) for y_{k-1} within the range, and what goes on from
- * it beyond (it2_range.c). */
-real it2_evaluate(const struct it2 *stage, real y_previous, real x);
-real it2_solve(const struct it2 *stage, real y_previous, real y);
+ * it beyond (it2_range.c). By the rules; it2_evaluate and it2_solve of it2_table.h take the table where there is
+ * one. */
+real it2_evaluate_rules(const struct it2 *stage, real y_previous, real x);
+real it2_solve_rules(const struct it2 *stage, real y_previous, real y);
 struct it2_partials it2_partials(const struct it2 *stage, real y_previous, real x);
 
 /* Eqs. (13) to (18): gradient[6 l + i] = dy_k / d(parameter i of rule l), in the order of it2_rule.

@@ -1,9 +1,8 @@
 /* Eq. (30): the voltage that takes the model from y_{k-1} to the desired y_k. */
 #include "it2.h"
 #include "it2_membership.h"
-#include "it2_table.h"
 
-real it2_solve(const struct it2 *stage, real y_previous, real y)
+real it2_solve_rules(const struct it2 *stage, real y_previous, real y)
 {
     struct it2_memberships m;
     real free_response = 0;
@@ -13,10 +12,6 @@ real it2_solve(const struct it2 *stage, real y_previous, real y)
         const struct it2_end *end = it2_beyond(stage, y_previous);
         if (end)
             return end->x + (y - end->y - end->dy * (y_previous - end->y)) / end->dx;
-    } else if (stage->table) {
-        real a, b;
-        it2_look_up(stage->table, y_previous, &a, &b);
-        return (y - b) / a;
     }
     it2_memberships(stage, y_previous, &m);
     for (int l = 0; l < stage->rules; l++) {
@@ -25,11 +20,4 @@ real it2_solve(const struct it2 *stage, real y_previous, real y)
         slope += rule->q2 * m.weight[l];
     }
     return (y * m.sum - free_response) / slope;
-}
-
-real it2_inverse(const struct it2 *stage, struct it2_state *state, real y)
-{
-    const real x = it2_solve(stage, state->y, y);
-    state->y = y;
-    return x;
 }

@@ -1,7 +1,6 @@
 /* Eqs. (7) and (10): the rules' consequents, weighted by the memberships, without type reduction. */
 #include "it2.h"
 #include "it2_membership.h"
-#include "it2_table.h"
 
 /* Where the rule's memberships are above IT2_SUM_UNDERFLOW; empty where its parameters make no numbers. */
 static struct it2_range rule_cannot_underflow(const struct it2_rule *rule, const real exponent[2])
@@ -108,7 +107,7 @@ static real evaluate_elsewhere(const struct it2 *stage, real y_previous, real x)
     return numerator / m.sum;
 }
 
-real it2_evaluate(const struct it2 *stage, real y_previous, real x)
+real it2_evaluate_rules(const struct it2 *stage, real y_previous, real x)
 {
     real lower, upper; /* not of interest here */
     real sum = 0;
@@ -116,11 +115,6 @@ real it2_evaluate(const struct it2 *stage, real y_previous, real x)
 
     if (!it2_is_plain(stage, y_previous))
         return evaluate_elsewhere(stage, y_previous, x);
-    if (stage->table) {
-        real a, b;
-        it2_look_up(stage->table, y_previous, &a, &b);
-        return a * x + b;
-    }
     for (int l = 0; l < stage->rules; l++) {
         const real weight = it2_membership(stage, l, y_previous, &lower, &upper);
         numerator += consequent(&stage->rule[l], y_previous, x) * weight;
@@ -132,10 +126,4 @@ real it2_evaluate(const struct it2 *stage, real y_previous, real x)
 void it2_reset(struct it2_state *state, real y)
 {
     state->y = y;
-}
-
-real it2_step(const struct it2 *stage, struct it2_state *state, real x)
-{
-    state->y = it2_evaluate(stage, state->y, x);
-    return state->y;
 }

@@ -121,10 +121,10 @@ static bool make_rows(struct it2_table *table, const struct it2 *stage, real wid
     const real voltage = real_fmax(real_fabs(stage->lower.x), real_fabs(stage->upper.x));
     const real size[2] = { length / voltage, length };
 
-    table->rounding = REAL(6755399441055744.0) * width;
-    table->first = it2_table_number(table, low);
-    const real first = (low + table->rounding) - table->rounding;
-    const int rows = (int)(it2_table_number(table, high) - table->first) + 1;
+    const real all = REAL(6755399441055744.0) * width;
+    const real first = (low + all) - all;
+    table->rounding = all - first;
+    const int rows = (int)it2_table_row(high + table->rounding) + 1;
     for (int i = 0; i < rows; i++)
         if (!make_row(stage, first + (real)i * width, width, size, table->term[i]))
             return false;

@@ -5,8 +5,8 @@
  * many rules there are: no exponential and no division. (30) is x = (y - B) / A of the same table.
  *
  * An interval's width is a power of two and its middle a multiple of it. So nothing is lost on the way to the
- * interval, and it takes three additions: with 1.5 * 2^52 widths added, y is rounded to a multiple of the
- * width, whose number stands in the low bits of the sum. */
+ * interval, and it takes three additions: with 1.5 * 2^52 widths added, less the first row's number, y is rounded
+ * to a multiple of the width, and the row stands in the low bits of the sum. */
 #ifndef IT2HYS_IT2_TABLE_H
 #define IT2HYS_IT2_TABLE_H
 
@@ -27,49 +27,119 @@ struct it2_table {
     struct it2_rule rule[IT2_MAX_RULES];
     struct it2_range range;
     int rows;                                      /* 0 where there would be too many */
-    real rounding;                                 /* 1.5 * 2^52 widths */
-    uint32_t first;                                /* low bits of the sum in the first row */
+    real rounding;                                 /* what is added to y */
     real term[IT2_TABLE_ROWS][IT2_TABLE_TERMS][2]; /* of A and of B, by powers of the distance to the middle */
 };
 
+/* Within the range, where nothing can underflow either: neither exponentials nor their sum need be checked. */
+static inline bool it2_is_plain(const struct it2 *stage, real y_previous)
+{
+    return y_previous >= stage->plain.minimum && y_previous <= stage->plain.maximum;
+}
+
 #if !defined IT2HYS_SINGLE
 
-static inline uint32_t it2_table_number(const struct it2_table *table, real y)
+/* Where y is in its row, and the powers of that. */
+struct it2_place {
+    const real (*term)[2];
+    real r, r2, r4;
+};
+
+static inline uint32_t it2_table_row(real rounded)
 {
     union {
         real value;
         uint64_t bits;
-    } sum = { y + table->rounding };
+    } sum = { rounded };
 
     return (uint32_t)sum.bits;
 }
 
-/* Short products beside each other, not one long chain: a step waits for the slowest. */
-static inline real it2_polynomial(const real term[IT2_TABLE_TERMS][2], int i, real r, real r2, real r4)
+static inline struct it2_place it2_place(const struct it2_table *table, real y)
 {
-    return ((term[0][i] + term[1][i] * r) + (term[2][i] + term[3][i] * r) * r2) +
-           ((term[4][i] + term[5][i] * r) + (term[6][i] + term[7][i] * r) * r2) * r4;
+    const real rounded = y + table->rounding;
+    const real r = y - (rounded - table->rounding);
+    const real r2 = r * r;
+
+    return (struct it2_place){ table->term[it2_table_row(rounded)], r, r2, r2 * r2 };
 }
 
-/* A and B for y_{k-1} within the range. */
-static inline void it2_look_up(const struct it2_table *table, real y_previous, real *a, real *b)
+/* A pair of terms, without the power of r that they have in common. */
+static inline real it2_pair(const struct it2_place *at, int i, int power)
 {
-    const real(*term)[2] = table->term[it2_table_number(table, y_previous) - table->first];
-    const real r = y_previous - ((y_previous + table->rounding) - table->rounding);
-    const real r2 = r * r, r4 = r2 * r2;
+    return at->term[power][i] + at->term[power + 1][i] * at->r;
+}
 
-    *a = it2_polynomial(term, 0, r, r2, r4);
-    *b = it2_polynomial(term, 1, r, r2, r4);
+/* A x + B: products beside each other, not one long chain, because a step waits for the slowest. */
+static inline real it2_look_up_step(const struct it2_table *table, real y_previous, real x)
+{
+    const struct it2_place at = it2_place(table, y_previous);
+    const real x2 = x * at.r2, x4 = x * at.r4, r6 = at.r2 * at.r4, x6 = x2 * at.r4;
+
+    return ((it2_pair(&at, 0, 0) * x + it2_pair(&at, 1, 0)) +
+            (it2_pair(&at, 0, 2) * x2 + it2_pair(&at, 1, 2) * at.r2)) +
+           ((it2_pair(&at, 0, 4) * x4 + it2_pair(&at, 1, 4) * at.r4) +
+            (it2_pair(&at, 0, 6) * x6 + it2_pair(&at, 1, 6) * r6));
+}
+
+/* A or B. */
+static inline real it2_polynomial(const struct it2_place *at, int i)
+{
+    return (it2_pair(at, i, 0) + it2_pair(at, i, 2) * at->r2) +
+           (it2_pair(at, i, 4) + it2_pair(at, i, 6) * at->r2) * at->r4;
+}
+
+/* (y - B) / A */
+static inline real it2_look_up_inverse(const struct it2_table *table, real y_previous, real y)
+{
+    const struct it2_place at = it2_place(table, y_previous);
+
+    return (y - it2_polynomial(&at, 1)) / it2_polynomial(&at, 0);
 }
 
 #else /* exact code only: a table to float's precision would be another one */
 
-static inline void it2_look_up(const struct it2_table *table, real y_previous, real *a, real *b)
+static inline real it2_look_up_step(const struct it2_table *table, real y_previous, real x)
 {
     (void)table, (void)y_previous;
-    *a = *b = 0;
+    return x;
+}
+
+static inline real it2_look_up_inverse(const struct it2_table *table, real y_previous, real y)
+{
+    (void)table, (void)y_previous;
+    return y;
 }
 
 #endif
+
+/* --- steps, in the places where they are taken ---------------------------------------------------- */
+
+static inline real it2_evaluate(const struct it2 *stage, real y_previous, real x)
+{
+    return stage->table && it2_is_plain(stage, y_previous) ? it2_look_up_step(stage->table, y_previous, x)
+                                                           : it2_evaluate_rules(stage, y_previous, x);
+}
+
+static inline real it2_solve(const struct it2 *stage, real y_previous, real y)
+{
+    return stage->table && it2_is_plain(stage, y_previous) ? it2_look_up_inverse(stage->table, y_previous, y)
+                                                           : it2_solve_rules(stage, y_previous, y);
+}
+
+/* The core as a stage that the chain always has. Both advance the state. */
+static inline real it2_step(const struct it2 *stage, struct it2_state *state, real x)
+{
+    state->y = it2_evaluate(stage, state->y, x);
+    return state->y;
+}
+
+static inline real it2_inverse(const struct it2 *stage, struct it2_state *state, real y)
+{
+    const real x = it2_solve(stage, state->y, y);
+
+    state->y = y;
+    return x;
+}
 
 #endif

@@ -74,7 +74,7 @@ _TEXT = """\
  *     static struct it2_table table;
  *     it2_tabulate(&chain.core, &table); // after the last it2hys_begin
  *
- * Within displacementMin..Max a step of the core then takes 17 multiplications, 19 additions and 2
+ * Within displacementMin..Max a step of the core then takes 21 multiplications, 18 additions and 2
  * comparisons, however many rules there are, no division, and gives the same displacement but for
  * 1e-15 of the range. In single precision the call changes nothing.
  *

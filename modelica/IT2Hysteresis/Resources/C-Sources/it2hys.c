@@ -156,7 +156,7 @@ real chain_measure_effects(const struct chain *chain, real displacement, real ti
 
 static real within_reach(const struct chain *chain, real displacement)
 {
-    return real_fmin(real_fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
+    return clamp(displacement, chain->displacement.minimum, chain->displacement.maximum);
 }
 
 static real within_voltages(const struct chain *chain, real x)
@@ -1429,12 +1429,6 @@ struct it2_memberships {
 #define IT2_FARTHEST 1e140
 #endif
 
-/* Within the range, where nothing can underflow either: neither exponentials nor their sum need be checked. */
-static inline bool it2_is_plain(const struct it2 *stage, real y_previous)
-{
-    return y_previous >= stage->plain.minimum && y_previous <= stage->plain.maximum;
-}
-
 static inline void it2_exponents(const struct it2 *stage, int l, real y_previous, real scaled[2])
 {
     const real distance = y_previous - stage->rule[l].centre;
@@ -1664,7 +1658,7 @@ real it2_derivative(const struct it2 *stage, const struct it2_state *state, real
 
 /* Eq. (30): the voltage that takes the model from y_{k-1} to the desired y_k. */
 
-real it2_solve(const struct it2 *stage, real y_previous, real y)
+real it2_solve_rules(const struct it2 *stage, real y_previous, real y)
 {
     struct it2_memberships m;
     real free_response = 0;
@@ -1674,10 +1668,6 @@ real it2_solve(const struct it2 *stage, real y_previous, real y)
         const struct it2_end *end = it2_beyond(stage, y_previous);
         if (end)
             return end->x + (y - end->y - end->dy * (y_previous - end->y)) / end->dx;
-    } else if (stage->table) {
-        real a, b;
-        it2_look_up(stage->table, y_previous, &a, &b);
-        return (y - b) / a;
     }
     it2_memberships(stage, y_previous, &m);
     for (int l = 0; l < stage->rules; l++) {
@@ -1686,13 +1676,6 @@ real it2_solve(const struct it2 *stage, real y_previous, real y)
         slope += rule->q2 * m.weight[l];
     }
     return (y * m.sum - free_response) / slope;
-}
-
-real it2_inverse(const struct it2 *stage, struct it2_state *state, real y)
-{
-    const real x = it2_solve(stage, state->y, y);
-    state->y = y;
-    return x;
 }
 
 /* --- it2_model.c --- */
@@ -1804,7 +1787,7 @@ static real evaluate_elsewhere(const struct it2 *stage, real y_previous, real x)
     return numerator / m.sum;
 }
 
-real it2_evaluate(const struct it2 *stage, real y_previous, real x)
+real it2_evaluate_rules(const struct it2 *stage, real y_previous, real x)
 {
     real lower, upper; /* not of interest here */
     real sum = 0;
@@ -1812,11 +1795,6 @@ real it2_evaluate(const struct it2 *stage, real y_previous, real x)
 
     if (!it2_is_plain(stage, y_previous))
         return evaluate_elsewhere(stage, y_previous, x);
-    if (stage->table) {
-        real a, b;
-        it2_look_up(stage->table, y_previous, &a, &b);
-        return a * x + b;
-    }
     for (int l = 0; l < stage->rules; l++) {
         const real weight = it2_membership(stage, l, y_previous, &lower, &upper);
         numerator += consequent(&stage->rule[l], y_previous, x) * weight;
@@ -1828,12 +1806,6 @@ real it2_evaluate(const struct it2 *stage, real y_previous, real x)
 void it2_reset(struct it2_state *state, real y)
 {
     state->y = y;
-}
-
-real it2_step(const struct it2 *stage, struct it2_state *state, real x)
-{
-    state->y = it2_evaluate(stage, state->y, x);
-    return state->y;
 }
 
 /* --- it2_range.c --- */
@@ -2091,10 +2063,10 @@ static bool make_rows(struct it2_table *table, const struct it2 *stage, real wid
     const real voltage = real_fmax(real_fabs(stage->lower.x), real_fabs(stage->upper.x));
     const real size[2] = { length / voltage, length };
 
-    table->rounding = REAL(6755399441055744.0) * width;
-    table->first = it2_table_number(table, low);
-    const real first = (low + table->rounding) - table->rounding;
-    const int rows = (int)(it2_table_number(table, high) - table->first) + 1;
+    const real all = REAL(6755399441055744.0) * width;
+    const real first = (low + all) - all;
+    table->rounding = all - first;
+    const int rows = (int)it2_table_row(high + table->rounding) + 1;
     for (int i = 0; i < rows; i++)
         if (!make_row(stage, first + (real)i * width, width, size, table->term[i]))
             return false;
@@ -3630,19 +3602,28 @@ void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time
         input[i] = span->input[i] + span->slope[i] * elapsed;
 }
 
+static inline uint64_t bits_of(const double *value)
+{
+    uint64_t bits;
+
+    memcpy(&bits, value, sizeof bits);
+    return bits;
+}
+
 /* No bit but the signs': one comparison instead of four, at every step. */
 static bool is_zero(const double slope[FMU_INPUTS])
 {
-    uint64_t bits[FMU_INPUTS];
-
-    memcpy(bits, slope, sizeof bits);
-    return (bits[0] | bits[1] | bits[2] | bits[3]) << 1 == 0;
+    return (bits_of(slope) | bits_of(slope + 1) | bits_of(slope + 2) | bits_of(slope + 3)) << 1 == 0;
 }
 
 /* Copies what is in use of a state, most often a single number. A few go one by one: a processor that reads
  * two at a time what was just written one by one waits until it is in memory. */
 static inline void copy_state(void *to, const void *from, size_t used)
 {
+    if (used == sizeof(double)) {
+        memcpy(to, from, sizeof(double));
+        return;
+    }
     if (used > FEW * sizeof(double)) {
         memcpy(to, from, used);
         return;
@@ -3669,19 +3650,28 @@ static enum fmu_status warn(struct fmu *fmu, const char *function, unsigned find
     return FMU_WARNING;
 }
 
-static inline void run_tick(struct fmu *fmu, const char *function, const double input[], double time,
-                            enum fmu_status *status)
+/* Makes a status of a tick's findings. */
+static void report(struct fmu *fmu, const char *function, unsigned findings, const double input[], double time,
+                   enum fmu_status *status)
 {
-    struct fmu_snapshot *now = fmu->now;
-    const unsigned findings =
-        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, input, time, &now->output);
+    const unsigned warned = (unsigned)fmu->now->warned;
 
-    if (!(findings & ~now->warned))
+    if (!(findings & ~warned))
         return;
     if (findings & FMU_NOT_FINITE)
         *status = FMU_DISCARD;
     else if (*status != FMU_DISCARD)
-        *status = warn(fmu, function, findings & ~(unsigned)now->warned, input, time);
+        *status = warn(fmu, function, findings & ~warned, input, time);
+}
+
+static inline void run_tick(struct fmu *fmu, const char *function, const double input[], double time,
+                            enum fmu_status *status)
+{
+    const unsigned findings =
+        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, input, time, &fmu->now->output);
+
+    if (findings)
+        report(fmu, function, findings, input, time, status);
 }
 
 /* Runs the ticks up to `end_tick` in place. What a step of one tick costs is the way from the state of the
@@ -3709,42 +3699,104 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
     return status;
 }
 
-enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+/* A step that is not made: everything stays as it was. */
+static enum fmu_status give_up(struct fmu *fmu, const char *function, double time, double step)
 {
-    struct fmu_clock end;
-    char message[256];
+    copy_state(fmu->state, fmu->before, fmu->used);
+    return fmu_say(
+        fmu, FMU_DISCARD,
+        "%s: the %s is no longer finite between %g s and %g s; the step is not made and the state is "
+        "that of %g s.",
+        function, fmu->model->diverging, time, time + step, time);
+}
 
-    if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
-        return FMU_ERROR;
+/* What directional derivatives repeat. */
+static inline void note_step(struct fmu *fmu, int64_t end_tick)
+{
     struct fmu_snapshot *now = fmu->now;
-    const double sample_time = fmu_sample_time(fmu);
-    if (!fmu_clock_step(&now->clock, sample_time, time, step, &end))
-        return fmu_say(fmu, FMU_ERROR, "%s: %s.", function,
-                       fmu_clock_refusal(&now->clock, sample_time, time, step, message, sizeof message));
-    const struct fmu_outputs held = now->output;
-    const uint64_t warned = now->warned;
 
-    copy_state(fmu->before, fmu->state, fmu->used);
-    const enum fmu_status status = run(fmu, function, end.next_tick);
-    now->last_status = (int)status;
-    if (status == FMU_DISCARD) {
-        copy_state(fmu->state, fmu->before, fmu->used);
-        now->output = held;
-        now->warned = warned;
-        return fmu_say(fmu, FMU_DISCARD,
-                       "%s: the %s is no longer finite between %g s and %g s; the step is "
-                       "not made and the state is that of %g s.",
-                       function, fmu->model->diverging, time, end.time, time);
-    }
     copy_state(fmu->last_state, fmu->before, fmu->used);
     now->last_step.tick = now->clock.tick;
     now->last_step.rest = now->clock.rest;
     now->last_step.first_tick = now->clock.next_tick;
-    now->last_step.end_tick = end.next_tick;
-    memcpy(now->last_step.input, now->input, sizeof now->input);
+    now->last_step.end_tick = end_tick;
+    const volatile double *input = now->input; /* one by one: as copy_state */
+    for (int i = 0; i < FMU_INPUTS; i++)
+        now->last_step.input[i] = input[i];
+}
+
+/* From one tick to the next under constant inputs, as most steps are: what any step does, in short. */
+static inline void finish_tick(struct fmu *fmu, enum fmu_status status, double end)
+{
+    fmu->now->last_status = (int)status;
+    note_step(fmu, fmu->now->clock.tick + 1);
+    memset(fmu->now->last_step.slope, 0, sizeof fmu->now->last_step.slope);
+    fmu_clock_tick(&fmu->now->clock, end);
+}
+
+/* The same where the tick has findings, which may have been logged before. */
+static enum fmu_status finish_with_findings(struct fmu *fmu, const char *function, unsigned findings,
+                                            double time, double step)
+{
+    struct fmu_snapshot *now = fmu->now;
+    enum fmu_status status = FMU_OK;
+
+    report(fmu, function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu), &status);
+    if (status == FMU_DISCARD) {
+        now->last_status = FMU_DISCARD;
+        return give_up(fmu, function, time, step);
+    }
+    finish_tick(fmu, status, time + step);
+    return status;
+}
+
+static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, double time, double step)
+{
+    struct fmu_snapshot *now = fmu->now;
+    const double tick_time = (double)now->clock.tick * fmu_sample_time(fmu);
+
+    copy_state(fmu->before, fmu->state, fmu->used);
+    const unsigned findings =
+        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
+    if (findings)
+        return finish_with_findings(fmu, function, findings, time, step);
+    finish_tick(fmu, FMU_OK, time + step);
+    return FMU_OK;
+}
+
+static enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
+{
+    struct fmu_snapshot *now = fmu->now;
+    const double sample_time = fmu_sample_time(fmu);
+    const struct fmu_outputs held = now->output;
+    const uint64_t warned = now->warned;
+    struct fmu_clock end;
+    char message[256];
+
+    if (!fmu_clock_step(&now->clock, sample_time, time, step, &end))
+        return fmu_say(fmu, FMU_ERROR, "%s: %s.", function,
+                       fmu_clock_refusal(&now->clock, sample_time, time, step, message, sizeof message));
+    copy_state(fmu->before, fmu->state, fmu->used);
+    const enum fmu_status status = run(fmu, function, end.next_tick);
+    now->last_status = (int)status;
+    if (status == FMU_DISCARD) {
+        now->output = held;
+        now->warned = warned;
+        return give_up(fmu, function, time, step);
+    }
+    note_step(fmu, end.next_tick);
     memcpy(now->last_step.slope, now->slope, sizeof now->slope);
     now->clock = end;
     return status;
+}
+
+enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+{
+    if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
+        return FMU_ERROR;
+    if (is_zero(fmu->now->slope) && fmu_clock_is_tick(&fmu->now->clock, fmu_sample_time(fmu), time, step))
+        return one_tick(fmu, function, time, step);
+    return any_step(fmu, function, time, step);
 }
 
 /* --- fmu_derivative.c --- */
@@ -4695,6 +4747,8 @@ static unsigned plant_tick(const void *constants, void *state, const void *param
     const double measured = chain_measure(constants, displacement, time);
     unsigned findings = 0;
 
+    if (!isfinite(measured))
+        return FMU_NOT_FINITE;
     output->real[OUT_DISPLACEMENT] = displacement;
     output->real[OUT_MEASURED] = measured;
     if (chain_outside(voltage, p->voltageMin, p->voltageMax))
@@ -4702,7 +4756,7 @@ static unsigned plant_tick(const void *constants, void *state, const void *param
     if (chain_outside(s->core.y, p->displacementMin, p->displacementMax))
         findings |= PLANT_DISPLACEMENT_RANGE;
     output->flag[OUT_OUT_OF_RANGE] = findings != 0;
-    return isfinite(measured) ? findings : findings | FMU_NOT_FINITE;
+    return findings;
 }
 
 static void plant_explain(unsigned finding, const void *state, const void *parameters,
@@ -4802,6 +4856,8 @@ static unsigned inverse_tick(const void *constants, void *state, const void *par
     unsigned findings = 0;
 
     (void)parameters;
+    if (!isfinite(voltage))
+        return FMU_NOT_FINITE;
     output->real[OUT_VOLTAGE] = voltage;
     output->flag[OUT_SATURATED] = limits != 0;
     if (limits & CHAIN_REFERENCE_RANGE)
@@ -4810,7 +4866,7 @@ static unsigned inverse_tick(const void *constants, void *state, const void *par
         findings |= INVERSE_AMPLIFIER_LIMIT;
     if (limits & CHAIN_VOLTAGE_RANGE)
         findings |= INVERSE_VOLTAGE_LIMIT;
-    return isfinite(voltage) ? findings : findings | FMU_NOT_FINITE;
+    return findings;
 }
 
 static void inverse_explain(unsigned finding, const void *state, const void *parameters,
