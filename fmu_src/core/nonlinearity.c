@@ -14,14 +14,42 @@ static bool nonlinearity_is_on(const struct chain_parameters *p)
     return c->quadratic != 0 || c->cubic != 0 || c->quartic != 0;
 }
 
-static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
+/* The curve, or its derivative, which is linear in the parameters. */
+static void nonlinearity_set(struct nonlinearity *curve, const struct chain_parameters *p)
 {
     const struct nonlinearity_parameters *c = &p->nonlinearity;
 
-    *(struct nonlinearity *)constants =
-        (struct nonlinearity){ .coefficient = *c,
-                               .centre = p->displacementZero + REAL(0.5) * (c->minimum + c->maximum),
-                               .half_range = REAL(0.5) * (c->maximum - c->minimum) };
+    curve->coefficient = *c;
+    curve->centre = p->displacementZero + REAL(0.5) * (c->minimum + c->maximum);
+    curve->half_range = REAL(0.5) * (c->maximum - c->minimum);
+}
+
+/* How many steps of Newton's method solve the curve from z = aim, whatever that is, to rounding: the error of the
+ * start is at most the bow's height by the slope, and each step leaves its square times half the second
+ * derivative by the slope. Bounds of all three hold somewhat beyond the ends, too. */
+static int nonlinearity_steps(const struct nonlinearity_parameters *c)
+{
+    const real q = real_fabs(c->quadratic), k = real_fabs(c->cubic), l = real_fabs(c->quartic);
+    const real slope = 1 - 3 * (q + k + l);
+    int steps = 0;
+
+    if (!(slope >= REAL(0.5)))
+        return 0;
+    for (real error = (q + k + l) / slope; error > REAL(0.25) * REAL_EPSILON; steps++)
+        error = (q + 4 * k + 8 * l) / slope * error * error;
+    return steps > 0 ? steps : 1;
+}
+
+static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
+{
+    struct nonlinearity *curve = constants;
+    struct nonlinearity_parameters *scaled = &curve->scaled;
+
+    nonlinearity_set(curve, p);
+    scaled->quadratic = curve->coefficient.quadratic / curve->half_range;
+    scaled->cubic = curve->coefficient.cubic / curve->half_range;
+    scaled->quartic = curve->coefficient.quartic / curve->half_range;
+    curve->steps = nonlinearity_steps(scaled);
 }
 
 /* Between the ends, z from -1 to 1. */
@@ -40,33 +68,40 @@ static real nonlinearity_step(const void *constants, void *state, real x,
     return x + nonlinearity_bow(&curve->coefficient, z);
 }
 
+static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real z)
+{
+    return -2 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
+           (1 - z * z) * (c->cubic + 2 * z * c->quartic);
+}
+
 /* On the curve between the ends, by x. */
 static real nonlinearity_slope(const struct nonlinearity *curve, real z)
 {
-    const struct nonlinearity_parameters *c = &curve->coefficient;
-    const real by_z = -2 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
-                      (1 - z * z) * (c->cubic + 2 * z * c->quartic);
+    return 1 + nonlinearity_bow_slope(&curve->coefficient, z) / curve->half_range;
+}
 
-    return 1 + by_z / curve->half_range;
+static real nonlinearity_excess(const struct nonlinearity *curve, real z, real aim)
+{
+    return z - aim + nonlinearity_bow(&curve->scaled, z);
+}
+
+/* Newton's step in z. */
+static real nonlinearity_newton(const struct nonlinearity *curve, real z, real excess)
+{
+    return -excess / (1 + nonlinearity_bow_slope(&curve->scaled, z));
 }
 
 /* Newton's method in z within a bracket that every step narrows, which is halved instead where Newton would
  * leave it or does not halve its own step. */
-static real nonlinearity_inverse(const void *constants, void *state, real y,
-                                 const struct chain_surroundings *around)
+static real nonlinearity_search(const struct nonlinearity *curve, real aim)
 {
-    const struct nonlinearity *curve = constants;
-    const real aim = (y - curve->centre) / curve->half_range;
     real low = -1, high = 1, z = aim, step = 2;
 
-    (void)state, (void)around;
-    if (!(aim > -1 && aim < 1))
-        return y;
     for (int i = 0; i < MOST_STEPS; i++) {
-        const real excess = z - aim + nonlinearity_bow(&curve->coefficient, z) / curve->half_range;
+        const real excess = nonlinearity_excess(curve, z, aim);
         if (real_fabs(excess) <= REAL_EPSILON)
             break;
-        const real newton = -excess / nonlinearity_slope(curve, z);
+        const real newton = nonlinearity_newton(curve, z, excess);
         if (excess > 0)
             high = z;
         else
@@ -78,6 +113,24 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
             break;
         z += step;
     }
+    return z;
+}
+
+/* A curve that bends little takes a number of steps that is known before: nothing has to be decided. */
+static real nonlinearity_inverse(const void *constants, void *state, real y,
+                                 const struct chain_surroundings *around)
+{
+    const struct nonlinearity *curve = constants;
+    const real aim = (y - curve->centre) / curve->half_range;
+    real z = aim;
+
+    (void)state, (void)around;
+    if (!(aim > -1 && aim < 1))
+        return y;
+    if (curve->steps == 0)
+        z = nonlinearity_search(curve, aim);
+    for (int i = 0; i < curve->steps; i++)
+        z += nonlinearity_newton(curve, z, nonlinearity_excess(curve, z, aim));
     return curve->centre + curve->half_range * z;
 }
 
@@ -91,7 +144,7 @@ static void nonlinearity_prepare_tangent(void *d_constants, const void *constant
                                          const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)constants, (void)p;
-    nonlinearity_prepare(d_constants, d);
+    nonlinearity_set(d_constants, d);
 }
 
 static real nonlinearity_place(const struct nonlinearity *curve, real x)

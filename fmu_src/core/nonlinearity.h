@@ -20,6 +20,9 @@ struct nonlinearity {
     struct nonlinearity_parameters coefficient;
     real centre;
     real half_range;
+    /* of the inverse, without derivatives */
+    struct nonlinearity_parameters scaled; /* in half ranges */
+    int steps; /* of Newton's method that are enough anywhere; 0 where the curve bends too much */
 };
 
 HIDDEN_BEGIN
