@@ -24,7 +24,7 @@
 
 #define SAMPLES 256
 
-/* An FMU, and what it is given: from `low` on, so many steps of `rise`. */
+/* An FMU, and what it is given: a sine from `low` to `high`. */
 struct subject {
     const char *name;
     fmi2Component component;
@@ -35,12 +35,12 @@ struct subject {
     fmi2FMUstate beginning;
     fmi2ValueReference input, output;
     bool has_input;
-    double step_size, low, rise;
+    double step_size, low, high;
 };
 
 /* Voltage and displacement; reference and voltage. */
-#define PLANT_PORTS .input = 0, .output = 4, .has_input = true, .low = 30.0, .rise = 1.0
-#define INVERSE_PORTS .input = 1, .output = 6, .has_input = true, .low = 6e-6, .rise = 5e-8
+#define PLANT_PORTS .input = 0, .output = 4, .has_input = true, .low = 30.0, .high = 70.0
+#define INVERSE_PORTS .input = 1, .output = 6, .has_input = true, .low = 5e-6, .high = 9e-6
 
 enum { MAX_PEERS = 4 };
 static struct subject plant = { .name = "IT2Plant", PLANT_PORTS };
@@ -48,6 +48,7 @@ static struct subject inverse = { .name = "IT2Inverse", INVERSE_PORTS };
 static struct subject layer = { .name = "layer alone", PLANT_PORTS };
 static struct subject peers[MAX_PEERS];
 static int peer_count;
+static double wave[SAMPLES]; /* from 0 to 1 and back */
 static volatile double sink; /* keeps results alive */
 
 /* --- ticks --------------------------------------------------------------------------------------- */
@@ -70,7 +71,7 @@ static void run(struct subject *s, long ticks, long per_step)
         const int n = (int)(k % TICKS_PER_RUN);
         if (n == 0)
             s->set_state(s->component, s->beginning);
-        value = s->low + s->rise * (double)(k & 31);
+        value = s->low + (s->high - s->low) * wave[n % SAMPLES];
         if (s->has_input)
             s->set(s->component, &s->input, 1, &value);
         refused += s->step(s->component, n * s->step_size, step_size, fmi2True) > fmi2Warning;
@@ -116,8 +117,8 @@ static void choose_rules(int count)
                 (struct it2_range){ FMU_START.displacementMin, FMU_START.displacementMax });
     it2_tabulate(&core, &table);
     for (int k = 0; k < SAMPLES; k++) {
-        voltage[k] = 60.0 + 40.0 * sin(6.283185307179586 * k / SAMPLES);
-        displacement[k] = 8e-6 + 6e-6 * sin(6.283185307179586 * k / SAMPLES);
+        voltage[k] = 20.0 + 80.0 * wave[k];
+        displacement[k] = 2e-6 + 12e-6 * wave[k];
     }
 }
 
@@ -279,7 +280,7 @@ static struct chain_parameters all_effects(void)
 {
     struct chain_parameters p = FMU_START;
 
-    p.initialDisplacement = 7e-6;
+    p.initialDisplacement = 5e-6;
     p.lag.timeConstant = 3e-4;
     p.playCount = 2;
     p.play[0] = (struct play_element){ 2.0, 0.1 };
@@ -369,6 +370,8 @@ static void nanoseconds(struct subject *s, const char *name, double target)
 
 int main(int count, char **argument)
 {
+    for (int k = 0; k < SAMPLES; k++)
+        wave[k] = 0.5 - 0.5 * cos(6.283185307179586 * k / SAMPLES);
     if (count < 4 || (count - 4) % 3 != 0 || count > 4 + 3 * MAX_PEERS)
         return 2;
     open_own(&plant, argument[1], FMU_TABLE_HASH_PLANT);

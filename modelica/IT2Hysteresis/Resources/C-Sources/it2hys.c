@@ -48,7 +48,6 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
 {
     const struct chain_place *place = &CHAIN_PLACES[i];
     void *constants = (char *)chain + place->constants;
-    const size_t end = place->state + place->state_size;
 
     chain->active[chain->all++] = place;
     chain->before += place->side == CHAIN_BEFORE;
@@ -60,6 +59,7 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
     place->stage->prepare(constants, p);
     if (place->stage->latency)
         chain->latency += place->stage->latency(constants);
+    const size_t end = place->state + (place->stage->used ? place->stage->used(constants) : place->state_size);
     if (end > chain->walked)
         chain->walked = end;
     if (end > chain->retraced && place->stage->inverse)
@@ -993,6 +993,7 @@ static real delay_rest(const void *constants, void *state, real u, const struct 
     struct delay_state *s = state;
 
     (void)constants, (void)p;
+    s->newest = 0;
     for (int i = 0; i < DELAY_MAX_TICKS; i++)
         s->u[i] = u;
     return u;
@@ -1004,18 +1005,38 @@ static int delay_needed(const struct delay *delay)
     return delay->ticks < DELAY_MAX_TICKS ? delay->ticks + 1 : DELAY_MAX_TICKS;
 }
 
+static size_t delay_used(const void *constants)
+{
+    return offsetof(struct delay_state, u) + (size_t)delay_needed(constants) * sizeof(real);
+}
+
+/* Where u_{k-1} is. A state that was not made here may say anything. */
+static int delay_newest(const struct delay *delay, const struct delay_state *s)
+{
+    return s->newest >= 0 && s->newest < delay_needed(delay) ? (int)s->newest : 0;
+}
+
+/* Where, from there, the voltage of so many ticks before is. */
+static int delay_before(const struct delay *delay, int newest, int ticks)
+{
+    const int place = newest + ticks, needed = delay_needed(delay);
+
+    return place < needed ? place : place - needed;
+}
+
 static real delay_step(const void *constants, void *state, real u, const struct chain_surroundings *around)
 {
     const struct delay *delay = constants;
     struct delay_state *s = state;
-    real y = delay->ticks > 0 ? s->u[delay->ticks - 1] : u;
+    const int newest = delay_newest(delay, s);
+    const int oldest = delay_before(delay, newest, delay_needed(delay) - 1);
+    real y = delay->ticks > 0 ? s->u[delay_before(delay, newest, delay->ticks - 1)] : u;
 
     (void)around;
     if (delay->fraction > 0)
-        y += delay->fraction * (s->u[delay->ticks] - y);
-    for (int i = delay_needed(delay) - 1; i > 0; i--)
-        s->u[i] = s->u[i - 1];
-    s->u[0] = u;
+        y += delay->fraction * (s->u[oldest] - y); /* of a whole tick more */
+    s->u[oldest] = u;
+    s->newest = (real)oldest;
     return y;
 }
 
@@ -1041,18 +1062,20 @@ static void delay_tangent(const void *constants, const void *state, real x,
                           real *restrict row)
 {
     const struct delay *delay = constants;
-    const size_t size = (size_t)count;
+    const int newest = delay_newest(delay, state);
+    const int oldest = delay_before(delay, newest, delay_needed(delay) - 1);
+    /* the first row is that of `newest`, which nothing changes */
+    real *const d_u = d_state + count;
+    real *const d_oldest = d_u + (size_t)oldest * (size_t)count;
+    const real *const d_here =
+        delay->ticks > 0 ? d_u + (size_t)delay_before(delay, newest, delay->ticks - 1) * (size_t)count : row;
 
-    (void)state, (void)x, (void)d_around;
+    (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
-        real d_y = delay->ticks > 0 ? d_state[(size_t)(delay->ticks - 1) * size + (size_t)c] : row[c];
-        const real newest = row[c];
-        if (delay->fraction > 0)
-            d_y += delay->fraction * (d_state[(size_t)delay->ticks * size + (size_t)c] - d_y);
-        for (int i = delay_needed(delay) - 1; i > 0; i--)
-            d_state[(size_t)i * size + (size_t)c] = d_state[(size_t)(i - 1) * size + (size_t)c];
-        d_state[c] = newest;
-        row[c] = d_y;
+        const real d_x = row[c], d_y = d_here[c];
+        d_state[c] = 0;
+        row[c] = delay->fraction > 0 ? d_y + delay->fraction * (d_oldest[c] - d_y) : d_y;
+        d_oldest[c] = d_x;
     }
 }
 
@@ -1062,10 +1085,10 @@ static real delay_by_parameters(const void *constants, const void *d_constants, 
 {
     const struct delay *delay = constants, *d = d_constants;
     const struct delay_state *s = state;
-    const int ticks = delay->ticks;
-    const real here = ticks > 0 ? s->u[ticks - 1] : x;
-    const real older = ticks < DELAY_MAX_TICKS ? s->u[ticks] : here;
-    const real newer = ticks > 1 ? s->u[ticks - 2] : x;
+    const int ticks = delay->ticks, newest = delay_newest(delay, s);
+    const real here = ticks > 0 ? s->u[delay_before(delay, newest, ticks - 1)] : x;
+    const real older = ticks < DELAY_MAX_TICKS ? s->u[delay_before(delay, newest, ticks)] : here;
+    const real newer = ticks > 1 ? s->u[delay_before(delay, newest, ticks - 2)] : x;
 
     (void)around, (void)d_state, (void)stride;
     if (delay->fraction > 0)
@@ -1078,6 +1101,7 @@ const struct stage delay_stage = {
     .prepare = delay_prepare,
     .rest = delay_rest,
     .step = delay_step,
+    .used = delay_used,
     .latency = delay_latency,
 };
 
@@ -2370,14 +2394,42 @@ static bool nonlinearity_is_on(const struct chain_parameters *p)
     return c->quadratic != 0 || c->cubic != 0 || c->quartic != 0;
 }
 
-static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
+/* The curve, or its derivative, which is linear in the parameters. */
+static void nonlinearity_set(struct nonlinearity *curve, const struct chain_parameters *p)
 {
     const struct nonlinearity_parameters *c = &p->nonlinearity;
 
-    *(struct nonlinearity *)constants =
-        (struct nonlinearity){ .coefficient = *c,
-                               .centre = p->displacementZero + REAL(0.5) * (c->minimum + c->maximum),
-                               .half_range = REAL(0.5) * (c->maximum - c->minimum) };
+    curve->coefficient = *c;
+    curve->centre = p->displacementZero + REAL(0.5) * (c->minimum + c->maximum);
+    curve->half_range = REAL(0.5) * (c->maximum - c->minimum);
+}
+
+/* How many steps of Newton's method solve the curve from z = aim, whatever that is, to rounding: the error of the
+ * start is at most the bow's height by the slope, and each step leaves its square times half the second
+ * derivative by the slope. Bounds of all three hold somewhat beyond the ends, too. */
+static int nonlinearity_steps(const struct nonlinearity_parameters *c)
+{
+    const real q = real_fabs(c->quadratic), k = real_fabs(c->cubic), l = real_fabs(c->quartic);
+    const real slope = 1 - 3 * (q + k + l);
+    int steps = 0;
+
+    if (!(slope >= REAL(0.5)))
+        return 0;
+    for (real error = (q + k + l) / slope; error > REAL(0.25) * REAL_EPSILON; steps++)
+        error = (q + 4 * k + 8 * l) / slope * error * error;
+    return steps > 0 ? steps : 1;
+}
+
+static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
+{
+    struct nonlinearity *curve = constants;
+    struct nonlinearity_parameters *scaled = &curve->scaled;
+
+    nonlinearity_set(curve, p);
+    scaled->quadratic = curve->coefficient.quadratic / curve->half_range;
+    scaled->cubic = curve->coefficient.cubic / curve->half_range;
+    scaled->quartic = curve->coefficient.quartic / curve->half_range;
+    curve->steps = nonlinearity_steps(scaled);
 }
 
 /* Between the ends, z from -1 to 1. */
@@ -2396,33 +2448,40 @@ static real nonlinearity_step(const void *constants, void *state, real x,
     return x + nonlinearity_bow(&curve->coefficient, z);
 }
 
+static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real z)
+{
+    return -2 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
+           (1 - z * z) * (c->cubic + 2 * z * c->quartic);
+}
+
 /* On the curve between the ends, by x. */
 static real nonlinearity_slope(const struct nonlinearity *curve, real z)
 {
-    const struct nonlinearity_parameters *c = &curve->coefficient;
-    const real by_z = -2 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
-                      (1 - z * z) * (c->cubic + 2 * z * c->quartic);
+    return 1 + nonlinearity_bow_slope(&curve->coefficient, z) / curve->half_range;
+}
 
-    return 1 + by_z / curve->half_range;
+static real nonlinearity_excess(const struct nonlinearity *curve, real z, real aim)
+{
+    return z - aim + nonlinearity_bow(&curve->scaled, z);
+}
+
+/* Newton's step in z. */
+static real nonlinearity_newton(const struct nonlinearity *curve, real z, real excess)
+{
+    return -excess / (1 + nonlinearity_bow_slope(&curve->scaled, z));
 }
 
 /* Newton's method in z within a bracket that every step narrows, which is halved instead where Newton would
  * leave it or does not halve its own step. */
-static real nonlinearity_inverse(const void *constants, void *state, real y,
-                                 const struct chain_surroundings *around)
+static real nonlinearity_search(const struct nonlinearity *curve, real aim)
 {
-    const struct nonlinearity *curve = constants;
-    const real aim = (y - curve->centre) / curve->half_range;
     real low = -1, high = 1, z = aim, step = 2;
 
-    (void)state, (void)around;
-    if (!(aim > -1 && aim < 1))
-        return y;
     for (int i = 0; i < MOST_STEPS; i++) {
-        const real excess = z - aim + nonlinearity_bow(&curve->coefficient, z) / curve->half_range;
+        const real excess = nonlinearity_excess(curve, z, aim);
         if (real_fabs(excess) <= REAL_EPSILON)
             break;
-        const real newton = -excess / nonlinearity_slope(curve, z);
+        const real newton = nonlinearity_newton(curve, z, excess);
         if (excess > 0)
             high = z;
         else
@@ -2434,6 +2493,24 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
             break;
         z += step;
     }
+    return z;
+}
+
+/* A curve that bends little takes a number of steps that is known before: nothing has to be decided. */
+static real nonlinearity_inverse(const void *constants, void *state, real y,
+                                 const struct chain_surroundings *around)
+{
+    const struct nonlinearity *curve = constants;
+    const real aim = (y - curve->centre) / curve->half_range;
+    real z = aim;
+
+    (void)state, (void)around;
+    if (!(aim > -1 && aim < 1))
+        return y;
+    if (curve->steps == 0)
+        z = nonlinearity_search(curve, aim);
+    for (int i = 0; i < curve->steps; i++)
+        z += nonlinearity_newton(curve, z, nonlinearity_excess(curve, z, aim));
     return curve->centre + curve->half_range * z;
 }
 
@@ -2447,7 +2524,7 @@ static void nonlinearity_prepare_tangent(void *d_constants, const void *constant
                                          const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)constants, (void)p;
-    nonlinearity_prepare(d_constants, d);
+    nonlinearity_set(d_constants, d);
 }
 
 static real nonlinearity_place(const struct nonlinearity *curve, real x)

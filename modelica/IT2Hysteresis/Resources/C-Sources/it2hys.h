@@ -421,6 +421,9 @@ struct stage {
      * left, a long one stays. NULL: the stage has no part in the inverse. */
     real (*inverse)(const void *constants, void *state, real y, const struct chain_surroundings *);
 
+    /* How many bytes of the state are in use, from its beginning. NULL: all. */
+    size_t (*used)(const void *constants);
+
     /* How much later its output comes, in s, where the inverse does not make up for that; NULL: at once. */
     real (*latency)(const void *constants);
 };
@@ -522,8 +525,10 @@ struct delay {
     real time;
 };
 
+/* A ring of as many voltages as the delay needs: u_{k-1} is at number `newest`, u_{k-2} at the next, ... */
 struct delay_state {
-    real u[DELAY_MAX_TICKS]; /* u_{k-1}, u_{k-2}, ... */
+    real newest;
+    real u[DELAY_MAX_TICKS];
 };
 
 HIDDEN_BEGIN
@@ -638,6 +643,9 @@ struct nonlinearity {
     struct nonlinearity_parameters coefficient;
     real centre;
     real half_range;
+    /* of the inverse, without derivatives */
+    struct nonlinearity_parameters scaled; /* in half ranges */
+    int steps; /* of Newton's method that are enough anywhere; 0 where the curve bends too much */
 };
 
 HIDDEN_BEGIN
