@@ -6,34 +6,34 @@
 #include "it2_membership.h"
 
 /* The first try is a width of at most this share of the smallest deviation. */
-#define WIDTHS_PER_DEVIATION 8
+#define TABLE_WIDTHS_PER_DEVIATION 8
 
 /* What an interpolation may be off by, in units of what it is added to: less than half a rounding error. */
-#define TOLERANCE (REAL_EPSILON / 4)
+#define TABLE_TOLERANCE (REAL_EPSILON / 4)
 
 /* Terms as small as this are rounding errors of those that they were made of. */
-#define NOISE (2 * REAL_EPSILON)
+#define TABLE_NOISE (2 * REAL_EPSILON)
 
 /* Of widths from 0: beyond it, numbers of rows do not stand in the low bits. */
-#define LARGEST_NUMBER 1e9
+#define TABLE_FARTHEST 1e9
 
-enum { HALF = IT2_TABLE_TERMS / 2 };
+enum { TABLE_HALF = IT2_TABLE_TERMS / 2 };
 
 #if !defined IT2HYS_SINGLE
 
 /* Chebyshev nodes to the right of the middle, in widths, outermost first: cos((2 k + 1) pi / 16) / 2. */
-static const real NODE[HALF] = { 0.4903926402016152, 0.4157348061512726, 0.2777851165098011,
-                                 0.09754516100806414 };
+static const real NODE[TABLE_HALF] = { 0.4903926402016152, 0.4157348061512726, 0.2777851165098011,
+                                       0.09754516100806414 };
 
 /* What is interpolated there is, in powers of the distance from the middle in widths, of even degree by sums
  * of what it is at a node and at the one opposite, and of odd degree by differences. */
-static const real EVEN[HALF][HALF] = {
+static const real EVEN[TABLE_HALF][TABLE_HALF] = {
     { -0.02486404592245725, 0.08352232973991236, -0.18707572033318612, 0.628417436515731 },
     { 3.079206598101809, -10.207610470980601, 21.521318969965364, -14.39291509708657 },
     { -50.847802016127716, 154.75745324419754, -200.01228724013657, 96.10263601206675 },
     { 195.93391737092597, -473.0263206457788, 473.0263206457788, -195.93391737092597 },
 };
-static const real ODD[HALF][HALF] = {
+static const real ODD[TABLE_HALF][TABLE_HALF] = {
     { -0.05070232275964601, 0.20090290373599667, -0.6734548009039408, 6.442323022705137 },
     { 6.279063643442639, -24.553177458195258, 77.4747014540141, -147.55129776142044 },
     { -103.68793869994184, 372.2504128939501, -720.0252114050161, 985.2117216160203 },
@@ -47,7 +47,7 @@ static real chebyshev(real coefficient, int degree)
     return real_fabs(coefficient) / (real)(1 << (2 * degree - 1));
 }
 
-static real dot(const real a[HALF], const real b[HALF])
+static real dot(const real a[TABLE_HALF], const real b[TABLE_HALF])
 {
     return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]);
 }
@@ -70,16 +70,17 @@ static void evaluate(const struct it2 *stage, real y, real value[2])
 
 /* The terms for A or B, in widths, from what it is at nodes to the right and to the left; returns whether they
  * have converged for what is of the size `size`. */
-static bool interpolate(const real right[HALF], const real left[HALF], real size, real term[IT2_TABLE_TERMS])
+static bool interpolate(const real right[TABLE_HALF], const real left[TABLE_HALF], real size,
+                        real term[IT2_TABLE_TERMS])
 {
-    const real near = right[HALF - 1]; /* only differences to it are small */
-    real sum[HALF], difference[HALF];
+    const real near = right[TABLE_HALF - 1]; /* only differences to it are small */
+    real sum[TABLE_HALF], difference[TABLE_HALF];
 
-    for (int k = 0; k < HALF; k++) {
+    for (int k = 0; k < TABLE_HALF; k++) {
         sum[k] = (right[k] - near) + (left[k] - near);
         difference[k] = right[k] - left[k];
     }
-    for (int j = 0; j < HALF; j++) {
+    for (int j = 0; j < TABLE_HALF; j++) {
         term[2 * j] = dot(EVEN[j], sum);
         term[2 * j + 1] = dot(ODD[j], difference);
     }
@@ -87,7 +88,7 @@ static bool interpolate(const real right[HALF], const real left[HALF], real size
     const real before = chebyshev(term[4], 4) + chebyshev(term[5], 5);
     const real last = chebyshev(term[6], 6) + chebyshev(term[7], 7);
     term[0] += near;
-    return last <= NOISE * size || last * last <= TOLERANCE * size * before;
+    return last <= TABLE_NOISE * size || last * last <= TABLE_TOLERANCE * size * before;
 }
 
 /* One row, around `middle`; returns whether it holds A and B to rounding. */
@@ -95,10 +96,10 @@ static bool make_row(const struct it2 *stage, real middle, real width, const rea
                      real row[IT2_TABLE_TERMS][2])
 {
     const real per_width = 1 / width;
-    real right[2][HALF], left[2][HALF], value[2], term[IT2_TABLE_TERMS];
+    real right[2][TABLE_HALF], left[2][TABLE_HALF], value[2], term[IT2_TABLE_TERMS];
     bool converged = true;
 
-    for (int k = 0; k < HALF; k++) {
+    for (int k = 0; k < TABLE_HALF; k++) {
         evaluate(stage, middle + width * NODE[k], value);
         right[0][k] = value[0], right[1][k] = value[1];
         evaluate(stage, middle - width * NODE[k], value);
@@ -148,7 +149,7 @@ static bool has_room(struct it2_range range, real width)
 {
     const real farthest = real_fmax(real_fabs(range.minimum), real_fabs(range.maximum));
 
-    return range.maximum - range.minimum <= (IT2_TABLE_ROWS - 2) * width && farthest <= LARGEST_NUMBER * width;
+    return range.maximum - range.minimum <= (IT2_TABLE_ROWS - 2) * width && farthest <= TABLE_FARTHEST * width;
 }
 
 /* Finer and finer, as long as there is room. */
@@ -162,7 +163,8 @@ static void fill(struct it2_table *table, const struct it2 *stage)
         deviation = real_fmin(deviation, stage->rule[l].sigmaLower);
     if (!(deviation > 0 && isfinite(deviation)))
         return;
-    for (real width = power_of_two(deviation / WIDTHS_PER_DEVIATION); has_room(table->range, width); width /= 2)
+    for (real width = power_of_two(deviation / TABLE_WIDTHS_PER_DEVIATION); has_room(table->range, width);
+         width /= 2)
         if (make_rows(table, stage, width))
             return;
 }

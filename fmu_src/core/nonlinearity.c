@@ -24,20 +24,43 @@ static void nonlinearity_set(struct nonlinearity *curve, const struct chain_para
     curve->half_range = REAL(0.5) * (c->maximum - c->minimum);
 }
 
-/* How many steps of Newton's method solve the curve from z = aim, whatever that is, to rounding: the error of the
- * start is at most the bow's height by the slope, and each step leaves its square times half the second
- * derivative by the slope. Bounds of all three hold somewhat beyond the ends, too. */
+/* Between the ends, z from -1 to 1. */
+static real nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
+{
+    return (1 - z * z) * (c->quadratic + z * (c->cubic + z * c->quartic));
+}
+
+static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real z)
+{
+    return -2 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
+           (1 - z * z) * (c->cubic + 2 * z * c->quartic);
+}
+
+/* Where z + bow(z) = aim, to the first order in the bow. With d from aim to there, d = -bow, so that
+ * |d| <= height / (1 - tilt), where height and tilt are the largest |bow| and |dbow/dz|; it is off by at most
+ * tilt^2 |d| + bend d^2, with half the largest second derivative. */
+static real nonlinearity_guess(const struct nonlinearity_parameters *c, real aim)
+{
+    return aim - nonlinearity_bow(c, aim) * (1 - nonlinearity_bow_slope(c, aim));
+}
+
+/* How many steps of Newton's method solve a curve from that guess, whatever the aim is, to rounding: each leaves the
+ * square of what it finds, times bend by slope. The bounds hold somewhat beyond the ends, too. */
 static int nonlinearity_steps(const struct nonlinearity_parameters *c)
 {
     const real q = real_fabs(c->quadratic), k = real_fabs(c->cubic), l = real_fabs(c->quartic);
-    const real slope = 1 - 3 * (q + k + l);
-    int steps = 0;
+    const real tilt = 3 * q + 5 * k + 7 * l, bend = q + 4 * k + 10 * l;
+    int steps = 1;
 
-    if (!(slope >= REAL(0.5)))
+    if (!(tilt <= REAL(0.5)))
         return 0;
-    for (real error = (q + k + l) / slope; error > REAL(0.25) * REAL_EPSILON; steps++)
-        error = (q + 4 * k + 8 * l) / slope * error * error;
-    return steps > 0 ? steps : 1;
+    const real d = (q + k + l) / (1 - tilt);
+    real error = (tilt * tilt + bend * d) * d;
+    for (;; steps++) {
+        error *= bend / (1 - tilt) * error;
+        if (error <= REAL(0.25) * REAL_EPSILON)
+            return steps;
+    }
 }
 
 static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
@@ -46,32 +69,21 @@ static void nonlinearity_prepare(void *constants, const struct chain_parameters 
     struct nonlinearity_parameters *scaled = &curve->scaled;
 
     nonlinearity_set(curve, p);
+    curve->per_half_range = 1 / curve->half_range;
     scaled->quadratic = curve->coefficient.quadratic / curve->half_range;
     scaled->cubic = curve->coefficient.cubic / curve->half_range;
     scaled->quartic = curve->coefficient.quartic / curve->half_range;
     curve->steps = nonlinearity_steps(scaled);
 }
 
-/* Between the ends, z from -1 to 1. */
-static real nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
-{
-    return (1 - z * z) * (c->quadratic + z * (c->cubic + z * c->quartic));
-}
-
 static real nonlinearity_step(const void *constants, void *state, real x,
                               const struct chain_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
-    const real z = clamp((x - curve->centre) / curve->half_range, -1, 1);
+    const real z = clamp((x - curve->centre) * curve->per_half_range, -1, 1);
 
     (void)state, (void)around;
     return x + nonlinearity_bow(&curve->coefficient, z);
-}
-
-static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real z)
-{
-    return -2 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
-           (1 - z * z) * (c->cubic + 2 * z * c->quartic);
 }
 
 /* On the curve between the ends, by x. */
@@ -121,14 +133,14 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
                                  const struct chain_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
-    const real aim = (y - curve->centre) / curve->half_range;
-    real z = aim;
+    const real aim = (y - curve->centre) * curve->per_half_range;
+    real z = nonlinearity_guess(&curve->scaled, aim);
 
     (void)state, (void)around;
     if (!(aim > -1 && aim < 1))
         return y;
     if (curve->steps == 0)
-        z = nonlinearity_search(curve, aim);
+        return curve->centre + curve->half_range * nonlinearity_search(curve, aim);
     for (int i = 0; i < curve->steps; i++)
         z += nonlinearity_newton(curve, z, nonlinearity_excess(curve, z, aim));
     return curve->centre + curve->half_range * z;

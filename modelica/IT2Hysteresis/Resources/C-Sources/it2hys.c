@@ -790,6 +790,14 @@ static void creep_prepare(void *constants, const struct chain_parameters *p)
         creep->rate[i] = -real_expm1(-p->sampleTime / p->creep[i].timeConstant);
         creep->slope += creep->gain[i] * creep->rate[i];
     }
+    creep->per_slope = 1 / creep->slope;
+}
+
+static size_t creep_used(const void *constants)
+{
+    const struct creep *creep = constants;
+
+    return (size_t)creep->count * sizeof(real);
 }
 
 static real sum_of_gains(const struct creep *creep)
@@ -835,7 +843,7 @@ static real creep_solve(const struct creep *creep, const struct creep_state *s, 
 {
     for (int i = 0; i < creep->count; i++)
         y -= creep->gain[i] * (s->s[i] - creep->rate[i] * s->s[i]);
-    return y / creep->slope;
+    return y * creep->per_slope;
 }
 
 static real creep_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
@@ -935,6 +943,7 @@ const struct stage creep_stage = {
     .prepare = creep_prepare,
     .rest = creep_rest,
     .step = creep_step,
+    .used = creep_used,
     .inverse = creep_inverse,
 };
 
@@ -1972,34 +1981,34 @@ real it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, rea
 /* Makes the table of it2_table.h. */
 
 /* The first try is a width of at most this share of the smallest deviation. */
-#define WIDTHS_PER_DEVIATION 8
+#define TABLE_WIDTHS_PER_DEVIATION 8
 
 /* What an interpolation may be off by, in units of what it is added to: less than half a rounding error. */
-#define TOLERANCE (REAL_EPSILON / 4)
+#define TABLE_TOLERANCE (REAL_EPSILON / 4)
 
 /* Terms as small as this are rounding errors of those that they were made of. */
-#define NOISE (2 * REAL_EPSILON)
+#define TABLE_NOISE (2 * REAL_EPSILON)
 
 /* Of widths from 0: beyond it, numbers of rows do not stand in the low bits. */
-#define LARGEST_NUMBER 1e9
+#define TABLE_FARTHEST 1e9
 
-enum { HALF = IT2_TABLE_TERMS / 2 };
+enum { TABLE_HALF = IT2_TABLE_TERMS / 2 };
 
 #if !defined IT2HYS_SINGLE
 
 /* Chebyshev nodes to the right of the middle, in widths, outermost first: cos((2 k + 1) pi / 16) / 2. */
-static const real NODE[HALF] = { 0.4903926402016152, 0.4157348061512726, 0.2777851165098011,
-                                 0.09754516100806414 };
+static const real NODE[TABLE_HALF] = { 0.4903926402016152, 0.4157348061512726, 0.2777851165098011,
+                                       0.09754516100806414 };
 
 /* What is interpolated there is, in powers of the distance from the middle in widths, of even degree by sums
  * of what it is at a node and at the one opposite, and of odd degree by differences. */
-static const real EVEN[HALF][HALF] = {
+static const real EVEN[TABLE_HALF][TABLE_HALF] = {
     { -0.02486404592245725, 0.08352232973991236, -0.18707572033318612, 0.628417436515731 },
     { 3.079206598101809, -10.207610470980601, 21.521318969965364, -14.39291509708657 },
     { -50.847802016127716, 154.75745324419754, -200.01228724013657, 96.10263601206675 },
     { 195.93391737092597, -473.0263206457788, 473.0263206457788, -195.93391737092597 },
 };
-static const real ODD[HALF][HALF] = {
+static const real ODD[TABLE_HALF][TABLE_HALF] = {
     { -0.05070232275964601, 0.20090290373599667, -0.6734548009039408, 6.442323022705137 },
     { 6.279063643442639, -24.553177458195258, 77.4747014540141, -147.55129776142044 },
     { -103.68793869994184, 372.2504128939501, -720.0252114050161, 985.2117216160203 },
@@ -2013,7 +2022,7 @@ static real chebyshev(real coefficient, int degree)
     return real_fabs(coefficient) / (real)(1 << (2 * degree - 1));
 }
 
-static real dot(const real a[HALF], const real b[HALF])
+static real dot(const real a[TABLE_HALF], const real b[TABLE_HALF])
 {
     return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]);
 }
@@ -2036,16 +2045,17 @@ static void evaluate(const struct it2 *stage, real y, real value[2])
 
 /* The terms for A or B, in widths, from what it is at nodes to the right and to the left; returns whether they
  * have converged for what is of the size `size`. */
-static bool interpolate(const real right[HALF], const real left[HALF], real size, real term[IT2_TABLE_TERMS])
+static bool interpolate(const real right[TABLE_HALF], const real left[TABLE_HALF], real size,
+                        real term[IT2_TABLE_TERMS])
 {
-    const real near = right[HALF - 1]; /* only differences to it are small */
-    real sum[HALF], difference[HALF];
+    const real near = right[TABLE_HALF - 1]; /* only differences to it are small */
+    real sum[TABLE_HALF], difference[TABLE_HALF];
 
-    for (int k = 0; k < HALF; k++) {
+    for (int k = 0; k < TABLE_HALF; k++) {
         sum[k] = (right[k] - near) + (left[k] - near);
         difference[k] = right[k] - left[k];
     }
-    for (int j = 0; j < HALF; j++) {
+    for (int j = 0; j < TABLE_HALF; j++) {
         term[2 * j] = dot(EVEN[j], sum);
         term[2 * j + 1] = dot(ODD[j], difference);
     }
@@ -2053,7 +2063,7 @@ static bool interpolate(const real right[HALF], const real left[HALF], real size
     const real before = chebyshev(term[4], 4) + chebyshev(term[5], 5);
     const real last = chebyshev(term[6], 6) + chebyshev(term[7], 7);
     term[0] += near;
-    return last <= NOISE * size || last * last <= TOLERANCE * size * before;
+    return last <= TABLE_NOISE * size || last * last <= TABLE_TOLERANCE * size * before;
 }
 
 /* One row, around `middle`; returns whether it holds A and B to rounding. */
@@ -2061,10 +2071,10 @@ static bool make_row(const struct it2 *stage, real middle, real width, const rea
                      real row[IT2_TABLE_TERMS][2])
 {
     const real per_width = 1 / width;
-    real right[2][HALF], left[2][HALF], value[2], term[IT2_TABLE_TERMS];
+    real right[2][TABLE_HALF], left[2][TABLE_HALF], value[2], term[IT2_TABLE_TERMS];
     bool converged = true;
 
-    for (int k = 0; k < HALF; k++) {
+    for (int k = 0; k < TABLE_HALF; k++) {
         evaluate(stage, middle + width * NODE[k], value);
         right[0][k] = value[0], right[1][k] = value[1];
         evaluate(stage, middle - width * NODE[k], value);
@@ -2114,7 +2124,7 @@ static bool has_room(struct it2_range range, real width)
 {
     const real farthest = real_fmax(real_fabs(range.minimum), real_fabs(range.maximum));
 
-    return range.maximum - range.minimum <= (IT2_TABLE_ROWS - 2) * width && farthest <= LARGEST_NUMBER * width;
+    return range.maximum - range.minimum <= (IT2_TABLE_ROWS - 2) * width && farthest <= TABLE_FARTHEST * width;
 }
 
 /* Finer and finer, as long as there is room. */
@@ -2128,7 +2138,8 @@ static void fill(struct it2_table *table, const struct it2 *stage)
         deviation = real_fmin(deviation, stage->rule[l].sigmaLower);
     if (!(deviation > 0 && isfinite(deviation)))
         return;
-    for (real width = power_of_two(deviation / WIDTHS_PER_DEVIATION); has_room(table->range, width); width /= 2)
+    for (real width = power_of_two(deviation / TABLE_WIDTHS_PER_DEVIATION); has_room(table->range, width);
+         width /= 2)
         if (make_rows(table, stage, width))
             return;
 }
@@ -2193,6 +2204,7 @@ static void lag_prepare(void *constants, const struct chain_parameters *p)
     struct lag *lag = constants;
 
     lag->gain = -real_expm1(-p->sampleTime / p->lag.timeConstant);
+    lag->per_gain = 1 / lag->gain;
 }
 
 static real lag_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
@@ -2217,7 +2229,7 @@ static real lag_inverse(const void *constants, void *state, real y, const struct
 {
     const struct lag *lag = constants;
     struct lag_state *s = state;
-    const real x = s->y + (y - s->y) / lag->gain;
+    const real x = s->y + (y - s->y) * lag->per_gain;
 
     (void)around;
     s->y = y;
@@ -2404,20 +2416,43 @@ static void nonlinearity_set(struct nonlinearity *curve, const struct chain_para
     curve->half_range = REAL(0.5) * (c->maximum - c->minimum);
 }
 
-/* How many steps of Newton's method solve the curve from z = aim, whatever that is, to rounding: the error of the
- * start is at most the bow's height by the slope, and each step leaves its square times half the second
- * derivative by the slope. Bounds of all three hold somewhat beyond the ends, too. */
+/* Between the ends, z from -1 to 1. */
+static real nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
+{
+    return (1 - z * z) * (c->quadratic + z * (c->cubic + z * c->quartic));
+}
+
+static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real z)
+{
+    return -2 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
+           (1 - z * z) * (c->cubic + 2 * z * c->quartic);
+}
+
+/* Where z + bow(z) = aim, to the first order in the bow. With d from aim to there, d = -bow, so that
+ * |d| <= height / (1 - tilt), where height and tilt are the largest |bow| and |dbow/dz|; it is off by at most
+ * tilt^2 |d| + bend d^2, with half the largest second derivative. */
+static real nonlinearity_guess(const struct nonlinearity_parameters *c, real aim)
+{
+    return aim - nonlinearity_bow(c, aim) * (1 - nonlinearity_bow_slope(c, aim));
+}
+
+/* How many steps of Newton's method solve a curve from that guess, whatever the aim is, to rounding: each leaves the
+ * square of what it finds, times bend by slope. The bounds hold somewhat beyond the ends, too. */
 static int nonlinearity_steps(const struct nonlinearity_parameters *c)
 {
     const real q = real_fabs(c->quadratic), k = real_fabs(c->cubic), l = real_fabs(c->quartic);
-    const real slope = 1 - 3 * (q + k + l);
-    int steps = 0;
+    const real tilt = 3 * q + 5 * k + 7 * l, bend = q + 4 * k + 10 * l;
+    int steps = 1;
 
-    if (!(slope >= REAL(0.5)))
+    if (!(tilt <= REAL(0.5)))
         return 0;
-    for (real error = (q + k + l) / slope; error > REAL(0.25) * REAL_EPSILON; steps++)
-        error = (q + 4 * k + 8 * l) / slope * error * error;
-    return steps > 0 ? steps : 1;
+    const real d = (q + k + l) / (1 - tilt);
+    real error = (tilt * tilt + bend * d) * d;
+    for (;; steps++) {
+        error *= bend / (1 - tilt) * error;
+        if (error <= REAL(0.25) * REAL_EPSILON)
+            return steps;
+    }
 }
 
 static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
@@ -2426,32 +2461,21 @@ static void nonlinearity_prepare(void *constants, const struct chain_parameters 
     struct nonlinearity_parameters *scaled = &curve->scaled;
 
     nonlinearity_set(curve, p);
+    curve->per_half_range = 1 / curve->half_range;
     scaled->quadratic = curve->coefficient.quadratic / curve->half_range;
     scaled->cubic = curve->coefficient.cubic / curve->half_range;
     scaled->quartic = curve->coefficient.quartic / curve->half_range;
     curve->steps = nonlinearity_steps(scaled);
 }
 
-/* Between the ends, z from -1 to 1. */
-static real nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
-{
-    return (1 - z * z) * (c->quadratic + z * (c->cubic + z * c->quartic));
-}
-
 static real nonlinearity_step(const void *constants, void *state, real x,
                               const struct chain_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
-    const real z = clamp((x - curve->centre) / curve->half_range, -1, 1);
+    const real z = clamp((x - curve->centre) * curve->per_half_range, -1, 1);
 
     (void)state, (void)around;
     return x + nonlinearity_bow(&curve->coefficient, z);
-}
-
-static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real z)
-{
-    return -2 * z * (c->quadratic + z * (c->cubic + z * c->quartic)) +
-           (1 - z * z) * (c->cubic + 2 * z * c->quartic);
 }
 
 /* On the curve between the ends, by x. */
@@ -2501,14 +2525,14 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
                                  const struct chain_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
-    const real aim = (y - curve->centre) / curve->half_range;
-    real z = aim;
+    const real aim = (y - curve->centre) * curve->per_half_range;
+    real z = nonlinearity_guess(&curve->scaled, aim);
 
     (void)state, (void)around;
     if (!(aim > -1 && aim < 1))
         return y;
     if (curve->steps == 0)
-        z = nonlinearity_search(curve, aim);
+        return curve->centre + curve->half_range * nonlinearity_search(curve, aim);
     for (int i = 0; i < curve->steps; i++)
         z += nonlinearity_newton(curve, z, nonlinearity_excess(curve, z, aim));
     return curve->centre + curve->half_range * z;
@@ -2661,6 +2685,13 @@ static void play_prepare(void *constants, const struct chain_parameters *p)
     play->count = p->playCount;
     for (int j = 0; j < play->count; j++)
         play->element[j] = p->play[j];
+}
+
+static size_t play_used(const void *constants)
+{
+    const struct play *play = constants;
+
+    return (size_t)play->count * sizeof(real);
 }
 
 static real play_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
@@ -2855,6 +2886,7 @@ const struct stage play_stage = {
     .prepare = play_prepare,
     .rest = play_rest,
     .step = play_step,
+    .used = play_used,
     .inverse = play_inverse,
 };
 
@@ -2906,6 +2938,7 @@ static void resonance_prepare(void *constants, const struct chain_parameters *p)
     resonance->a1 = 2 * radius * real_cos(angle * real_sqrt(1 - damping * damping));
     resonance->a2 = -radius * radius;
     resonance->b = 1 - resonance->a1 - resonance->a2;
+    resonance->per_b = 1 / resonance->b;
 }
 
 static real resonance_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
@@ -2938,7 +2971,7 @@ static real resonance_inverse(const void *constants, void *state, real y,
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
-    const real x = (y - resonance->a1 * s->y1 - resonance->a2 * s->y2) / resonance->b;
+    const real x = (y - resonance->a1 * s->y1 - resonance->a2 * s->y2) * resonance->per_b;
 
     (void)around;
     resonance_advance(s, y);

@@ -493,6 +493,7 @@ struct creep {
     real gain[CREEP_MAX]; /* c_i */
     real rate[CREEP_MAX]; /* g_i */
     real slope;           /* dy_k / dx_k */
+    real per_slope;       /* 1 / that, without derivatives: an inverse waits for a division */
 };
 
 struct creep_state {
@@ -593,7 +594,8 @@ typedef struct lag_parameters {
 } lag_parameters;
 
 struct lag {
-    real gain; /* g */
+    real gain;     /* g */
+    real per_gain; /* 1 / g, without derivatives: an inverse waits for a division */
 };
 
 struct lag_state {
@@ -643,9 +645,10 @@ struct nonlinearity {
     struct nonlinearity_parameters coefficient;
     real centre;
     real half_range;
-    /* of the inverse, without derivatives */
+    /* so that nothing is divided in a tick; without derivatives */
+    real per_half_range;
     struct nonlinearity_parameters scaled; /* in half ranges */
-    int steps; /* of Newton's method that are enough anywhere; 0 where the curve bends too much */
+    int steps; /* of Newton's method that are enough anywhere; 0 where the curve bends too much to know */
 };
 
 HIDDEN_BEGIN
@@ -705,7 +708,8 @@ typedef struct resonance_parameters {
 struct resonance {
     real a1;
     real a2;
-    real b; /* 1 - a1 - a2 */
+    real b;     /* 1 - a1 - a2 */
+    real per_b; /* 1 / b, without derivatives: an inverse waits for a division */
 };
 
 struct resonance_state {
