@@ -1,7 +1,7 @@
 # make demo   identify a simulated stage, package it as FMUs, run them, write out/demo/report.html
 # make test   lint, C tests, the same under sanitizers, valgrind and a static analyzer, Python tests, installation
 # make diagnosis  the diagnosis on simulated stages of seeds that nothing was chosen on (SEEDS=30000, CASES=6): a gate, hours
-# make bench  ratios against peers (REFERENCE_FMUS=folder:folder), limits and an earlier commit (BEFORE=commit), growth; soak
+# make bench  ratios against peers (REFERENCE_FMUS=their sources), limits and an earlier commit (BEFORE=commit), growth; soak
 # make clean  remove everything that was built
 #
 # Needs Python 3.11 or newer; everything else comes from the package registries.
@@ -112,6 +112,7 @@ diagnosis: $(INSTALLED)
 
 bench: $(INSTALLED) ctest
 	$(if $(BEFORE),PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python benchmarks/before.py $(BEFORE))
+	$(BIN)/cmake -S fmu_src -B $(CBUILD) -DREFERENCE_FMUS="$(if $(REFERENCE_FMUS),$(abspath $(REFERENCE_FMUS)))"
 	$(BIN)/cmake --build $(CBUILD) --target bench
 	$(BIN)/python benchmarks/identification.py
 	$(BIN)/python benchmarks/diagnosis.py --growth

@@ -154,10 +154,10 @@ static void row(const char *what, work *a, work *b)
 static void explain(void)
 {
     puts("Each row: nanoseconds of A, nanoseconds of B, median of A/B over interleaved rounds.\n"
-         "  step      A: it2_step, (10), y fed back        B: 2 L calls of exp, fed back (the limit)\n"
+         "  step      A: it2_step, (10) by the rules, y fed back    B: 2 L calls of exp, fed back\n"
          "  inverse   A: it2_inverse, (30)                 B: it2_step\n"
          "  gradient  A: it2_gradient, (13) to (18)        B: it2_step\n"
-         "  tick      A: fmi2SetReal + DoStep(Ts) + GetReal    B: it2_step\n"
+         "  tick      A: fmi2SetReal + DoStep(Ts) + GetReal, by the table    B: it2_step\n"
          "  long      A: a tick of DoStep(100 Ts)              B: it2_step\n");
     printf("%-9s %4s %10s %10s %8s\n", "row", "L", "A ns", "B ns", "A/B");
 }

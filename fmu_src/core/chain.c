@@ -31,7 +31,6 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
 {
     const struct chain_place *place = &CHAIN_PLACES[i];
     void *constants = (char *)chain + place->constants;
-    const size_t end = place->state + place->state_size;
 
     chain->active[chain->all++] = place;
     chain->before += place->side == CHAIN_BEFORE;
@@ -43,6 +42,7 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
     place->stage->prepare(constants, p);
     if (place->stage->latency)
         chain->latency += place->stage->latency(constants);
+    const size_t end = place->state + (place->stage->used ? place->stage->used(constants) : place->state_size);
     if (end > chain->walked)
         chain->walked = end;
     if (end > chain->retraced && place->stage->inverse)
@@ -139,7 +139,7 @@ real chain_measure_effects(const struct chain *chain, real displacement, real ti
 
 static real within_reach(const struct chain *chain, real displacement)
 {
-    return real_fmin(real_fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
+    return clamp(displacement, chain->displacement.minimum, chain->displacement.maximum);
 }
 
 static real within_voltages(const struct chain *chain, real x)

@@ -24,7 +24,7 @@
 
 #include <string.h>
 
-#include "it2.h"
+#include "it2_table.h"
 #include "stages.h"
 
 /* Names are those of the variable table (python/it2hys/model/variables.toml). */

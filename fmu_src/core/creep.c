@@ -43,6 +43,14 @@ static void creep_prepare(void *constants, const struct chain_parameters *p)
         creep->rate[i] = -real_expm1(-p->sampleTime / p->creep[i].timeConstant);
         creep->slope += creep->gain[i] * creep->rate[i];
     }
+    creep->per_slope = 1 / creep->slope;
+}
+
+static size_t creep_used(const void *constants)
+{
+    const struct creep *creep = constants;
+
+    return (size_t)creep->count * sizeof(real);
 }
 
 static real sum_of_gains(const struct creep *creep)
@@ -88,7 +96,7 @@ static real creep_solve(const struct creep *creep, const struct creep_state *s, 
 {
     for (int i = 0; i < creep->count; i++)
         y -= creep->gain[i] * (s->s[i] - creep->rate[i] * s->s[i]);
-    return y / creep->slope;
+    return y * creep->per_slope;
 }
 
 static real creep_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
@@ -188,6 +196,7 @@ const struct stage creep_stage = {
     .prepare = creep_prepare,
     .rest = creep_rest,
     .step = creep_step,
+    .used = creep_used,
     .inverse = creep_inverse,
 };
 

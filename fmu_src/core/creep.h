@@ -24,6 +24,7 @@ struct creep {
     real gain[CREEP_MAX]; /* c_i */
     real rate[CREEP_MAX]; /* g_i */
     real slope;           /* dy_k / dx_k */
+    real per_slope;       /* 1 / that, without derivatives: an inverse waits for a division */
 };
 
 struct creep_state {

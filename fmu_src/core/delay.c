@@ -48,6 +48,7 @@ static real delay_rest(const void *constants, void *state, real u, const struct 
     struct delay_state *s = state;
 
     (void)constants, (void)p;
+    s->newest = 0;
     for (int i = 0; i < DELAY_MAX_TICKS; i++)
         s->u[i] = u;
     return u;
@@ -59,18 +60,38 @@ static int delay_needed(const struct delay *delay)
     return delay->ticks < DELAY_MAX_TICKS ? delay->ticks + 1 : DELAY_MAX_TICKS;
 }
 
+static size_t delay_used(const void *constants)
+{
+    return offsetof(struct delay_state, u) + (size_t)delay_needed(constants) * sizeof(real);
+}
+
+/* Where u_{k-1} is. A state that was not made here may say anything. */
+static int delay_newest(const struct delay *delay, const struct delay_state *s)
+{
+    return s->newest >= 0 && s->newest < delay_needed(delay) ? (int)s->newest : 0;
+}
+
+/* Where, from there, the voltage of so many ticks before is. */
+static int delay_before(const struct delay *delay, int newest, int ticks)
+{
+    const int place = newest + ticks, needed = delay_needed(delay);
+
+    return place < needed ? place : place - needed;
+}
+
 static real delay_step(const void *constants, void *state, real u, const struct chain_surroundings *around)
 {
     const struct delay *delay = constants;
     struct delay_state *s = state;
-    real y = delay->ticks > 0 ? s->u[delay->ticks - 1] : u;
+    const int newest = delay_newest(delay, s);
+    const int oldest = delay_before(delay, newest, delay_needed(delay) - 1);
+    real y = delay->ticks > 0 ? s->u[delay_before(delay, newest, delay->ticks - 1)] : u;
 
     (void)around;
     if (delay->fraction > 0)
-        y += delay->fraction * (s->u[delay->ticks] - y);
-    for (int i = delay_needed(delay) - 1; i > 0; i--)
-        s->u[i] = s->u[i - 1];
-    s->u[0] = u;
+        y += delay->fraction * (s->u[oldest] - y); /* of a whole tick more */
+    s->u[oldest] = u;
+    s->newest = (real)oldest;
     return y;
 }
 
@@ -96,18 +117,20 @@ static void delay_tangent(const void *constants, const void *state, real x,
                           real *restrict row)
 {
     const struct delay *delay = constants;
-    const size_t size = (size_t)count;
+    const int newest = delay_newest(delay, state);
+    const int oldest = delay_before(delay, newest, delay_needed(delay) - 1);
+    /* the first row is that of `newest`, which nothing changes */
+    real *const d_u = d_state + count;
+    real *const d_oldest = d_u + (size_t)oldest * (size_t)count;
+    const real *const d_here =
+        delay->ticks > 0 ? d_u + (size_t)delay_before(delay, newest, delay->ticks - 1) * (size_t)count : row;
 
-    (void)state, (void)x, (void)d_around;
+    (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
-        real d_y = delay->ticks > 0 ? d_state[(size_t)(delay->ticks - 1) * size + (size_t)c] : row[c];
-        const real newest = row[c];
-        if (delay->fraction > 0)
-            d_y += delay->fraction * (d_state[(size_t)delay->ticks * size + (size_t)c] - d_y);
-        for (int i = delay_needed(delay) - 1; i > 0; i--)
-            d_state[(size_t)i * size + (size_t)c] = d_state[(size_t)(i - 1) * size + (size_t)c];
-        d_state[c] = newest;
-        row[c] = d_y;
+        const real d_x = row[c], d_y = d_here[c];
+        d_state[c] = 0;
+        row[c] = delay->fraction > 0 ? d_y + delay->fraction * (d_oldest[c] - d_y) : d_y;
+        d_oldest[c] = d_x;
     }
 }
 
@@ -117,10 +140,10 @@ static real delay_by_parameters(const void *constants, const void *d_constants, 
 {
     const struct delay *delay = constants, *d = d_constants;
     const struct delay_state *s = state;
-    const int ticks = delay->ticks;
-    const real here = ticks > 0 ? s->u[ticks - 1] : x;
-    const real older = ticks < DELAY_MAX_TICKS ? s->u[ticks] : here;
-    const real newer = ticks > 1 ? s->u[ticks - 2] : x;
+    const int ticks = delay->ticks, newest = delay_newest(delay, s);
+    const real here = ticks > 0 ? s->u[delay_before(delay, newest, ticks - 1)] : x;
+    const real older = ticks < DELAY_MAX_TICKS ? s->u[delay_before(delay, newest, ticks)] : here;
+    const real newer = ticks > 1 ? s->u[delay_before(delay, newest, ticks - 2)] : x;
 
     (void)around, (void)d_state, (void)stride;
     if (delay->fraction > 0)
@@ -133,6 +156,7 @@ const struct stage delay_stage = {
     .prepare = delay_prepare,
     .rest = delay_rest,
     .step = delay_step,
+    .used = delay_used,
     .latency = delay_latency,
 };
 

@@ -21,8 +21,10 @@ struct delay {
     real time;
 };
 
+/* A ring of as many voltages as the delay needs: u_{k-1} is at number `newest`, u_{k-2} at the next, ... */
 struct delay_state {
-    real u[DELAY_MAX_TICKS]; /* u_{k-1}, u_{k-2}, ... */
+    real newest;
+    real u[DELAY_MAX_TICKS];
 };
 
 HIDDEN_BEGIN

@@ -6,6 +6,7 @@
  *   it2_inverse.c      (30)                   one step backward
  *   it2_gradient.c     (13) to (18)           partial derivatives
  *   it2_range.c        what (10) becomes beyond the ends of its range
+ *   it2_table.c        (10) and (30) prepared for many ticks with the same rules
  *   it2_free_run.c     (10) over a record, with forward sensitivities
  *   it2_check.c        what makes a parameter set usable
  *
@@ -48,11 +49,14 @@ struct it2_end {
     real dy; /* dF/dy */
 };
 
+struct it2_table;
+
 /* The rules, and -1 / (2 s_l1^2), -1 / (2 s_l2^2) in the scale of exponential.h. Set by it2_prepare. */
 struct it2 {
     int rules;
     struct it2_range plain; /* of y_{k-1}: within the range, and no membership comes close to underflow */
     struct it2_end lower, upper;
+    const struct it2_table *table; /* for y_{k-1} in `plain`; NULL: the rules themselves */
     struct it2_rule rule[IT2_MAX_RULES];
     real exponent[IT2_MAX_RULES][2];
 };
@@ -78,16 +82,22 @@ HIDDEN_BEGIN
 
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range);
 
-/* The core as a stage that the chain always has. step and inverse advance the state. */
+/* From now on, until it2_prepare, steps and inverses within the range look (10) and (30) up (it2_table.h): faster,
+ * and the same but for rounding, less than 1e-15 of the range or of its farther end. Derivatives stay those of the
+ * rules. `table`, the caller's, holds zeros or what this function has made: for the same rules and range it is
+ * taken as it is. False where there can be none, because the range is infinite or the rules are too narrow for
+ * it: then everything stays with the rules. */
+bool it2_tabulate(struct it2 *stage, struct it2_table *table);
+
+/* The core as a stage that the chain always has; it2_step and it2_inverse are in it2_table.h. */
 void it2_reset(struct it2_state *state, real y);
-real it2_step(const struct it2 *stage, struct it2_state *state, real x);
-real it2_inverse(const struct it2 *stage, struct it2_state *state, real y);
 real it2_derivative(const struct it2 *stage, const struct it2_state *state, real x);
 
 /* F without a state, and what is derived from it: (10) for y_{k-1} within the range, and what goes on from
- * it beyond (it2_range.c). */
-real it2_evaluate(const struct it2 *stage, real y_previous, real x);
-real it2_solve(const struct it2 *stage, real y_previous, real y);
+ * it beyond (it2_range.c). By the rules; it2_evaluate and it2_solve of it2_table.h take the table where there is
+ * one. */
+real it2_evaluate_rules(const struct it2 *stage, real y_previous, real x);
+real it2_solve_rules(const struct it2 *stage, real y_previous, real y);
 struct it2_partials it2_partials(const struct it2 *stage, real y_previous, real x);
 
 /* Eqs. (13) to (18): gradient[6 l + i] = dy_k / d(parameter i of rule l), in the order of it2_rule.

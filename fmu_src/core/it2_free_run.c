@@ -2,7 +2,7 @@
  * S_k = dF/dp + dF/dy_{k-1} S_{k-1}, the derivatives of y_k with respect to the parameters p. */
 #include <string.h>
 
-#include "it2.h"
+#include "it2_table.h"
 
 static size_t simulate(const struct it2 *stage, const real *x, size_t n, real y_initial, real *y)
 {

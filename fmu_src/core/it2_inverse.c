@@ -2,7 +2,7 @@
 #include "it2.h"
 #include "it2_membership.h"
 
-real it2_solve(const struct it2 *stage, real y_previous, real y)
+real it2_solve_rules(const struct it2 *stage, real y_previous, real y)
 {
     struct it2_memberships m;
     real free_response = 0;
@@ -20,11 +20,4 @@ real it2_solve(const struct it2 *stage, real y_previous, real y)
         slope += rule->q2 * m.weight[l];
     }
     return (y * m.sum - free_response) / slope;
-}
-
-real it2_inverse(const struct it2 *stage, struct it2_state *state, real y)
-{
-    const real x = it2_solve(stage, state->y, y);
-    state->y = y;
-    return x;
 }

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 
 #include "exponential.h"
-#include "it2.h"
+#include "it2_table.h"
 
 struct it2_memberships {
     real lower[IT2_MAX_RULES];  /* f_l */
@@ -26,12 +26,6 @@ struct it2_memberships {
 #define IT2_NO_UNDERFLOW (-59000)
 #define IT2_FARTHEST 1e140
 #endif
-
-/* Within the range, where nothing can underflow either: neither exponentials nor their sum need be checked. */
-static inline bool it2_is_plain(const struct it2 *stage, real y_previous)
-{
-    return y_previous >= stage->plain.minimum && y_previous <= stage->plain.maximum;
-}
 
 static inline void it2_exponents(const struct it2 *stage, int l, real y_previous, real scaled[2])
 {

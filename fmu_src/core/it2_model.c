@@ -107,7 +107,7 @@ static real evaluate_elsewhere(const struct it2 *stage, real y_previous, real x)
     return numerator / m.sum;
 }
 
-real it2_evaluate(const struct it2 *stage, real y_previous, real x)
+real it2_evaluate_rules(const struct it2 *stage, real y_previous, real x)
 {
     real lower, upper; /* not of interest here */
     real sum = 0;
@@ -126,10 +126,4 @@ real it2_evaluate(const struct it2 *stage, real y_previous, real x)
 void it2_reset(struct it2_state *state, real y)
 {
     state->y = y;
-}
-
-real it2_step(const struct it2 *stage, struct it2_state *state, real x)
-{
-    state->y = it2_evaluate(stage, state->y, x);
-    return state->y;
 }

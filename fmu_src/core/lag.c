@@ -30,6 +30,7 @@ static void lag_prepare(void *constants, const struct chain_parameters *p)
     struct lag *lag = constants;
 
     lag->gain = -real_expm1(-p->sampleTime / p->lag.timeConstant);
+    lag->per_gain = 1 / lag->gain;
 }
 
 static real lag_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
@@ -54,7 +55,7 @@ static real lag_inverse(const void *constants, void *state, real y, const struct
 {
     const struct lag *lag = constants;
     struct lag_state *s = state;
-    const real x = s->y + (y - s->y) / lag->gain;
+    const real x = s->y + (y - s->y) * lag->per_gain;
 
     (void)around;
     s->y = y;

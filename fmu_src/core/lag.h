@@ -10,7 +10,8 @@ typedef struct lag_parameters {
 } lag_parameters;
 
 struct lag {
-    real gain; /* g */
+    real gain;     /* g */
+    real per_gain; /* 1 / g, without derivatives: an inverse waits for a division */
 };
 
 struct lag_state {

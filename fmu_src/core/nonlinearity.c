@@ -14,30 +14,84 @@ static bool nonlinearity_is_on(const struct chain_parameters *p)
     return c->quadratic != 0 || c->cubic != 0 || c->quartic != 0 || c->quintic != 0 || c->sextic != 0;
 }
 
-static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
+/* The curve, or its derivative, which is linear in the parameters. */
+static void nonlinearity_set(struct nonlinearity *curve, const struct chain_parameters *p)
 {
     const struct nonlinearity_parameters *c = &p->nonlinearity;
 
-    *(struct nonlinearity *)constants =
-        (struct nonlinearity){ .coefficient = *c,
-                               .centre = p->displacementZero + REAL(0.5) * (c->minimum + c->maximum),
-                               .half_range = REAL(0.5) * (c->maximum - c->minimum) };
+    curve->coefficient = *c;
+    curve->centre = p->displacementZero + REAL(0.5) * (c->minimum + c->maximum);
+    curve->half_range = REAL(0.5) * (c->maximum - c->minimum);
+}
+
+/* Behind the factor that vanishes at both ends. */
+static real nonlinearity_inner(const struct nonlinearity_parameters *c, real z)
+{
+    return c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
 }
 
 /* Between the ends, z from -1 to 1. */
 static real nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
 {
-    const real inner =
-        c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
+    return (1 - z * z) * nonlinearity_inner(c, z);
+}
 
-    return (1 - z * z) * inner;
+static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real z)
+{
+    const real by_z = c->cubic + z * (2 * c->quartic + z * (3 * c->quintic + 4 * z * c->sextic));
+
+    return -2 * z * nonlinearity_inner(c, z) + (1 - z * z) * by_z;
+}
+
+/* Where z + bow(z) = aim, to the first order in the bow. With d from aim to there, d = -bow, so that
+ * |d| <= height / (1 - tilt), where height and tilt are the largest |bow| and |dbow/dz|; it is off by at most
+ * tilt^2 |d| + bend d^2, with half the largest second derivative. */
+static real nonlinearity_guess(const struct nonlinearity_parameters *c, real aim)
+{
+    return aim - nonlinearity_bow(c, aim) * (1 - nonlinearity_bow_slope(c, aim));
+}
+
+/* How many steps of Newton's method solve a curve from that guess, whatever the aim is, to rounding: each leaves the
+ * square of what it finds, times bend by slope. The bounds hold up to |z| = 1.3. */
+static int nonlinearity_steps(const struct nonlinearity_parameters *c)
+{
+    const real q = real_fabs(c->quadratic), k = real_fabs(c->cubic), l = real_fabs(c->quartic);
+    const real m = real_fabs(c->quintic), n = real_fabs(c->sextic);
+    const real tilt = 3 * q + 5 * k + 7 * l + 10 * m + 14 * n;
+    const real bend = q + 4 * k + 10 * l + 19 * m + 33 * n;
+    int steps = 1;
+
+    if (!(tilt <= REAL(0.5)))
+        return 0;
+    const real d = (q + k + l + m + n) / (1 - tilt);
+    real error = (tilt * tilt + bend * d) * d;
+    for (;; steps++) {
+        error *= bend / (1 - tilt) * error;
+        if (error <= REAL(0.25) * REAL_EPSILON)
+            return steps;
+    }
+}
+
+static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
+{
+    struct nonlinearity *curve = constants;
+    struct nonlinearity_parameters *scaled = &curve->scaled;
+
+    nonlinearity_set(curve, p);
+    curve->per_half_range = 1 / curve->half_range;
+    scaled->quadratic = curve->coefficient.quadratic / curve->half_range;
+    scaled->cubic = curve->coefficient.cubic / curve->half_range;
+    scaled->quartic = curve->coefficient.quartic / curve->half_range;
+    scaled->quintic = curve->coefficient.quintic / curve->half_range;
+    scaled->sextic = curve->coefficient.sextic / curve->half_range;
+    curve->steps = nonlinearity_steps(scaled);
 }
 
 static real nonlinearity_step(const void *constants, void *state, real x,
                               const struct chain_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
-    const real z = clamp((x - curve->centre) / curve->half_range, -1, 1);
+    const real z = clamp((x - curve->centre) * curve->per_half_range, -1, 1);
 
     (void)state, (void)around;
     return x + nonlinearity_bow(&curve->coefficient, z);
@@ -46,32 +100,31 @@ static real nonlinearity_step(const void *constants, void *state, real x,
 /* On the curve between the ends, by x. */
 static real nonlinearity_slope(const struct nonlinearity *curve, real z)
 {
-    const struct nonlinearity_parameters *c = &curve->coefficient;
-    const real inner =
-        c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
-    const real inner_by_z = c->cubic + z * (2 * c->quartic + z * (3 * c->quintic + 4 * z * c->sextic));
-    const real by_z = -2 * z * inner + (1 - z * z) * inner_by_z;
+    return 1 + nonlinearity_bow_slope(&curve->coefficient, z) / curve->half_range;
+}
 
-    return 1 + by_z / curve->half_range;
+static real nonlinearity_excess(const struct nonlinearity *curve, real z, real aim)
+{
+    return z - aim + nonlinearity_bow(&curve->scaled, z);
+}
+
+/* Newton's step in z. */
+static real nonlinearity_newton(const struct nonlinearity *curve, real z, real excess)
+{
+    return -excess / (1 + nonlinearity_bow_slope(&curve->scaled, z));
 }
 
 /* Newton's method in z within a bracket that every step narrows, which is halved instead where Newton would
  * leave it or does not halve its own step. */
-static real nonlinearity_inverse(const void *constants, void *state, real y,
-                                 const struct chain_surroundings *around)
+static real nonlinearity_search(const struct nonlinearity *curve, real aim)
 {
-    const struct nonlinearity *curve = constants;
-    const real aim = (y - curve->centre) / curve->half_range;
     real low = -1, high = 1, z = aim, step = 2;
 
-    (void)state, (void)around;
-    if (!(aim > -1 && aim < 1))
-        return y;
     for (int i = 0; i < MOST_STEPS; i++) {
-        const real excess = z - aim + nonlinearity_bow(&curve->coefficient, z) / curve->half_range;
+        const real excess = nonlinearity_excess(curve, z, aim);
         if (real_fabs(excess) <= REAL_EPSILON)
             break;
-        const real newton = -excess / nonlinearity_slope(curve, z);
+        const real newton = nonlinearity_newton(curve, z, excess);
         if (excess > 0)
             high = z;
         else
@@ -83,6 +136,24 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
             break;
         z += step;
     }
+    return z;
+}
+
+/* A curve that bends little takes a number of steps that is known before: nothing has to be decided. */
+static real nonlinearity_inverse(const void *constants, void *state, real y,
+                                 const struct chain_surroundings *around)
+{
+    const struct nonlinearity *curve = constants;
+    const real aim = (y - curve->centre) * curve->per_half_range;
+    real z = nonlinearity_guess(&curve->scaled, aim);
+
+    (void)state, (void)around;
+    if (!(aim > -1 && aim < 1))
+        return y;
+    if (curve->steps == 0)
+        return curve->centre + curve->half_range * nonlinearity_search(curve, aim);
+    for (int i = 0; i < curve->steps; i++)
+        z += nonlinearity_newton(curve, z, nonlinearity_excess(curve, z, aim));
     return curve->centre + curve->half_range * z;
 }
 
@@ -96,7 +167,7 @@ static void nonlinearity_prepare_tangent(void *d_constants, const void *constant
                                          const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)constants, (void)p;
-    nonlinearity_prepare(d_constants, d);
+    nonlinearity_set(d_constants, d);
 }
 
 static real nonlinearity_place(const struct nonlinearity *curve, real x)

@@ -22,6 +22,10 @@ struct nonlinearity {
     struct nonlinearity_parameters coefficient;
     real centre;
     real half_range;
+    /* so that nothing is divided in a tick; without derivatives */
+    real per_half_range;
+    struct nonlinearity_parameters scaled; /* in half ranges */
+    int steps; /* of Newton's method that are enough anywhere; 0 where the curve bends too much to know */
 };
 
 HIDDEN_BEGIN

@@ -43,6 +43,13 @@ static void play_prepare(void *constants, const struct chain_parameters *p)
         play->element[j] = p->play[j];
 }
 
+static size_t play_used(const void *constants)
+{
+    const struct play *play = constants;
+
+    return (size_t)play->count * sizeof(real);
+}
+
 static real play_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct play *play = constants;
@@ -232,6 +239,7 @@ const struct stage play_stage = {
     .prepare = play_prepare,
     .rest = play_rest,
     .step = play_step,
+    .used = play_used,
     .inverse = play_inverse,
 };
 

@@ -39,6 +39,7 @@ static void resonance_prepare(void *constants, const struct chain_parameters *p)
     resonance->a1 = 2 * radius * real_cos(angle * real_sqrt(1 - damping * damping));
     resonance->a2 = -radius * radius;
     resonance->b = 1 - resonance->a1 - resonance->a2;
+    resonance->per_b = 1 / resonance->b;
 }
 
 static real resonance_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
@@ -71,7 +72,7 @@ static real resonance_inverse(const void *constants, void *state, real y,
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
-    const real x = (y - resonance->a1 * s->y1 - resonance->a2 * s->y2) / resonance->b;
+    const real x = (y - resonance->a1 * s->y1 - resonance->a2 * s->y2) * resonance->per_b;
 
     (void)around;
     resonance_advance(s, y);

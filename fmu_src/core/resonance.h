@@ -15,7 +15,8 @@ typedef struct resonance_parameters {
 struct resonance {
     real a1;
     real a2;
-    real b; /* 1 - a1 - a2 */
+    real b;     /* 1 - a1 - a2 */
+    real per_b; /* 1 / b, without derivatives: an inverse waits for a division */
 };
 
 struct resonance_state {

@@ -46,6 +46,9 @@ struct stage {
      * left, a long one stays. NULL: the stage has no part in the inverse. */
     real (*inverse)(const void *constants, void *state, real y, const struct chain_surroundings *);
 
+    /* How many bytes of the state are in use, from its beginning. NULL: all. */
+    size_t (*used)(const void *constants);
+
     /* How much later its output comes, in s, where the inverse does not make up for that; NULL: at once. */
     real (*latency)(const void *constants);
 };

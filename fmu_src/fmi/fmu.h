@@ -82,11 +82,17 @@ struct fmu_model {
     /* Returns how many bytes of the state are in use, from its beginning. */
     size_t (*prepare)(void *constants, const void *parameters);
 
+    /* What is worth its while before many ticks only, and changes their results by no more than rounding: between
+     * `prepare` and the first tick. Constants are zeros at first and stay from one run to the next, so that what
+     * was made of the same parameters need not be made again. NULL: nothing. */
+    void (*settle)(void *constants);
+
     /* State and outputs before the first tick; false, and why, where they are not finite. */
     bool (*start)(const void *constants, void *state, const void *parameters, struct fmu_outputs *,
                   char *message, size_t size);
 
-    /* Returns findings, bits of the model's own or FMU_NOT_FINITE, each of which is logged once. */
+    /* Returns findings, bits of the model's own or FMU_NOT_FINITE, each of which is logged once. Where it is not
+     * finite, outputs stay as they were. */
     unsigned (*tick)(const void *constants, void *state, const void *parameters, const double input[FMU_INPUTS],
                      double time, struct fmu_outputs *);
 
@@ -182,6 +188,13 @@ static inline double fmu_sample_time(const struct fmu *fmu)
 static inline size_t fmu_snapshot_size(const struct fmu_model *model)
 {
     return sizeof(struct fmu_snapshot) + model->parameters_size + 2 * model->state_size;
+}
+
+/* Before ticks; every instance does it, so that all of them give the same bits. */
+static inline void fmu_settle(struct fmu *fmu)
+{
+    if (fmu->model->settle)
+        fmu->model->settle(fmu->constants);
 }
 
 static inline const struct fmu_variable *fmu_find(const struct fmu_model *model, unsigned reference)

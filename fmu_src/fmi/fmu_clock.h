@@ -161,25 +161,33 @@ static inline bool fmu_clock_any_step(const struct fmu_clock *now, double sample
     return !(end->time > end->stop_time && fmu_clock_beyond_stop(end, sample_time));
 }
 
+/* Is a step one from a tick to the next, as most are, by rule 1? */
+static inline bool fmu_clock_is_tick(const struct fmu_clock *now, double sample_time, double time, double step)
+{
+    return step == sample_time && now->rest == 0.0 && now->next_tick == now->tick &&
+           now->tick < (int64_t)CLOCK_LARGEST_TICK - 1 && time + step <= now->stop_time &&
+           fmu_clock_agrees(now, sample_time, time);
+}
+
+/* Goes on by such a step, which ends at `time`. */
+static inline void fmu_clock_tick(struct fmu_clock *clock, double time)
+{
+    clock->tick++;
+    clock->next_tick = clock->tick;
+    clock->additions += 2;
+    clock->time = time;
+}
+
 /* Sets `end` to the end of a step, whose ticks are those from now->next_tick to before end->next_tick. False
  * where there is no such step (fmu_clock_refusal says why): where anything is not a number, too. */
 static inline bool fmu_clock_step(const struct fmu_clock *now, double sample_time, double time, double step,
                                   struct fmu_clock *end)
 {
-    const double off = fabs(time - (double)now->tick * sample_time);
-
-    /* from one tick to the next, as most steps are: the same in short */
-    if (step == sample_time && now->rest == 0.0 && now->next_tick == now->tick &&
-        now->tick < (int64_t)CLOCK_LARGEST_TICK - 1 && off <= CLOCK_TOLERANCE * sample_time &&
-        time + step <= now->stop_time) {
-        end->tick = end->next_tick = now->tick + 1;
-        end->rest = 0.0;
-        end->additions = now->additions + 2;
-        end->time = time + step;
-        end->stop_time = now->stop_time;
-        return true;
-    }
-    return fmu_clock_any_step(now, sample_time, time, step, end);
+    if (!fmu_clock_is_tick(now, sample_time, time, step))
+        return fmu_clock_any_step(now, sample_time, time, step, end);
+    *end = *now;
+    fmu_clock_tick(end, time + step);
+    return true;
 }
 
 /* Why a step was refused. */

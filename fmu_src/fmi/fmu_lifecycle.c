@@ -180,6 +180,7 @@ enum fmu_status fmu_exit_initialization(struct fmu *fmu, const char *function)
 {
     if (!fmu_may(fmu, function, FMU_INITIALIZATION) || fmu_start_outputs(fmu, function) != FMU_OK)
         return FMU_ERROR;
+    fmu_settle(fmu);
     fmu_clock_start(&fmu->now->clock, fmu_sample_time(fmu));
     fmu->now->phase = FMU_STEP_COMPLETE;
     return FMU_OK;

@@ -84,8 +84,11 @@ static void adopt(struct fmu *fmu, const void *block)
     memcpy(fmu->now, block, fmu_snapshot_size(model));
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
     fmu->outputs_stale = fmu->now->phase < FMU_STEP_COMPLETE;
-    if (!fmu->outputs_stale && !prepared)
+    if (fmu->outputs_stale)
+        return;
+    if (!prepared)
         fmu->used = model->prepare(fmu->constants, fmu->parameters);
+    fmu_settle(fmu); /* what was prepared last may have been in initialization */
 }
 
 enum fmu_status fmu_set_state(struct fmu *fmu, const char *function, const void *state)

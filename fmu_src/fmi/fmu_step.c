@@ -15,19 +15,28 @@ void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time
         input[i] = span->input[i] + span->slope[i] * elapsed;
 }
 
+static inline uint64_t bits_of(const double *value)
+{
+    uint64_t bits;
+
+    memcpy(&bits, value, sizeof bits);
+    return bits;
+}
+
 /* No bit but the signs': one comparison instead of four, at every step. */
 static bool is_zero(const double slope[FMU_INPUTS])
 {
-    uint64_t bits[FMU_INPUTS];
-
-    memcpy(bits, slope, sizeof bits);
-    return (bits[0] | bits[1] | bits[2] | bits[3]) << 1 == 0;
+    return (bits_of(slope) | bits_of(slope + 1) | bits_of(slope + 2) | bits_of(slope + 3)) << 1 == 0;
 }
 
 /* Copies what is in use of a state, most often a single number. A few go one by one: a processor that reads
  * two at a time what was just written one by one waits until it is in memory. */
 static inline void copy_state(void *to, const void *from, size_t used)
 {
+    if (used == sizeof(double)) {
+        memcpy(to, from, sizeof(double));
+        return;
+    }
     if (used > FEW * sizeof(double)) {
         memcpy(to, from, used);
         return;
@@ -54,19 +63,28 @@ static enum fmu_status warn(struct fmu *fmu, const char *function, unsigned find
     return FMU_WARNING;
 }
 
-static inline void run_tick(struct fmu *fmu, const char *function, const double input[], double time,
-                            enum fmu_status *status)
+/* Makes a status of a tick's findings. */
+static void report(struct fmu *fmu, const char *function, unsigned findings, const double input[], double time,
+                   enum fmu_status *status)
 {
-    struct fmu_snapshot *now = fmu->now;
-    const unsigned findings =
-        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, input, time, &now->output);
+    const unsigned warned = (unsigned)fmu->now->warned;
 
-    if (!(findings & ~now->warned))
+    if (!(findings & ~warned))
         return;
     if (findings & FMU_NOT_FINITE)
         *status = FMU_DISCARD;
     else if (*status != FMU_DISCARD)
-        *status = warn(fmu, function, findings & ~(unsigned)now->warned, input, time);
+        *status = warn(fmu, function, findings & ~warned, input, time);
+}
+
+static inline void run_tick(struct fmu *fmu, const char *function, const double input[], double time,
+                            enum fmu_status *status)
+{
+    const unsigned findings =
+        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, input, time, &fmu->now->output);
+
+    if (findings)
+        report(fmu, function, findings, input, time, status);
 }
 
 /* Runs the ticks up to `end_tick` in place. What a step of one tick costs is the way from the state of the
@@ -94,40 +112,102 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
     return status;
 }
 
-enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+/* A step that is not made: everything stays as it was. */
+static enum fmu_status give_up(struct fmu *fmu, const char *function, double time, double step)
 {
-    struct fmu_clock end;
-    char message[256];
+    copy_state(fmu->state, fmu->before, fmu->used);
+    return fmu_say(
+        fmu, FMU_DISCARD,
+        "%s: the %s is no longer finite between %g s and %g s; the step is not made and the state is "
+        "that of %g s.",
+        function, fmu->model->diverging, time, time + step, time);
+}
 
-    if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
-        return FMU_ERROR;
+/* What directional derivatives repeat. */
+static inline void note_step(struct fmu *fmu, int64_t end_tick)
+{
     struct fmu_snapshot *now = fmu->now;
-    const double sample_time = fmu_sample_time(fmu);
-    if (!fmu_clock_step(&now->clock, sample_time, time, step, &end))
-        return fmu_say(fmu, FMU_ERROR, "%s: %s.", function,
-                       fmu_clock_refusal(&now->clock, sample_time, time, step, message, sizeof message));
-    const struct fmu_outputs held = now->output;
-    const uint64_t warned = now->warned;
 
-    copy_state(fmu->before, fmu->state, fmu->used);
-    const enum fmu_status status = run(fmu, function, end.next_tick);
-    now->last_status = (int)status;
-    if (status == FMU_DISCARD) {
-        copy_state(fmu->state, fmu->before, fmu->used);
-        now->output = held;
-        now->warned = warned;
-        return fmu_say(fmu, FMU_DISCARD,
-                       "%s: the %s is no longer finite between %g s and %g s; the step is "
-                       "not made and the state is that of %g s.",
-                       function, fmu->model->diverging, time, end.time, time);
-    }
     copy_state(fmu->last_state, fmu->before, fmu->used);
     now->last_step.tick = now->clock.tick;
     now->last_step.rest = now->clock.rest;
     now->last_step.first_tick = now->clock.next_tick;
-    now->last_step.end_tick = end.next_tick;
-    memcpy(now->last_step.input, now->input, sizeof now->input);
+    now->last_step.end_tick = end_tick;
+    const volatile double *input = now->input; /* one by one: as copy_state */
+    for (int i = 0; i < FMU_INPUTS; i++)
+        now->last_step.input[i] = input[i];
+}
+
+/* From one tick to the next under constant inputs, as most steps are: what any step does, in short. */
+static inline void finish_tick(struct fmu *fmu, enum fmu_status status, double end)
+{
+    fmu->now->last_status = (int)status;
+    note_step(fmu, fmu->now->clock.tick + 1);
+    memset(fmu->now->last_step.slope, 0, sizeof fmu->now->last_step.slope);
+    fmu_clock_tick(&fmu->now->clock, end);
+}
+
+/* The same where the tick has findings, which may have been logged before. */
+static enum fmu_status finish_with_findings(struct fmu *fmu, const char *function, unsigned findings,
+                                            double time, double step)
+{
+    struct fmu_snapshot *now = fmu->now;
+    enum fmu_status status = FMU_OK;
+
+    report(fmu, function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu), &status);
+    if (status == FMU_DISCARD) {
+        now->last_status = FMU_DISCARD;
+        return give_up(fmu, function, time, step);
+    }
+    finish_tick(fmu, status, time + step);
+    return status;
+}
+
+static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, double time, double step)
+{
+    struct fmu_snapshot *now = fmu->now;
+    const double tick_time = (double)now->clock.tick * fmu_sample_time(fmu);
+
+    copy_state(fmu->before, fmu->state, fmu->used);
+    const unsigned findings =
+        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
+    if (findings)
+        return finish_with_findings(fmu, function, findings, time, step);
+    finish_tick(fmu, FMU_OK, time + step);
+    return FMU_OK;
+}
+
+static enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
+{
+    struct fmu_snapshot *now = fmu->now;
+    const double sample_time = fmu_sample_time(fmu);
+    const struct fmu_outputs held = now->output;
+    const uint64_t warned = now->warned;
+    struct fmu_clock end;
+    char message[256];
+
+    if (!fmu_clock_step(&now->clock, sample_time, time, step, &end))
+        return fmu_say(fmu, FMU_ERROR, "%s: %s.", function,
+                       fmu_clock_refusal(&now->clock, sample_time, time, step, message, sizeof message));
+    copy_state(fmu->before, fmu->state, fmu->used);
+    const enum fmu_status status = run(fmu, function, end.next_tick);
+    now->last_status = (int)status;
+    if (status == FMU_DISCARD) {
+        now->output = held;
+        now->warned = warned;
+        return give_up(fmu, function, time, step);
+    }
+    note_step(fmu, end.next_tick);
     memcpy(now->last_step.slope, now->slope, sizeof now->slope);
     now->clock = end;
     return status;
+}
+
+enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+{
+    if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
+        return FMU_ERROR;
+    if (is_zero(fmu->now->slope) && fmu_clock_is_tick(&fmu->now->clock, fmu_sample_time(fmu), time, step))
+        return one_tick(fmu, function, time, step);
+    return any_step(fmu, function, time, step);
 }

@@ -14,6 +14,14 @@ extern const struct fmu_model plant_model, inverse_model;
 
 extern const struct fmu_variable actuator_table[];
 
+/* The constants. */
+struct actuator {
+    struct chain chain; /* first: a pointer to it is one to the actuator */
+    struct it2_table table;
+};
+
+void actuator_settle(void *constants);
+
 bool actuator_check(const struct fmu_model *model, const void *parameters, char *message, size_t size);
 
 static inline struct chain_surroundings actuator_surroundings(const double input[FMU_INPUTS], double time)
@@ -32,7 +40,7 @@ HIDDEN_END
 /* Initialisers of what their models have in common. */
 #define ACTUATOR \
     .table = actuator_table, .rows = FMU_TABLE_ROWS, .parameters_size = sizeof(struct chain_parameters), \
-    .constants_size = sizeof(struct chain), .state_size = sizeof(struct chain_state), .interpolates = true, \
+    .constants_size = sizeof(struct actuator), .state_size = sizeof(struct chain_state), .interpolates = true, \
     .check = actuator_check
 
 #endif

@@ -70,11 +70,13 @@ static unsigned pi_tick(const void *constants, void *state, const void *paramete
         (wanted > given && integral > s->integral) || (wanted < given && integral < s->integral);
 
     (void)constants, (void)time;
-    output->flag[OUT_LIMITED] = given != wanted;
     if (!deeper)
         s->integral = integral;
+    if (!isfinite(s->integral) || !isfinite(given))
+        return FMU_NOT_FINITE;
+    output->flag[OUT_LIMITED] = given != wanted;
     output->real[OUT_VOLTAGE] = given;
-    return isfinite(s->integral) && isfinite(given) ? 0 : FMU_NOT_FINITE;
+    return 0;
 }
 
 const struct fmu_model controller_model = {

@@ -46,6 +46,8 @@ static unsigned inverse_tick(const void *constants, void *state, const void *par
     unsigned findings = 0;
 
     (void)parameters;
+    if (!isfinite(voltage))
+        return FMU_NOT_FINITE;
     output->real[OUT_VOLTAGE] = voltage;
     output->flag[OUT_SATURATED] = limits != 0;
     if (limits & CHAIN_REFERENCE_RANGE)
@@ -54,7 +56,7 @@ static unsigned inverse_tick(const void *constants, void *state, const void *par
         findings |= INVERSE_AMPLIFIER_LIMIT;
     if (limits & CHAIN_VOLTAGE_RANGE)
         findings |= INVERSE_VOLTAGE_LIMIT;
-    return isfinite(voltage) ? findings : findings | FMU_NOT_FINITE;
+    return findings;
 }
 
 static void inverse_explain(unsigned finding, const void *state, const void *parameters,
@@ -105,6 +107,7 @@ const struct fmu_model inverse_model = {
     .input_start = FMU_INVERSE_INPUT_START,
     .diverging = "voltage",
     .prepare = inverse_prepare,
+    .settle = actuator_settle,
     .start = inverse_start,
     .start_tangent = inverse_start_tangent,
     .tick = inverse_tick,

@@ -47,6 +47,8 @@ static unsigned plant_tick(const void *constants, void *state, const void *param
     const double measured = chain_measure(constants, displacement, time);
     unsigned findings = 0;
 
+    if (!isfinite(measured))
+        return FMU_NOT_FINITE;
     output->real[OUT_DISPLACEMENT] = displacement;
     output->real[OUT_MEASURED] = measured;
     if (chain_outside(voltage, p->voltageMin, p->voltageMax))
@@ -54,7 +56,7 @@ static unsigned plant_tick(const void *constants, void *state, const void *param
     if (chain_outside(s->core.y, p->displacementMin, p->displacementMax))
         findings |= PLANT_DISPLACEMENT_RANGE;
     output->flag[OUT_OUT_OF_RANGE] = findings != 0;
-    return isfinite(measured) ? findings : findings | FMU_NOT_FINITE;
+    return findings;
 }
 
 static void plant_explain(unsigned finding, const void *state, const void *parameters,
@@ -100,6 +102,7 @@ const struct fmu_model plant_model = {
     .input_start = FMU_PLANT_INPUT_START,
     .diverging = "displacement",
     .prepare = plant_prepare,
+    .settle = actuator_settle,
     .start = plant_start,
     .start_tangent = plant_start_tangent,
     .tick = plant_tick,

@@ -130,6 +130,21 @@ static struct chain_surroundings surroundings(const struct chain_parameters *par
     return (struct chain_surroundings){ force[k], temperature[k], time };
 }
 
+/* A chain at rest, made as FMUs make it: the same bits come out. */
+struct runner {
+    struct chain chain;
+    struct chain_state state;
+    struct it2_table table;
+};
+
+static void begin(struct runner *runner, const struct chain_parameters *parameters)
+{
+    chain_prepare(&runner->chain, parameters);
+    chain_reset(&runner->chain, &runner->state, parameters);
+    runner->table.rules = 0;
+    it2_tabulate(&runner->chain.core, &runner->table);
+}
+
 /* Return the number of samples computed: less than n if a value is not finite. `outside` is outOfRange of
  * the plant FMU. */
 size_t it2core_chain_run(const void *parameters, const double *voltage, const double *force,
@@ -137,17 +152,15 @@ size_t it2core_chain_run(const void *parameters, const double *voltage, const do
                          double *measured, int *outside)
 {
     const struct chain_parameters *p = parameters;
-    struct chain chain;
-    struct chain_state state;
+    struct runner r;
 
-    chain_prepare(&chain, parameters);
-    chain_reset(&chain, &state, parameters);
+    begin(&r, parameters);
     for (size_t k = 0; k < n; k++) {
         const struct chain_surroundings around = surroundings(parameters, force, temperature, first_tick, k);
-        displacement[k] = chain_step(&chain, &state, voltage[k], &around);
-        measured[k] = chain_measure(&chain, displacement[k], around.time);
+        displacement[k] = chain_step(&r.chain, &r.state, voltage[k], &around);
+        measured[k] = chain_measure(&r.chain, displacement[k], around.time);
         outside[k] = chain_outside(voltage[k], p->voltageMin, p->voltageMax) ||
-                     chain_outside(state.core.y, p->displacementMin, p->displacementMax);
+                     chain_outside(r.state.core.y, p->displacementMin, p->displacementMax);
         if (!isfinite(measured[k]))
             return k;
     }
@@ -158,15 +171,13 @@ size_t it2core_chain_inverse(const void *parameters, const double *reference, co
                              const double *temperature, int64_t first_tick, size_t n, double *voltage,
                              int *limits)
 {
-    struct chain chain;
-    struct chain_state state;
+    struct runner r;
     unsigned limit;
 
-    chain_prepare(&chain, parameters);
-    chain_reset(&chain, &state, parameters);
+    begin(&r, parameters);
     for (size_t k = 0; k < n; k++) {
         const struct chain_surroundings around = surroundings(parameters, force, temperature, first_tick, k);
-        voltage[k] = chain_inverse(&chain, &state, reference[k], &around, &limit);
+        voltage[k] = chain_inverse(&r.chain, &r.state, reference[k], &around, &limit);
         limits[k] = (int)limit;
         if (!isfinite(voltage[k]))
             return k;

@@ -5,7 +5,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "it2.h"
+#include "it2_table.h"
 
 static const struct it2_rule TABLE_1[] = {
     { 4.3427, 17.8879, 0.0892, 0.8943, 0.0196, 1.7504 },

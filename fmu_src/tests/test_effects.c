@@ -501,6 +501,23 @@ static void delay_taps(void)
         }
 }
 
+/* A state from elsewhere may say that the newest voltage is where none can be. */
+static void delay_of_an_invented_state(void)
+{
+    static const double places[] = { -1.0, 5.0, 64.0, 1e300, -1e300, NAN, INFINITY };
+    const struct chain_parameters p = { .sampleTime = 1e-4, .delay.time = 4e-4 };
+    struct delay delay;
+    struct delay_state state;
+
+    delay_stage.prepare(&delay, &p);
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
+        delay_stage.rest(&delay, &state, 7.0, &p);
+        state.newest = places[i];
+        CHECK(delay_stage.step(&delay, &state, 9.0, NULL) == 7.0);
+        CHECK(state.newest >= 0.0 && state.newest < 5.0);
+    }
+}
+
 /* --- tangents ----------------------------------------------------------------------------------- */
 
 struct variation {
@@ -772,6 +789,7 @@ int main(void)
     delayed(17.0);
     delayed(2.5);
     delay_taps();
+    delay_of_an_invented_state();
     tangents();
     curve_tangent();
     equilibrium();

@@ -120,6 +120,35 @@ static void parameters_return(const struct fmi2_api *m)
     m->FreeInstance(c);
 }
 
+/* Whichever way an instance came to a state, with parameters prepared, in use or others before, it goes on from
+ * there to the same bits. */
+static void same_ticks_from_everywhere(const struct fmi2_api *m)
+{
+    enum { WAYS = 5, FROM = 100, TO = 1100 };
+    static double first[TO], second[TO];
+    fmi2Component c = make_running(m, 0.0);
+    fmi2Component way[WAYS] = { make(m), make_initializing(m, 0.0), make_initializing(m, 0.0), make(m), c };
+    fmi2FMUstate state = NULL;
+
+    CHECK(isfinite(get_real(m, way[2], output_of(m))));         /* its parameters are prepared */
+    CHECK(set_real(m, way[3], "rule[1].q3", 1.7e-6) == fmi2OK); /* another model, at work */
+    CHECK(m->EnterInitializationMode(way[3]) == fmi2OK && m->ExitInitializationMode(way[3]) == fmi2OK);
+    steps(m, way[3], 0, 10, NULL);
+    steps(m, c, 0, FROM, first);
+    CHECK(m->GetFMUstate(c, &state) == fmi2OK);
+    steps(m, c, FROM, TO, first);
+    CHECK(m->Reset(c) == fmi2OK && m->EnterInitializationMode(c) == fmi2OK);
+    CHECK(isfinite(get_real(m, c, output_of(m))));
+    for (int i = 0; i < WAYS; i++) {
+        CHECK(m->SetFMUstate(way[i], state) == fmi2OK);
+        steps(m, way[i], FROM, TO, second);
+        CHECK(memcmp(first + FROM, second + FROM, (TO - FROM) * sizeof *first) == 0);
+    }
+    m->FreeFMUstate(c, &state);
+    for (int i = 0; i < WAYS; i++)
+        m->FreeInstance(way[i]);
+}
+
 static bool refused(const struct fmi2_api *m, fmi2Component c, const fmi2Byte *bytes, size_t size)
 {
     int untouched = 0;
@@ -360,6 +389,7 @@ static void of_model(const struct fmi2_api *m)
     same_history_same_bytes(m);
     phases(m);
     parameters_return(m);
+    same_ticks_from_everywhere(m);
     damage(m);
     inventions(m);
     absurd_ticks(m);

@@ -237,6 +237,7 @@ static void counts(const struct fmi2_api *m)
 /* With the count lowered, the model is that of the rules that are left. */
 static void fewer_rules_than_packaged(void)
 {
+    static struct it2_table table;
     struct it2 core;
     struct it2_state state;
     fmi2Component c = make_initializing(&PLANT, 0.0);
@@ -246,6 +247,7 @@ static void fewer_rules_than_packaged(void)
     CHECK(PLANT.ExitInitializationMode(c) == fmi2OK);
     it2_prepare(&core, start_parameters()->rule, 2,
                 (struct it2_range){ start_parameters()->displacementMin, start_parameters()->displacementMax });
+    CHECK(it2_tabulate(&core, &table));
     it2_reset(&state, start_parameters()->initialDisplacement);
     for (int k = 0; k < 1000; k++) {
         const double voltage = 30.0 + 20.0 * sin(0.01 * k);

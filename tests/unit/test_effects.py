@@ -57,7 +57,7 @@ def test_casadi_and_c_chains_agree(parameters):
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 16))
-def test_without_effects_the_chain_is_the_core_bit_for_bit(seed, count):
+def test_without_effects_the_chain_is_the_core_but_for_rounding(seed, count):
     # the zero is that of effects, of which there are none
     scalars = {"voltageMin": -2000.0, "voltageMax": 2000.0, "displacementZero": 2 * UM}
     parameters = make_set(seed, count, initialDisplacement=5 * UM, **scalars)
@@ -65,12 +65,15 @@ def test_without_effects_the_chain_is_the_core_bit_for_bit(seed, count):
     displacement, measured = compiled.chain_free_run(parameters, voltage, *around, first_tick=12345)
     limits = parameters.displacement_range
     alone = compiled.free_run(parameters.rules, voltage, 5 * UM, limits)
-    assert displacement.tobytes() == measured.tobytes() == alone.tobytes()
+    # a table is looked up, within 1e-15 of the range in a tick; a run adds up what it does not forget
+    assert displacement.tobytes() == measured.tobytes()
+    np.testing.assert_allclose(displacement, alone, rtol=0, atol=1e-13 * (limits[1] - limits[0]))
     reference = gentle_reference(SAMPLES)
     inverse, saturated = compiled.chain_inverse_run(parameters, reference, *around)
     previous = np.concatenate([[5 * UM], reference[:-1]])
     assert not saturated.any()
-    assert inverse.tobytes() == compiled.solve(parameters.rules, previous, reference).tobytes()
+    expected = compiled.solve(parameters.rules, previous, reference)
+    np.testing.assert_allclose(inverse, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
 
 
 @settings(max_examples=50)

@@ -48,7 +48,6 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
 {
     const struct chain_place *place = &CHAIN_PLACES[i];
     void *constants = (char *)chain + place->constants;
-    const size_t end = place->state + place->state_size;
 
     chain->active[chain->all++] = place;
     chain->before += place->side == CHAIN_BEFORE;
@@ -60,6 +59,7 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
     place->stage->prepare(constants, p);
     if (place->stage->latency)
         chain->latency += place->stage->latency(constants);
+    const size_t end = place->state + (place->stage->used ? place->stage->used(constants) : place->state_size);
     if (end > chain->walked)
         chain->walked = end;
     if (end > chain->retraced && place->stage->inverse)
@@ -156,7 +156,7 @@ real chain_measure_effects(const struct chain *chain, real displacement, real ti
 
 static real within_reach(const struct chain *chain, real displacement)
 {
-    return real_fmin(real_fmax(displacement, chain->displacement.minimum), chain->displacement.maximum);
+    return clamp(displacement, chain->displacement.minimum, chain->displacement.maximum);
 }
 
 static real within_voltages(const struct chain *chain, real x)
@@ -790,6 +790,14 @@ static void creep_prepare(void *constants, const struct chain_parameters *p)
         creep->rate[i] = -real_expm1(-p->sampleTime / p->creep[i].timeConstant);
         creep->slope += creep->gain[i] * creep->rate[i];
     }
+    creep->per_slope = 1 / creep->slope;
+}
+
+static size_t creep_used(const void *constants)
+{
+    const struct creep *creep = constants;
+
+    return (size_t)creep->count * sizeof(real);
 }
 
 static real sum_of_gains(const struct creep *creep)
@@ -835,7 +843,7 @@ static real creep_solve(const struct creep *creep, const struct creep_state *s, 
 {
     for (int i = 0; i < creep->count; i++)
         y -= creep->gain[i] * (s->s[i] - creep->rate[i] * s->s[i]);
-    return y / creep->slope;
+    return y * creep->per_slope;
 }
 
 static real creep_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
@@ -935,6 +943,7 @@ const struct stage creep_stage = {
     .prepare = creep_prepare,
     .rest = creep_rest,
     .step = creep_step,
+    .used = creep_used,
     .inverse = creep_inverse,
 };
 
@@ -993,6 +1002,7 @@ static real delay_rest(const void *constants, void *state, real u, const struct 
     struct delay_state *s = state;
 
     (void)constants, (void)p;
+    s->newest = 0;
     for (int i = 0; i < DELAY_MAX_TICKS; i++)
         s->u[i] = u;
     return u;
@@ -1004,18 +1014,38 @@ static int delay_needed(const struct delay *delay)
     return delay->ticks < DELAY_MAX_TICKS ? delay->ticks + 1 : DELAY_MAX_TICKS;
 }
 
+static size_t delay_used(const void *constants)
+{
+    return offsetof(struct delay_state, u) + (size_t)delay_needed(constants) * sizeof(real);
+}
+
+/* Where u_{k-1} is. A state that was not made here may say anything. */
+static int delay_newest(const struct delay *delay, const struct delay_state *s)
+{
+    return s->newest >= 0 && s->newest < delay_needed(delay) ? (int)s->newest : 0;
+}
+
+/* Where, from there, the voltage of so many ticks before is. */
+static int delay_before(const struct delay *delay, int newest, int ticks)
+{
+    const int place = newest + ticks, needed = delay_needed(delay);
+
+    return place < needed ? place : place - needed;
+}
+
 static real delay_step(const void *constants, void *state, real u, const struct chain_surroundings *around)
 {
     const struct delay *delay = constants;
     struct delay_state *s = state;
-    real y = delay->ticks > 0 ? s->u[delay->ticks - 1] : u;
+    const int newest = delay_newest(delay, s);
+    const int oldest = delay_before(delay, newest, delay_needed(delay) - 1);
+    real y = delay->ticks > 0 ? s->u[delay_before(delay, newest, delay->ticks - 1)] : u;
 
     (void)around;
     if (delay->fraction > 0)
-        y += delay->fraction * (s->u[delay->ticks] - y);
-    for (int i = delay_needed(delay) - 1; i > 0; i--)
-        s->u[i] = s->u[i - 1];
-    s->u[0] = u;
+        y += delay->fraction * (s->u[oldest] - y); /* of a whole tick more */
+    s->u[oldest] = u;
+    s->newest = (real)oldest;
     return y;
 }
 
@@ -1041,18 +1071,20 @@ static void delay_tangent(const void *constants, const void *state, real x,
                           real *restrict row)
 {
     const struct delay *delay = constants;
-    const size_t size = (size_t)count;
+    const int newest = delay_newest(delay, state);
+    const int oldest = delay_before(delay, newest, delay_needed(delay) - 1);
+    /* the first row is that of `newest`, which nothing changes */
+    real *const d_u = d_state + count;
+    real *const d_oldest = d_u + (size_t)oldest * (size_t)count;
+    const real *const d_here =
+        delay->ticks > 0 ? d_u + (size_t)delay_before(delay, newest, delay->ticks - 1) * (size_t)count : row;
 
-    (void)state, (void)x, (void)d_around;
+    (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
-        real d_y = delay->ticks > 0 ? d_state[(size_t)(delay->ticks - 1) * size + (size_t)c] : row[c];
-        const real newest = row[c];
-        if (delay->fraction > 0)
-            d_y += delay->fraction * (d_state[(size_t)delay->ticks * size + (size_t)c] - d_y);
-        for (int i = delay_needed(delay) - 1; i > 0; i--)
-            d_state[(size_t)i * size + (size_t)c] = d_state[(size_t)(i - 1) * size + (size_t)c];
-        d_state[c] = newest;
-        row[c] = d_y;
+        const real d_x = row[c], d_y = d_here[c];
+        d_state[c] = 0;
+        row[c] = delay->fraction > 0 ? d_y + delay->fraction * (d_oldest[c] - d_y) : d_y;
+        d_oldest[c] = d_x;
     }
 }
 
@@ -1062,10 +1094,10 @@ static real delay_by_parameters(const void *constants, const void *d_constants, 
 {
     const struct delay *delay = constants, *d = d_constants;
     const struct delay_state *s = state;
-    const int ticks = delay->ticks;
-    const real here = ticks > 0 ? s->u[ticks - 1] : x;
-    const real older = ticks < DELAY_MAX_TICKS ? s->u[ticks] : here;
-    const real newer = ticks > 1 ? s->u[ticks - 2] : x;
+    const int ticks = delay->ticks, newest = delay_newest(delay, s);
+    const real here = ticks > 0 ? s->u[delay_before(delay, newest, ticks - 1)] : x;
+    const real older = ticks < DELAY_MAX_TICKS ? s->u[delay_before(delay, newest, ticks)] : here;
+    const real newer = ticks > 1 ? s->u[delay_before(delay, newest, ticks - 2)] : x;
 
     (void)around, (void)d_state, (void)stride;
     if (delay->fraction > 0)
@@ -1078,6 +1110,7 @@ const struct stage delay_stage = {
     .prepare = delay_prepare,
     .rest = delay_rest,
     .step = delay_step,
+    .used = delay_used,
     .latency = delay_latency,
 };
 
@@ -1429,12 +1462,6 @@ struct it2_memberships {
 #define IT2_FARTHEST 1e140
 #endif
 
-/* Within the range, where nothing can underflow either: neither exponentials nor their sum need be checked. */
-static inline bool it2_is_plain(const struct it2 *stage, real y_previous)
-{
-    return y_previous >= stage->plain.minimum && y_previous <= stage->plain.maximum;
-}
-
 static inline void it2_exponents(const struct it2 *stage, int l, real y_previous, real scaled[2])
 {
     const real distance = y_previous - stage->rule[l].centre;
@@ -1664,7 +1691,7 @@ real it2_derivative(const struct it2 *stage, const struct it2_state *state, real
 
 /* Eq. (30): the voltage that takes the model from y_{k-1} to the desired y_k. */
 
-real it2_solve(const struct it2 *stage, real y_previous, real y)
+real it2_solve_rules(const struct it2 *stage, real y_previous, real y)
 {
     struct it2_memberships m;
     real free_response = 0;
@@ -1682,13 +1709,6 @@ real it2_solve(const struct it2 *stage, real y_previous, real y)
         slope += rule->q2 * m.weight[l];
     }
     return (y * m.sum - free_response) / slope;
-}
-
-real it2_inverse(const struct it2 *stage, struct it2_state *state, real y)
-{
-    const real x = it2_solve(stage, state->y, y);
-    state->y = y;
-    return x;
 }
 
 /* --- it2_model.c --- */
@@ -1800,7 +1820,7 @@ static real evaluate_elsewhere(const struct it2 *stage, real y_previous, real x)
     return numerator / m.sum;
 }
 
-real it2_evaluate(const struct it2 *stage, real y_previous, real x)
+real it2_evaluate_rules(const struct it2 *stage, real y_previous, real x)
 {
     real lower, upper; /* not of interest here */
     real sum = 0;
@@ -1819,12 +1839,6 @@ real it2_evaluate(const struct it2 *stage, real y_previous, real x)
 void it2_reset(struct it2_state *state, real y)
 {
     state->y = y;
-}
-
-real it2_step(const struct it2 *stage, struct it2_state *state, real x)
-{
-    state->y = it2_evaluate(stage, state->y, x);
-    return state->y;
 }
 
 /* --- it2_range.c --- */
@@ -1962,6 +1976,204 @@ real it2_gradient_beyond(const struct it2 *stage, const struct it2_end *end, rea
     return end->y + end->dx * from.x + end->dy * from.y;
 }
 
+/* --- it2_table.c --- */
+
+/* Makes the table of it2_table.h. */
+
+/* The first try is a width of at most this share of the smallest deviation. */
+#define TABLE_WIDTHS_PER_DEVIATION 8
+
+/* What an interpolation may be off by, in units of what it is added to: less than half a rounding error. */
+#define TABLE_TOLERANCE (REAL_EPSILON / 4)
+
+/* Terms as small as this are rounding errors of those that they were made of. */
+#define TABLE_NOISE (2 * REAL_EPSILON)
+
+/* Of widths from 0: beyond it, numbers of rows do not stand in the low bits. */
+#define TABLE_FARTHEST 1e9
+
+enum { TABLE_HALF = IT2_TABLE_TERMS / 2 };
+
+#if !defined IT2HYS_SINGLE
+
+/* Chebyshev nodes to the right of the middle, in widths, outermost first: cos((2 k + 1) pi / 16) / 2. */
+static const real NODE[TABLE_HALF] = { 0.4903926402016152, 0.4157348061512726, 0.2777851165098011,
+                                       0.09754516100806414 };
+
+/* What is interpolated there is, in powers of the distance from the middle in widths, of even degree by sums
+ * of what it is at a node and at the one opposite, and of odd degree by differences. */
+static const real EVEN[TABLE_HALF][TABLE_HALF] = {
+    { -0.02486404592245725, 0.08352232973991236, -0.18707572033318612, 0.628417436515731 },
+    { 3.079206598101809, -10.207610470980601, 21.521318969965364, -14.39291509708657 },
+    { -50.847802016127716, 154.75745324419754, -200.01228724013657, 96.10263601206675 },
+    { 195.93391737092597, -473.0263206457788, 473.0263206457788, -195.93391737092597 },
+};
+static const real ODD[TABLE_HALF][TABLE_HALF] = {
+    { -0.05070232275964601, 0.20090290373599667, -0.6734548009039408, 6.442323022705137 },
+    { 6.279063643442639, -24.553177458195258, 77.4747014540141, -147.55129776142044 },
+    { -103.68793869994184, 372.2504128939501, -720.0252114050161, 985.2117216160203 },
+    { 399.5449794890307, -1137.8078372241453, 1702.8497659956126, -2008.648254265816 },
+};
+
+/* Chebyshev's polynomial of degree n, scaled to a width, begins with 2^(2 n - 1): what a term's coefficient
+ * in these is, as long as the next but one is small beside it. */
+static real chebyshev(real coefficient, int degree)
+{
+    return real_fabs(coefficient) / (real)(1 << (2 * degree - 1));
+}
+
+static real dot(const real a[TABLE_HALF], const real b[TABLE_HALF])
+{
+    return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]);
+}
+
+/* A and B at y, by the rules. */
+static void evaluate(const struct it2 *stage, real y, real value[2])
+{
+    struct it2_memberships m;
+
+    value[0] = value[1] = 0;
+    it2_memberships(stage, y, &m);
+    for (int l = 0; l < stage->rules; l++) {
+        const struct it2_rule *rule = &stage->rule[l];
+        value[0] += rule->q2 * m.weight[l];
+        value[1] += (rule->q1 * y + rule->q3) * m.weight[l];
+    }
+    value[0] /= m.sum;
+    value[1] /= m.sum;
+}
+
+/* The terms for A or B, in widths, from what it is at nodes to the right and to the left; returns whether they
+ * have converged for what is of the size `size`. */
+static bool interpolate(const real right[TABLE_HALF], const real left[TABLE_HALF], real size,
+                        real term[IT2_TABLE_TERMS])
+{
+    const real near = right[TABLE_HALF - 1]; /* only differences to it are small */
+    real sum[TABLE_HALF], difference[TABLE_HALF];
+
+    for (int k = 0; k < TABLE_HALF; k++) {
+        sum[k] = (right[k] - near) + (left[k] - near);
+        difference[k] = right[k] - left[k];
+    }
+    for (int j = 0; j < TABLE_HALF; j++) {
+        term[2 * j] = dot(EVEN[j], sum);
+        term[2 * j + 1] = dot(ODD[j], difference);
+    }
+    /* the next two terms, left out, fall short of the last two as these do of the two before */
+    const real before = chebyshev(term[4], 4) + chebyshev(term[5], 5);
+    const real last = chebyshev(term[6], 6) + chebyshev(term[7], 7);
+    term[0] += near;
+    return last <= TABLE_NOISE * size || last * last <= TABLE_TOLERANCE * size * before;
+}
+
+/* One row, around `middle`; returns whether it holds A and B to rounding. */
+static bool make_row(const struct it2 *stage, real middle, real width, const real size[2],
+                     real row[IT2_TABLE_TERMS][2])
+{
+    const real per_width = 1 / width;
+    real right[2][TABLE_HALF], left[2][TABLE_HALF], value[2], term[IT2_TABLE_TERMS];
+    bool converged = true;
+
+    for (int k = 0; k < TABLE_HALF; k++) {
+        evaluate(stage, middle + width * NODE[k], value);
+        right[0][k] = value[0], right[1][k] = value[1];
+        evaluate(stage, middle - width * NODE[k], value);
+        left[0][k] = value[0], left[1][k] = value[1];
+    }
+    for (int i = 0; i < 2; i++) {
+        real power = 1;
+        converged &= interpolate(right[i], left[i], size[i], term);
+        for (int j = 0; j < IT2_TABLE_TERMS; j++, power *= per_width)
+            row[j][i] = term[j] * power;
+    }
+    return converged;
+}
+
+/* With intervals of a width, a power of two. */
+static bool make_rows(struct it2_table *table, const struct it2 *stage, real width)
+{
+    const real low = table->range.minimum, high = table->range.maximum;
+    const real length = real_fmax(real_fmax(real_fabs(low), real_fabs(high)), high - low);
+    const real voltage = real_fmax(real_fabs(stage->lower.x), real_fabs(stage->upper.x));
+    const real size[2] = { length / voltage, length };
+
+    const real all = REAL(6755399441055744.0) * width;
+    const real first = (low + all) - all;
+    table->rounding = all - first;
+    const int rows = (int)it2_table_row(high + table->rounding) + 1;
+    for (int i = 0; i < rows; i++)
+        if (!make_row(stage, first + (real)i * width, width, size, table->term[i]))
+            return false;
+    table->rows = rows;
+    return true;
+}
+
+/* The largest power of two that is not larger. */
+static real power_of_two(real value)
+{
+    real power = 1;
+
+    while (power > value)
+        power /= 2;
+    while (2 * power <= value)
+        power *= 2;
+    return power;
+}
+
+static bool has_room(struct it2_range range, real width)
+{
+    const real farthest = real_fmax(real_fabs(range.minimum), real_fabs(range.maximum));
+
+    return range.maximum - range.minimum <= (IT2_TABLE_ROWS - 2) * width && farthest <= TABLE_FARTHEST * width;
+}
+
+/* Finer and finer, as long as there is room. */
+static void fill(struct it2_table *table, const struct it2 *stage)
+{
+    const real low = table->range.minimum, high = table->range.maximum;
+    real deviation = high - low;
+
+    table->rows = 0;
+    for (int l = 0; l < stage->rules; l++)
+        deviation = real_fmin(deviation, stage->rule[l].sigmaLower);
+    if (!(deviation > 0 && isfinite(deviation)))
+        return;
+    for (real width = power_of_two(deviation / TABLE_WIDTHS_PER_DEVIATION); has_room(table->range, width);
+         width /= 2)
+        if (make_rows(table, stage, width))
+            return;
+}
+
+static bool is_of(const struct it2_table *table, const struct it2 *stage)
+{
+    return table->rules == stage->rules && table->range.minimum == stage->plain.minimum &&
+           table->range.maximum == stage->plain.maximum &&
+           memcmp(table->rule, stage->rule, (size_t)stage->rules * sizeof *stage->rule) == 0;
+}
+
+bool it2_tabulate(struct it2 *stage, struct it2_table *table)
+{
+    if (!is_of(table, stage)) {
+        table->rules = stage->rules;
+        table->range = stage->plain;
+        memcpy(table->rule, stage->rule, sizeof table->rule);
+        fill(table, stage);
+    }
+    stage->table = table->rows > 0 ? table : NULL;
+    return stage->table;
+}
+
+#else
+
+bool it2_tabulate(struct it2 *stage, struct it2_table *table)
+{
+    (void)table;
+    stage->table = NULL;
+    return false;
+}
+
+#endif
+
 /* --- lag.c --- */
 
 /* A slower pole would leave too few digits for the inverse. */
@@ -1992,6 +2204,7 @@ static void lag_prepare(void *constants, const struct chain_parameters *p)
     struct lag *lag = constants;
 
     lag->gain = -real_expm1(-p->sampleTime / p->lag.timeConstant);
+    lag->per_gain = 1 / lag->gain;
 }
 
 static real lag_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
@@ -2016,7 +2229,7 @@ static real lag_inverse(const void *constants, void *state, real y, const struct
 {
     const struct lag *lag = constants;
     struct lag_state *s = state;
-    const real x = s->y + (y - s->y) / lag->gain;
+    const real x = s->y + (y - s->y) * lag->per_gain;
 
     (void)around;
     s->y = y;
@@ -2193,30 +2406,84 @@ static bool nonlinearity_is_on(const struct chain_parameters *p)
     return c->quadratic != 0 || c->cubic != 0 || c->quartic != 0 || c->quintic != 0 || c->sextic != 0;
 }
 
-static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
+/* The curve, or its derivative, which is linear in the parameters. */
+static void nonlinearity_set(struct nonlinearity *curve, const struct chain_parameters *p)
 {
     const struct nonlinearity_parameters *c = &p->nonlinearity;
 
-    *(struct nonlinearity *)constants =
-        (struct nonlinearity){ .coefficient = *c,
-                               .centre = p->displacementZero + REAL(0.5) * (c->minimum + c->maximum),
-                               .half_range = REAL(0.5) * (c->maximum - c->minimum) };
+    curve->coefficient = *c;
+    curve->centre = p->displacementZero + REAL(0.5) * (c->minimum + c->maximum);
+    curve->half_range = REAL(0.5) * (c->maximum - c->minimum);
+}
+
+/* Behind the factor that vanishes at both ends. */
+static real nonlinearity_inner(const struct nonlinearity_parameters *c, real z)
+{
+    return c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
 }
 
 /* Between the ends, z from -1 to 1. */
 static real nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
 {
-    const real inner =
-        c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
+    return (1 - z * z) * nonlinearity_inner(c, z);
+}
 
-    return (1 - z * z) * inner;
+static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real z)
+{
+    const real by_z = c->cubic + z * (2 * c->quartic + z * (3 * c->quintic + 4 * z * c->sextic));
+
+    return -2 * z * nonlinearity_inner(c, z) + (1 - z * z) * by_z;
+}
+
+/* Where z + bow(z) = aim, to the first order in the bow. With d from aim to there, d = -bow, so that
+ * |d| <= height / (1 - tilt), where height and tilt are the largest |bow| and |dbow/dz|; it is off by at most
+ * tilt^2 |d| + bend d^2, with half the largest second derivative. */
+static real nonlinearity_guess(const struct nonlinearity_parameters *c, real aim)
+{
+    return aim - nonlinearity_bow(c, aim) * (1 - nonlinearity_bow_slope(c, aim));
+}
+
+/* How many steps of Newton's method solve a curve from that guess, whatever the aim is, to rounding: each leaves the
+ * square of what it finds, times bend by slope. The bounds hold up to |z| = 1.3. */
+static int nonlinearity_steps(const struct nonlinearity_parameters *c)
+{
+    const real q = real_fabs(c->quadratic), k = real_fabs(c->cubic), l = real_fabs(c->quartic);
+    const real m = real_fabs(c->quintic), n = real_fabs(c->sextic);
+    const real tilt = 3 * q + 5 * k + 7 * l + 10 * m + 14 * n;
+    const real bend = q + 4 * k + 10 * l + 19 * m + 33 * n;
+    int steps = 1;
+
+    if (!(tilt <= REAL(0.5)))
+        return 0;
+    const real d = (q + k + l + m + n) / (1 - tilt);
+    real error = (tilt * tilt + bend * d) * d;
+    for (;; steps++) {
+        error *= bend / (1 - tilt) * error;
+        if (error <= REAL(0.25) * REAL_EPSILON)
+            return steps;
+    }
+}
+
+static void nonlinearity_prepare(void *constants, const struct chain_parameters *p)
+{
+    struct nonlinearity *curve = constants;
+    struct nonlinearity_parameters *scaled = &curve->scaled;
+
+    nonlinearity_set(curve, p);
+    curve->per_half_range = 1 / curve->half_range;
+    scaled->quadratic = curve->coefficient.quadratic / curve->half_range;
+    scaled->cubic = curve->coefficient.cubic / curve->half_range;
+    scaled->quartic = curve->coefficient.quartic / curve->half_range;
+    scaled->quintic = curve->coefficient.quintic / curve->half_range;
+    scaled->sextic = curve->coefficient.sextic / curve->half_range;
+    curve->steps = nonlinearity_steps(scaled);
 }
 
 static real nonlinearity_step(const void *constants, void *state, real x,
                               const struct chain_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
-    const real z = clamp((x - curve->centre) / curve->half_range, -1, 1);
+    const real z = clamp((x - curve->centre) * curve->per_half_range, -1, 1);
 
     (void)state, (void)around;
     return x + nonlinearity_bow(&curve->coefficient, z);
@@ -2225,32 +2492,31 @@ static real nonlinearity_step(const void *constants, void *state, real x,
 /* On the curve between the ends, by x. */
 static real nonlinearity_slope(const struct nonlinearity *curve, real z)
 {
-    const struct nonlinearity_parameters *c = &curve->coefficient;
-    const real inner =
-        c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
-    const real inner_by_z = c->cubic + z * (2 * c->quartic + z * (3 * c->quintic + 4 * z * c->sextic));
-    const real by_z = -2 * z * inner + (1 - z * z) * inner_by_z;
+    return 1 + nonlinearity_bow_slope(&curve->coefficient, z) / curve->half_range;
+}
 
-    return 1 + by_z / curve->half_range;
+static real nonlinearity_excess(const struct nonlinearity *curve, real z, real aim)
+{
+    return z - aim + nonlinearity_bow(&curve->scaled, z);
+}
+
+/* Newton's step in z. */
+static real nonlinearity_newton(const struct nonlinearity *curve, real z, real excess)
+{
+    return -excess / (1 + nonlinearity_bow_slope(&curve->scaled, z));
 }
 
 /* Newton's method in z within a bracket that every step narrows, which is halved instead where Newton would
  * leave it or does not halve its own step. */
-static real nonlinearity_inverse(const void *constants, void *state, real y,
-                                 const struct chain_surroundings *around)
+static real nonlinearity_search(const struct nonlinearity *curve, real aim)
 {
-    const struct nonlinearity *curve = constants;
-    const real aim = (y - curve->centre) / curve->half_range;
     real low = -1, high = 1, z = aim, step = 2;
 
-    (void)state, (void)around;
-    if (!(aim > -1 && aim < 1))
-        return y;
     for (int i = 0; i < MOST_STEPS; i++) {
-        const real excess = z - aim + nonlinearity_bow(&curve->coefficient, z) / curve->half_range;
+        const real excess = nonlinearity_excess(curve, z, aim);
         if (real_fabs(excess) <= REAL_EPSILON)
             break;
-        const real newton = -excess / nonlinearity_slope(curve, z);
+        const real newton = nonlinearity_newton(curve, z, excess);
         if (excess > 0)
             high = z;
         else
@@ -2262,6 +2528,24 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
             break;
         z += step;
     }
+    return z;
+}
+
+/* A curve that bends little takes a number of steps that is known before: nothing has to be decided. */
+static real nonlinearity_inverse(const void *constants, void *state, real y,
+                                 const struct chain_surroundings *around)
+{
+    const struct nonlinearity *curve = constants;
+    const real aim = (y - curve->centre) * curve->per_half_range;
+    real z = nonlinearity_guess(&curve->scaled, aim);
+
+    (void)state, (void)around;
+    if (!(aim > -1 && aim < 1))
+        return y;
+    if (curve->steps == 0)
+        return curve->centre + curve->half_range * nonlinearity_search(curve, aim);
+    for (int i = 0; i < curve->steps; i++)
+        z += nonlinearity_newton(curve, z, nonlinearity_excess(curve, z, aim));
     return curve->centre + curve->half_range * z;
 }
 
@@ -2275,7 +2559,7 @@ static void nonlinearity_prepare_tangent(void *d_constants, const void *constant
                                          const struct chain_parameters *p, const struct chain_parameters *d)
 {
     (void)constants, (void)p;
-    nonlinearity_prepare(d_constants, d);
+    nonlinearity_set(d_constants, d);
 }
 
 static real nonlinearity_place(const struct nonlinearity *curve, real x)
@@ -2412,6 +2696,13 @@ static void play_prepare(void *constants, const struct chain_parameters *p)
     play->count = p->playCount;
     for (int j = 0; j < play->count; j++)
         play->element[j] = p->play[j];
+}
+
+static size_t play_used(const void *constants)
+{
+    const struct play *play = constants;
+
+    return (size_t)play->count * sizeof(real);
 }
 
 static real play_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
@@ -2603,6 +2894,7 @@ const struct stage play_stage = {
     .prepare = play_prepare,
     .rest = play_rest,
     .step = play_step,
+    .used = play_used,
     .inverse = play_inverse,
 };
 
@@ -2654,6 +2946,7 @@ static void resonance_prepare(void *constants, const struct chain_parameters *p)
     resonance->a1 = 2 * radius * real_cos(angle * real_sqrt(1 - damping * damping));
     resonance->a2 = -radius * radius;
     resonance->b = 1 - resonance->a1 - resonance->a2;
+    resonance->per_b = 1 / resonance->b;
 }
 
 static real resonance_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
@@ -2686,7 +2979,7 @@ static real resonance_inverse(const void *constants, void *state, real y,
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
-    const real x = (y - resonance->a1 * s->y1 - resonance->a2 * s->y2) / resonance->b;
+    const real x = (y - resonance->a1 * s->y1 - resonance->a2 * s->y2) * resonance->per_b;
 
     (void)around;
     resonance_advance(s, y);
@@ -3125,6 +3418,7 @@ enum fmu_status fmu_exit_initialization(struct fmu *fmu, const char *function)
 {
     if (!fmu_may(fmu, function, FMU_INITIALIZATION) || fmu_start_outputs(fmu, function) != FMU_OK)
         return FMU_ERROR;
+    fmu_settle(fmu);
     fmu_clock_start(&fmu->now->clock, fmu_sample_time(fmu));
     fmu->now->phase = FMU_STEP_COMPLETE;
     return FMU_OK;
@@ -3426,19 +3720,28 @@ void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time
         input[i] = span->input[i] + span->slope[i] * elapsed;
 }
 
+static inline uint64_t bits_of(const double *value)
+{
+    uint64_t bits;
+
+    memcpy(&bits, value, sizeof bits);
+    return bits;
+}
+
 /* No bit but the signs': one comparison instead of four, at every step. */
 static bool is_zero(const double slope[FMU_INPUTS])
 {
-    uint64_t bits[FMU_INPUTS];
-
-    memcpy(bits, slope, sizeof bits);
-    return (bits[0] | bits[1] | bits[2] | bits[3]) << 1 == 0;
+    return (bits_of(slope) | bits_of(slope + 1) | bits_of(slope + 2) | bits_of(slope + 3)) << 1 == 0;
 }
 
 /* Copies what is in use of a state, most often a single number. A few go one by one: a processor that reads
  * two at a time what was just written one by one waits until it is in memory. */
 static inline void copy_state(void *to, const void *from, size_t used)
 {
+    if (used == sizeof(double)) {
+        memcpy(to, from, sizeof(double));
+        return;
+    }
     if (used > FEW * sizeof(double)) {
         memcpy(to, from, used);
         return;
@@ -3465,19 +3768,28 @@ static enum fmu_status warn(struct fmu *fmu, const char *function, unsigned find
     return FMU_WARNING;
 }
 
-static inline void run_tick(struct fmu *fmu, const char *function, const double input[], double time,
-                            enum fmu_status *status)
+/* Makes a status of a tick's findings. */
+static void report(struct fmu *fmu, const char *function, unsigned findings, const double input[], double time,
+                   enum fmu_status *status)
 {
-    struct fmu_snapshot *now = fmu->now;
-    const unsigned findings =
-        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, input, time, &now->output);
+    const unsigned warned = (unsigned)fmu->now->warned;
 
-    if (!(findings & ~now->warned))
+    if (!(findings & ~warned))
         return;
     if (findings & FMU_NOT_FINITE)
         *status = FMU_DISCARD;
     else if (*status != FMU_DISCARD)
-        *status = warn(fmu, function, findings & ~(unsigned)now->warned, input, time);
+        *status = warn(fmu, function, findings & ~warned, input, time);
+}
+
+static inline void run_tick(struct fmu *fmu, const char *function, const double input[], double time,
+                            enum fmu_status *status)
+{
+    const unsigned findings =
+        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, input, time, &fmu->now->output);
+
+    if (findings)
+        report(fmu, function, findings, input, time, status);
 }
 
 /* Runs the ticks up to `end_tick` in place. What a step of one tick costs is the way from the state of the
@@ -3505,42 +3817,104 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
     return status;
 }
 
-enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+/* A step that is not made: everything stays as it was. */
+static enum fmu_status give_up(struct fmu *fmu, const char *function, double time, double step)
 {
-    struct fmu_clock end;
-    char message[256];
+    copy_state(fmu->state, fmu->before, fmu->used);
+    return fmu_say(
+        fmu, FMU_DISCARD,
+        "%s: the %s is no longer finite between %g s and %g s; the step is not made and the state is "
+        "that of %g s.",
+        function, fmu->model->diverging, time, time + step, time);
+}
 
-    if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
-        return FMU_ERROR;
+/* What directional derivatives repeat. */
+static inline void note_step(struct fmu *fmu, int64_t end_tick)
+{
     struct fmu_snapshot *now = fmu->now;
-    const double sample_time = fmu_sample_time(fmu);
-    if (!fmu_clock_step(&now->clock, sample_time, time, step, &end))
-        return fmu_say(fmu, FMU_ERROR, "%s: %s.", function,
-                       fmu_clock_refusal(&now->clock, sample_time, time, step, message, sizeof message));
-    const struct fmu_outputs held = now->output;
-    const uint64_t warned = now->warned;
 
-    copy_state(fmu->before, fmu->state, fmu->used);
-    const enum fmu_status status = run(fmu, function, end.next_tick);
-    now->last_status = (int)status;
-    if (status == FMU_DISCARD) {
-        copy_state(fmu->state, fmu->before, fmu->used);
-        now->output = held;
-        now->warned = warned;
-        return fmu_say(fmu, FMU_DISCARD,
-                       "%s: the %s is no longer finite between %g s and %g s; the step is "
-                       "not made and the state is that of %g s.",
-                       function, fmu->model->diverging, time, end.time, time);
-    }
     copy_state(fmu->last_state, fmu->before, fmu->used);
     now->last_step.tick = now->clock.tick;
     now->last_step.rest = now->clock.rest;
     now->last_step.first_tick = now->clock.next_tick;
-    now->last_step.end_tick = end.next_tick;
-    memcpy(now->last_step.input, now->input, sizeof now->input);
+    now->last_step.end_tick = end_tick;
+    const volatile double *input = now->input; /* one by one: as copy_state */
+    for (int i = 0; i < FMU_INPUTS; i++)
+        now->last_step.input[i] = input[i];
+}
+
+/* From one tick to the next under constant inputs, as most steps are: what any step does, in short. */
+static inline void finish_tick(struct fmu *fmu, enum fmu_status status, double end)
+{
+    fmu->now->last_status = (int)status;
+    note_step(fmu, fmu->now->clock.tick + 1);
+    memset(fmu->now->last_step.slope, 0, sizeof fmu->now->last_step.slope);
+    fmu_clock_tick(&fmu->now->clock, end);
+}
+
+/* The same where the tick has findings, which may have been logged before. */
+static enum fmu_status finish_with_findings(struct fmu *fmu, const char *function, unsigned findings,
+                                            double time, double step)
+{
+    struct fmu_snapshot *now = fmu->now;
+    enum fmu_status status = FMU_OK;
+
+    report(fmu, function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu), &status);
+    if (status == FMU_DISCARD) {
+        now->last_status = FMU_DISCARD;
+        return give_up(fmu, function, time, step);
+    }
+    finish_tick(fmu, status, time + step);
+    return status;
+}
+
+static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, double time, double step)
+{
+    struct fmu_snapshot *now = fmu->now;
+    const double tick_time = (double)now->clock.tick * fmu_sample_time(fmu);
+
+    copy_state(fmu->before, fmu->state, fmu->used);
+    const unsigned findings =
+        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
+    if (findings)
+        return finish_with_findings(fmu, function, findings, time, step);
+    finish_tick(fmu, FMU_OK, time + step);
+    return FMU_OK;
+}
+
+static enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
+{
+    struct fmu_snapshot *now = fmu->now;
+    const double sample_time = fmu_sample_time(fmu);
+    const struct fmu_outputs held = now->output;
+    const uint64_t warned = now->warned;
+    struct fmu_clock end;
+    char message[256];
+
+    if (!fmu_clock_step(&now->clock, sample_time, time, step, &end))
+        return fmu_say(fmu, FMU_ERROR, "%s: %s.", function,
+                       fmu_clock_refusal(&now->clock, sample_time, time, step, message, sizeof message));
+    copy_state(fmu->before, fmu->state, fmu->used);
+    const enum fmu_status status = run(fmu, function, end.next_tick);
+    now->last_status = (int)status;
+    if (status == FMU_DISCARD) {
+        now->output = held;
+        now->warned = warned;
+        return give_up(fmu, function, time, step);
+    }
+    note_step(fmu, end.next_tick);
     memcpy(now->last_step.slope, now->slope, sizeof now->slope);
     now->clock = end;
     return status;
+}
+
+enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+{
+    if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
+        return FMU_ERROR;
+    if (is_zero(fmu->now->slope) && fmu_clock_is_tick(&fmu->now->clock, fmu_sample_time(fmu), time, step))
+        return one_tick(fmu, function, time, step);
+    return any_step(fmu, function, time, step);
 }
 
 /* --- fmu_derivative.c --- */
@@ -3730,8 +4104,11 @@ static void adopt(struct fmu *fmu, const void *block)
     memcpy(fmu->now, block, fmu_snapshot_size(model));
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
     fmu->outputs_stale = fmu->now->phase < FMU_STEP_COMPLETE;
-    if (!fmu->outputs_stale && !prepared)
+    if (fmu->outputs_stale)
+        return;
+    if (!prepared)
         fmu->used = model->prepare(fmu->constants, fmu->parameters);
+    fmu_settle(fmu); /* what was prepared last may have been in initialization */
 }
 
 enum fmu_status fmu_set_state(struct fmu *fmu, const char *function, const void *state)
@@ -4430,6 +4807,13 @@ bool actuator_check(const struct fmu_model *model, const void *parameters, char 
     return fmu_within_bounds(model, parameters, message, size) && chain_check(parameters, message, size);
 }
 
+void actuator_settle(void *constants)
+{
+    struct actuator *actuator = constants;
+
+    it2_tabulate(&actuator->chain.core, &actuator->table);
+}
+
 /* --- plant.c --- */
 
 /* The plant: the chain walked forwards, from voltage to displacement. */
@@ -4483,6 +4867,8 @@ static unsigned plant_tick(const void *constants, void *state, const void *param
     const double measured = chain_measure(constants, displacement, time);
     unsigned findings = 0;
 
+    if (!isfinite(measured))
+        return FMU_NOT_FINITE;
     output->real[OUT_DISPLACEMENT] = displacement;
     output->real[OUT_MEASURED] = measured;
     if (chain_outside(voltage, p->voltageMin, p->voltageMax))
@@ -4490,7 +4876,7 @@ static unsigned plant_tick(const void *constants, void *state, const void *param
     if (chain_outside(s->core.y, p->displacementMin, p->displacementMax))
         findings |= PLANT_DISPLACEMENT_RANGE;
     output->flag[OUT_OUT_OF_RANGE] = findings != 0;
-    return isfinite(measured) ? findings : findings | FMU_NOT_FINITE;
+    return findings;
 }
 
 static void plant_explain(unsigned finding, const void *state, const void *parameters,
@@ -4536,6 +4922,7 @@ const struct fmu_model plant_model = {
     .input_start = FMU_PLANT_INPUT_START,
     .diverging = "displacement",
     .prepare = plant_prepare,
+    .settle = actuator_settle,
     .start = plant_start,
     .start_tangent = plant_start_tangent,
     .tick = plant_tick,
@@ -4589,6 +4976,8 @@ static unsigned inverse_tick(const void *constants, void *state, const void *par
     unsigned findings = 0;
 
     (void)parameters;
+    if (!isfinite(voltage))
+        return FMU_NOT_FINITE;
     output->real[OUT_VOLTAGE] = voltage;
     output->flag[OUT_SATURATED] = limits != 0;
     if (limits & CHAIN_REFERENCE_RANGE)
@@ -4597,7 +4986,7 @@ static unsigned inverse_tick(const void *constants, void *state, const void *par
         findings |= INVERSE_AMPLIFIER_LIMIT;
     if (limits & CHAIN_VOLTAGE_RANGE)
         findings |= INVERSE_VOLTAGE_LIMIT;
-    return isfinite(voltage) ? findings : findings | FMU_NOT_FINITE;
+    return findings;
 }
 
 static void inverse_explain(unsigned finding, const void *state, const void *parameters,
@@ -4648,6 +5037,7 @@ const struct fmu_model inverse_model = {
     .input_start = FMU_INVERSE_INPUT_START,
     .diverging = "voltage",
     .prepare = inverse_prepare,
+    .settle = actuator_settle,
     .start = inverse_start,
     .start_tangent = inverse_start_tangent,
     .tick = inverse_tick,

@@ -40,6 +40,18 @@
  * reached would make a limit cycle of lag, core and slew limit.) So nothing winds up. Until the plant is
  * back, it is followed in `reached`, and the inverse says so. */
 
+/* --- it2_table.h --- */
+
+/* (10) as a table, for runs of many ticks with the same rules. It is affine in the voltage,
+ *     y_k = A(y_{k-1}) x_k + B(y_{k-1}),    A = sum q2 w / sum w,  B = sum (q1 y_{k-1} + q3) w / sum w,  w = f + F,
+ * and A and B are smooth functions of one variable: polynomials on short intervals, interpolated at Chebyshev
+ * nodes, hold them to rounding. A step is then one look-up and a few multiplications and additions, however
+ * many rules there are: no exponential and no division. (30) is x = (y - B) / A of the same table.
+ *
+ * An interval's width is a power of two and its middle a multiple of it. So nothing is lost on the way to the
+ * interval, and it takes three additions: with 1.5 * 2^52 widths added, less the first row's number, y is rounded
+ * to a multiple of the width, and the row stands in the low bits of the sum. */
+
 /* --- it2.h --- */
 
 /* The simplified interval type-2 Takagi-Sugeno fuzzy model: the core of the chain.
@@ -50,6 +62,7 @@
  *   it2_inverse.c      (30)                   one step backward
  *   it2_gradient.c     (13) to (18)           partial derivatives
  *   it2_range.c        what (10) becomes beyond the ends of its range
+ *   it2_table.c        (10) and (30) prepared for many ticks with the same rules
  *   it2_free_run.c     (10) over a record, with forward sensitivities
  *   it2_check.c        what makes a parameter set usable
  *
@@ -147,11 +160,14 @@ struct it2_end {
     real dy; /* dF/dy */
 };
 
+struct it2_table;
+
 /* The rules, and -1 / (2 s_l1^2), -1 / (2 s_l2^2) in the scale of exponential.h. Set by it2_prepare. */
 struct it2 {
     int rules;
     struct it2_range plain; /* of y_{k-1}: within the range, and no membership comes close to underflow */
     struct it2_end lower, upper;
+    const struct it2_table *table; /* for y_{k-1} in `plain`; NULL: the rules themselves */
     struct it2_rule rule[IT2_MAX_RULES];
     real exponent[IT2_MAX_RULES][2];
 };
@@ -177,16 +193,22 @@ HIDDEN_BEGIN
 
 void it2_prepare(struct it2 *stage, const struct it2_rule *rules, int count, struct it2_range range);
 
-/* The core as a stage that the chain always has. step and inverse advance the state. */
+/* From now on, until it2_prepare, steps and inverses within the range look (10) and (30) up (it2_table.h): faster,
+ * and the same but for rounding, less than 1e-15 of the range or of its farther end. Derivatives stay those of the
+ * rules. `table`, the caller's, holds zeros or what this function has made: for the same rules and range it is
+ * taken as it is. False where there can be none, because the range is infinite or the rules are too narrow for
+ * it: then everything stays with the rules. */
+bool it2_tabulate(struct it2 *stage, struct it2_table *table);
+
+/* The core as a stage that the chain always has; it2_step and it2_inverse are in it2_table.h. */
 void it2_reset(struct it2_state *state, real y);
-real it2_step(const struct it2 *stage, struct it2_state *state, real x);
-real it2_inverse(const struct it2 *stage, struct it2_state *state, real y);
 real it2_derivative(const struct it2 *stage, const struct it2_state *state, real x);
 
 /* F without a state, and what is derived from it: (10) for y_{k-1} within the range, and what goes on from
- * it beyond (it2_range.c). */
-real it2_evaluate(const struct it2 *stage, real y_previous, real x);
-real it2_solve(const struct it2 *stage, real y_previous, real y);
+ * it beyond (it2_range.c). By the rules; it2_evaluate and it2_solve of it2_table.h take the table where there is
+ * one. */
+real it2_evaluate_rules(const struct it2 *stage, real y_previous, real x);
+real it2_solve_rules(const struct it2 *stage, real y_previous, real y);
 struct it2_partials it2_partials(const struct it2 *stage, real y_previous, real x);
 
 /* Eqs. (13) to (18): gradient[6 l + i] = dy_k / d(parameter i of rule l), in the order of it2_rule.
@@ -211,6 +233,134 @@ bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, 
 real it2_contraction(const struct it2 *stage, struct it2_range range, real *where);
 
 HIDDEN_END
+
+/* As many rows as fit into a processor's nearest memory beside other things, 33 KB; none in single precision. */
+#if defined IT2HYS_SINGLE
+enum { IT2_TABLE_ROWS = 1 };
+#else
+enum { IT2_TABLE_ROWS = 260 };
+#endif
+enum { IT2_TABLE_TERMS = 8 };
+
+struct it2_table {
+    int rules; /* what it was made of: rules and range */
+    struct it2_rule rule[IT2_MAX_RULES];
+    struct it2_range range;
+    int rows;                                      /* 0 where there would be too many */
+    real rounding;                                 /* what is added to y */
+    real term[IT2_TABLE_ROWS][IT2_TABLE_TERMS][2]; /* of A and of B, by powers of the distance to the middle */
+};
+
+/* Within the range, where nothing can underflow either: neither exponentials nor their sum need be checked. */
+static inline bool it2_is_plain(const struct it2 *stage, real y_previous)
+{
+    return y_previous >= stage->plain.minimum && y_previous <= stage->plain.maximum;
+}
+
+#if !defined IT2HYS_SINGLE
+
+/* Where y is in its row, and the powers of that. */
+struct it2_place {
+    const real (*term)[2];
+    real r, r2, r4;
+};
+
+static inline uint32_t it2_table_row(real rounded)
+{
+    union {
+        real value;
+        uint64_t bits;
+    } sum = { rounded };
+
+    return (uint32_t)sum.bits;
+}
+
+static inline struct it2_place it2_place(const struct it2_table *table, real y)
+{
+    const real rounded = y + table->rounding;
+    const real r = y - (rounded - table->rounding);
+    const real r2 = r * r;
+
+    return (struct it2_place){ table->term[it2_table_row(rounded)], r, r2, r2 * r2 };
+}
+
+/* A pair of terms, without the power of r that they have in common. */
+static inline real it2_pair(const struct it2_place *at, int i, int power)
+{
+    return at->term[power][i] + at->term[power + 1][i] * at->r;
+}
+
+/* A x + B: products beside each other, not one long chain, because a step waits for the slowest. */
+static inline real it2_look_up_step(const struct it2_table *table, real y_previous, real x)
+{
+    const struct it2_place at = it2_place(table, y_previous);
+    const real x2 = x * at.r2, x4 = x * at.r4, r6 = at.r2 * at.r4, x6 = x2 * at.r4;
+
+    return ((it2_pair(&at, 0, 0) * x + it2_pair(&at, 1, 0)) +
+            (it2_pair(&at, 0, 2) * x2 + it2_pair(&at, 1, 2) * at.r2)) +
+           ((it2_pair(&at, 0, 4) * x4 + it2_pair(&at, 1, 4) * at.r4) +
+            (it2_pair(&at, 0, 6) * x6 + it2_pair(&at, 1, 6) * r6));
+}
+
+/* A or B. */
+static inline real it2_polynomial(const struct it2_place *at, int i)
+{
+    return (it2_pair(at, i, 0) + it2_pair(at, i, 2) * at->r2) +
+           (it2_pair(at, i, 4) + it2_pair(at, i, 6) * at->r2) * at->r4;
+}
+
+/* (y - B) / A */
+static inline real it2_look_up_inverse(const struct it2_table *table, real y_previous, real y)
+{
+    const struct it2_place at = it2_place(table, y_previous);
+
+    return (y - it2_polynomial(&at, 1)) / it2_polynomial(&at, 0);
+}
+
+#else /* exact code only: a table to float's precision would be another one */
+
+static inline real it2_look_up_step(const struct it2_table *table, real y_previous, real x)
+{
+    (void)table, (void)y_previous;
+    return x;
+}
+
+static inline real it2_look_up_inverse(const struct it2_table *table, real y_previous, real y)
+{
+    (void)table, (void)y_previous;
+    return y;
+}
+
+#endif
+
+/* --- steps, in the places where they are taken ---------------------------------------------------- */
+
+static inline real it2_evaluate(const struct it2 *stage, real y_previous, real x)
+{
+    return stage->table && it2_is_plain(stage, y_previous) ? it2_look_up_step(stage->table, y_previous, x)
+                                                           : it2_evaluate_rules(stage, y_previous, x);
+}
+
+static inline real it2_solve(const struct it2 *stage, real y_previous, real y)
+{
+    return stage->table && it2_is_plain(stage, y_previous) ? it2_look_up_inverse(stage->table, y_previous, y)
+                                                           : it2_solve_rules(stage, y_previous, y);
+}
+
+/* The core as a stage that the chain always has. Both advance the state. */
+static inline real it2_step(const struct it2 *stage, struct it2_state *state, real x)
+{
+    state->y = it2_evaluate(stage, state->y, x);
+    return state->y;
+}
+
+static inline real it2_inverse(const struct it2 *stage, struct it2_state *state, real y)
+{
+    const real x = it2_solve(stage, state->y, y);
+
+    state->y = y;
+    return x;
+}
 
 /* --- stages.h --- */
 
@@ -270,6 +420,9 @@ struct stage {
     /* Output to input. A state of the memory AIMED or SHORT (stages.h) is advanced to what `step` would have
      * left, a long one stays. NULL: the stage has no part in the inverse. */
     real (*inverse)(const void *constants, void *state, real y, const struct chain_surroundings *);
+
+    /* How many bytes of the state are in use, from its beginning. NULL: all. */
+    size_t (*used)(const void *constants);
 
     /* How much later its output comes, in s, where the inverse does not make up for that; NULL: at once. */
     real (*latency)(const void *constants);
@@ -340,6 +493,7 @@ struct creep {
     real gain[CREEP_MAX]; /* c_i */
     real rate[CREEP_MAX]; /* g_i */
     real slope;           /* dy_k / dx_k */
+    real per_slope;       /* 1 / that, without derivatives: an inverse waits for a division */
 };
 
 struct creep_state {
@@ -372,8 +526,10 @@ struct delay {
     real time;
 };
 
+/* A ring of as many voltages as the delay needs: u_{k-1} is at number `newest`, u_{k-2} at the next, ... */
 struct delay_state {
-    real u[DELAY_MAX_TICKS]; /* u_{k-1}, u_{k-2}, ... */
+    real newest;
+    real u[DELAY_MAX_TICKS];
 };
 
 HIDDEN_BEGIN
@@ -438,7 +594,8 @@ typedef struct lag_parameters {
 } lag_parameters;
 
 struct lag {
-    real gain; /* g */
+    real gain;     /* g */
+    real per_gain; /* 1 / g, without derivatives: an inverse waits for a division */
 };
 
 struct lag_state {
@@ -490,6 +647,10 @@ struct nonlinearity {
     struct nonlinearity_parameters coefficient;
     real centre;
     real half_range;
+    /* so that nothing is divided in a tick; without derivatives */
+    real per_half_range;
+    struct nonlinearity_parameters scaled; /* in half ranges */
+    int steps; /* of Newton's method that are enough anywhere; 0 where the curve bends too much to know */
 };
 
 HIDDEN_BEGIN
@@ -549,7 +710,8 @@ typedef struct resonance_parameters {
 struct resonance {
     real a1;
     real a2;
-    real b; /* 1 - a1 - a2 */
+    real b;     /* 1 - a1 - a2 */
+    real per_b; /* 1 / b, without derivatives: an inverse waits for a division */
 };
 
 struct resonance_state {
@@ -1015,25 +1177,33 @@ static inline bool fmu_clock_any_step(const struct fmu_clock *now, double sample
     return !(end->time > end->stop_time && fmu_clock_beyond_stop(end, sample_time));
 }
 
+/* Is a step one from a tick to the next, as most are, by rule 1? */
+static inline bool fmu_clock_is_tick(const struct fmu_clock *now, double sample_time, double time, double step)
+{
+    return step == sample_time && now->rest == 0.0 && now->next_tick == now->tick &&
+           now->tick < (int64_t)CLOCK_LARGEST_TICK - 1 && time + step <= now->stop_time &&
+           fmu_clock_agrees(now, sample_time, time);
+}
+
+/* Goes on by such a step, which ends at `time`. */
+static inline void fmu_clock_tick(struct fmu_clock *clock, double time)
+{
+    clock->tick++;
+    clock->next_tick = clock->tick;
+    clock->additions += 2;
+    clock->time = time;
+}
+
 /* Sets `end` to the end of a step, whose ticks are those from now->next_tick to before end->next_tick. False
  * where there is no such step (fmu_clock_refusal says why): where anything is not a number, too. */
 static inline bool fmu_clock_step(const struct fmu_clock *now, double sample_time, double time, double step,
                                   struct fmu_clock *end)
 {
-    const double off = fabs(time - (double)now->tick * sample_time);
-
-    /* from one tick to the next, as most steps are: the same in short */
-    if (step == sample_time && now->rest == 0.0 && now->next_tick == now->tick &&
-        now->tick < (int64_t)CLOCK_LARGEST_TICK - 1 && off <= CLOCK_TOLERANCE * sample_time &&
-        time + step <= now->stop_time) {
-        end->tick = end->next_tick = now->tick + 1;
-        end->rest = 0.0;
-        end->additions = now->additions + 2;
-        end->time = time + step;
-        end->stop_time = now->stop_time;
-        return true;
-    }
-    return fmu_clock_any_step(now, sample_time, time, step, end);
+    if (!fmu_clock_is_tick(now, sample_time, time, step))
+        return fmu_clock_any_step(now, sample_time, time, step, end);
+    *end = *now;
+    fmu_clock_tick(end, time + step);
+    return true;
 }
 
 /* Why a step was refused. */
@@ -1139,11 +1309,17 @@ struct fmu_model {
     /* Returns how many bytes of the state are in use, from its beginning. */
     size_t (*prepare)(void *constants, const void *parameters);
 
+    /* What is worth its while before many ticks only, and changes their results by no more than rounding: between
+     * `prepare` and the first tick. Constants are zeros at first and stay from one run to the next, so that what
+     * was made of the same parameters need not be made again. NULL: nothing. */
+    void (*settle)(void *constants);
+
     /* State and outputs before the first tick; false, and why, where they are not finite. */
     bool (*start)(const void *constants, void *state, const void *parameters, struct fmu_outputs *,
                   char *message, size_t size);
 
-    /* Returns findings, bits of the model's own or FMU_NOT_FINITE, each of which is logged once. */
+    /* Returns findings, bits of the model's own or FMU_NOT_FINITE, each of which is logged once. Where it is not
+     * finite, outputs stay as they were. */
     unsigned (*tick)(const void *constants, void *state, const void *parameters, const double input[FMU_INPUTS],
                      double time, struct fmu_outputs *);
 
@@ -1239,6 +1415,13 @@ static inline double fmu_sample_time(const struct fmu *fmu)
 static inline size_t fmu_snapshot_size(const struct fmu_model *model)
 {
     return sizeof(struct fmu_snapshot) + model->parameters_size + 2 * model->state_size;
+}
+
+/* Before ticks; every instance does it, so that all of them give the same bits. */
+static inline void fmu_settle(struct fmu *fmu)
+{
+    if (fmu->model->settle)
+        fmu->model->settle(fmu->constants);
 }
 
 static inline const struct fmu_variable *fmu_find(const struct fmu_model *model, unsigned reference)
@@ -1384,6 +1567,14 @@ extern const struct fmu_model plant_model, inverse_model;
 
 extern const struct fmu_variable actuator_table[];
 
+/* The constants. */
+struct actuator {
+    struct chain chain; /* first: a pointer to it is one to the actuator */
+    struct it2_table table;
+};
+
+void actuator_settle(void *constants);
+
 bool actuator_check(const struct fmu_model *model, const void *parameters, char *message, size_t size);
 
 static inline struct chain_surroundings actuator_surroundings(const double input[FMU_INPUTS], double time)
@@ -1402,7 +1593,7 @@ HIDDEN_END
 /* Initialisers of what their models have in common. */
 #define ACTUATOR \
     .table = actuator_table, .rows = FMU_TABLE_ROWS, .parameters_size = sizeof(struct chain_parameters), \
-    .constants_size = sizeof(struct chain), .state_size = sizeof(struct chain_state), .interpolates = true, \
+    .constants_size = sizeof(struct actuator), .state_size = sizeof(struct chain_state), .interpolates = true, \
     .check = actuator_check
 
 #endif
