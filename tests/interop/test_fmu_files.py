@@ -31,6 +31,7 @@ from lxml import etree
 from it2hys.errors import InputError
 from it2hys.fmu.model_description import IDENTIFIERS
 from it2hys.fmu.packaging import package
+from it2hys.fmu.platforms import PLATFORMS
 from it2hys.model.parameters import ParameterSet, format_ssv, read_ssv, table_1
 from it2hys.model.variables import load_table
 
@@ -99,10 +100,12 @@ def test_listed_sources_are_there_and_all_c_files_are_listed(any_fmu):
 def test_model_identifier_is_the_binarys_name_on_every_platform(any_fmu):
     _, unpacked = any_fmu
     platforms = sorted((unpacked.directory / "binaries").iterdir())
-    suffixes = {"linux64": ".so", "win64": ".dll", "win32": ".dll", "darwin64": ".dylib"}
+    suffixes = {"linux": ".so", "win": ".dll", "darwin": ".dylib"}
+    assert {p.name for p in platforms} <= {of_fmi2 for of_fmi2, _ in PLATFORMS.values()}
     assert fmpy.platform in [p.name for p in platforms]
     for platform in platforms:
-        expected = unpacked.identifier + suffixes[platform.name]
+        kind = next(k for k in ("linux", "darwin", "win") if k in platform.name)
+        expected = unpacked.identifier + suffixes[kind]
         assert [p.name for p in platform.iterdir()] == [expected]
     assert unpacked.identifier in IDENTIFIERS.values()
     assert f"{unpacked.identifier}.c" in [p.name for p in (unpacked.directory / "sources").iterdir()]

@@ -18,7 +18,8 @@ from it2hys.fmu.model_description import (
     add_units,
     add_variables,
 )
-from it2hys.fmu.packaging import BUILD_DESCRIPTION, fmu_archive, package_version, platform_binaries
+from it2hys.fmu.packaging import BUILD_DESCRIPTION, fmu_archive, package_version
+from it2hys.fmu.platforms import platform_binaries
 from it2hys.model import compiled
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_controller
@@ -50,7 +51,7 @@ def controller_fmu() -> bytes:
             "modelDescription.xml": _description(c_files),
             **{f"sources/{name}": content for name, content in sources.items()},
             BUILD_DESCRIPTION: format_build_description(IDENTIFIER, c_files),
-            **platform_binaries(IDENTIFIER, native),
+            **platform_binaries(IDENTIFIER, native, 2),
             "documentation/index.html": page.encode(),
             "documentation/licenses/license.txt": (native / "LICENSE").read_bytes(),
         }

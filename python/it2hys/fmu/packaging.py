@@ -16,8 +16,9 @@ from it2hys.fmu.build_description import format_build_description
 from it2hys.fmu.codegen import start_header
 from it2hys.fmu.documentation import documentation_files
 from it2hys.fmu.model_description import IDENTIFIERS, format_model_description
+from it2hys.fmu.platforms import platform_binaries
 from it2hys.fmu.reference_run import reference_files
-from it2hys.fmu.terminals import picture_files
+from it2hys.fmu.terminals import picture_files, terminal_files
 from it2hys.model.compiled import native_directory
 from it2hys.model.parameters import ParameterSet, format_ssv
 from it2hys.support.files import write_atomically
@@ -30,7 +31,7 @@ BUILD_DESCRIPTION = "sources/buildDescription.xml"
 LIBRARIES = ("m", "dl")
 
 
-def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
+def package(parameters: ParameterSet, directory: str | Path, *, terminals: bool = True) -> list[Path]:
     """Write both FMUs and the parameter set into a directory.
 
     Parameters
@@ -39,6 +40,9 @@ def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
         A validated set.
     directory : path
         Created if it does not exist.
+    terminals : bool
+        Give the FMUs terminals and an icon. FMILibrary 3 up to 3.0.5, and what is built on it, refuses
+        FMUs of FMI 2.0 that have them (`it2hys.fmu.terminals`).
 
     Returns
     -------
@@ -51,18 +55,21 @@ def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
         If the directory cannot be written to.
     """
     directory = make_directory(directory)
-    contents = {f"{identifier}.fmu": fmu for identifier, fmu in package_bytes(parameters).items()}
+    contents = {
+        f"{identifier}.fmu": fmu
+        for identifier, fmu in package_bytes(parameters, terminals=terminals).items()
+    }
     contents[PARAMETER_FILE] = format_ssv(parameters).encode()
     for name, content in contents.items():
         write_atomically(directory / name, content)
     return [directory / name for name in contents]
 
 
-def package_bytes(parameters: ParameterSet) -> dict[str, bytes]:
+def package_bytes(parameters: ParameterSet, *, terminals: bool = True) -> dict[str, bytes]:
     """Return both FMUs with a parameter set, by model identifier."""
     native = native_directory()
     return {
-        identifier: _fmu(model, identifier, parameters, native)
+        identifier: _fmu(model, identifier, parameters, native, terminals)
         for model, identifier in IDENTIFIERS.items()
     }
 
@@ -85,7 +92,7 @@ def package_version() -> str:
         return "0.1.0"
 
 
-def _fmu(model: str, identifier: str, parameters: ParameterSet, native: Path) -> bytes:
+def _fmu(model: str, identifier: str, parameters: ParameterSet, native: Path, terminals: bool) -> bytes:
     """Return the FMU as a zip archive."""
     sources = _sources(identifier, parameters, native)
     c_files = sorted(name for name in sources if name.endswith(".c"))
@@ -95,9 +102,10 @@ def _fmu(model: str, identifier: str, parameters: ParameterSet, native: Path) ->
         f"resources/{PARAMETER_FILE}": format_ssv(parameters).encode(),
         **{f"sources/{name}": content for name, content in sources.items()},
         BUILD_DESCRIPTION: format_build_description(identifier, c_files, LIBRARIES),
-        **platform_binaries(identifier, native),
+        **platform_binaries(identifier, native, 2),
         **documentation_files(model, parameters, (native / "LICENSE").read_bytes()),
-        **picture_files(model, parameters),
+        **picture_files(model),
+        **(terminal_files(model, parameters) if terminals else {}),
         **reference_files(model, parameters),
     }
     return fmu_archive(entries)
@@ -122,9 +130,3 @@ def _sources(identifier: str, parameters: ParameterSet, native: Path) -> dict[st
     sources = {path.name: path.read_bytes() for path in found if path.name not in others}
     start = start_header(parameters, format_ssv(parameters))
     return {**sources, "fmu_start.h": start.encode()}
-
-
-def platform_binaries(identifier: str, native: Path) -> dict[str, bytes]:
-    """Return the built binaries of an FMU by their path in it."""
-    found = sorted((native / "binaries").glob(f"*/{identifier}.*"))
-    return {f"binaries/{p.parent.name}/{p.name}": p.read_bytes() for p in found}
