@@ -161,6 +161,12 @@ def _add_output(parser: argparse.ArgumentParser) -> None:
 def _add_contents(parser: argparse.ArgumentParser) -> None:
     """Add what an FMU is packaged with."""
     parser.add_argument(
+        "--fmi",
+        type=int,
+        choices=(2, 3),
+        help="write the FMUs of FMI 2.0 or of FMI 3.0 (NAME_fmi3.fmu) alone (default: both)",
+    )
+    parser.add_argument(
         "--no-terminals",
         dest="terminals",
         action="store_false",
@@ -240,11 +246,15 @@ def _say(options: argparse.Namespace, *texts: object) -> None:
         print(*texts)
 
 
+def _versions(options: argparse.Namespace) -> tuple[int, ...]:
+    return (options.fmi,) if options.fmi else (2, 3)
+
+
 def _build(options: argparse.Namespace) -> int:
     from it2hys.fmu.packaging import package
     from it2hys.model.parameters import table_1
 
-    for path in package(table_1(), options.output, terminals=options.terminals):
+    for path in package(table_1(), options.output, fmi=_versions(options), terminals=options.terminals):
         _say(options, path)
     return 0
 
@@ -255,7 +265,9 @@ def _package(options: argparse.Namespace) -> int:
     from it2hys.model.parameters import read_ssv
 
     parameters = read_ssv(options.parameters)
-    for path in package(parameters, options.output, terminals=options.terminals):
+    for path in package(
+        parameters, options.output, fmi=_versions(options), terminals=options.terminals
+    ):
         _say(options, path)
     if options.c_header:
         directory = make_directory(options.output / "embedded")

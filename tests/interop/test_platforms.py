@@ -1,6 +1,6 @@
 """The binaries of all platforms: what they are, what they show, what they need, what they compute.
 
-Linux runs here, Linux on ARM under qemu, and Windows under wine; of the others the file formats are read.
+Linux runs here, Linux on ARM under qemu and Windows under wine; of the others the formats are read.
 """
 
 import os
@@ -13,13 +13,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compilers import HEADERS, declared_functions
+from compilers import HEADERS, declared_functions, declared_functions_of_fmi3
 from conftest import TS, Master, Unpacked
 
 from it2hys.stand.excitations import identification
 
 lief = pytest.importorskip("lief", reason="lief is missing")
 
+# a binary serves FMUs of both versions
+SHOWN = declared_functions() | declared_functions_of_fmi3()
 BINARIES = {
     "linux64": "{}.so",
     "aarch64-linux": "{}.so",
@@ -70,7 +72,7 @@ def test_the_linux_binary_runs_on_every_glibc_from_2_17_on(fmu, platform):
 @pytest.mark.parametrize("platform", PROCESSORS)
 def test_the_linux_binary_shows_the_functions_of_fmi_and_nothing_else(fmu, platform):
     elf = lief.ELF.parse(str(binary(fmu, platform)))
-    assert names(elf.exported_symbols) == declared_functions()
+    assert names(elf.exported_symbols) == SHOWN
 
 
 # --- Windows -----------------------------------------------------------------------------------
@@ -89,7 +91,7 @@ def test_a_windows_binary_needs_nothing_that_windows_lacks(fmu, platform):
     libraries = {i.name.lower() for i in pe.imports}
     assert libraries
     assert all(n == "kernel32.dll" or n.startswith("api-ms-win-crt-") for n in libraries)
-    assert names(pe.get_export().entries) == declared_functions()
+    assert names(pe.get_export().entries) == SHOWN
     assert pe.header.characteristics & int(lief.PE.Header.CHARACTERISTICS.DLL)
 
 
@@ -115,8 +117,8 @@ def test_the_macos_binary_holds_both_processors(fmu):
         own, *libraries = [library.name for library in slice_.libraries]
         assert own == f"@rpath/{fmu.identifier}.dylib"
         assert libraries == ["/usr/lib/libSystem.B.dylib"]
-        shown = {n for n in names(slice_.exported_symbols) if n.startswith("_fmi2")}
-        assert shown == {f"_{n}" for n in declared_functions()}
+        shown = {n for n in names(slice_.exported_symbols) if n.startswith("_fmi")}
+        assert shown == {f"_{n}" for n in SHOWN}
         # the linker's own, in every library
         assert names(slice_.exported_symbols) - shown <= {"__mh_dylib_header", "___dso_handle"}
     assert universal.at(1).has_code_signature  # Apple's processors run nothing without

@@ -4,8 +4,8 @@ FMI 3.0 defines the files; tools read them in FMUs of FMI 2.0 too. The terminals
 fit each other: what ends in the plant's `drive` begins in the inverse's.
 
 Their `fmiVersion` is that of the file's format, 3.0, in an FMU of FMI 2.0 too: so the standard says
-(FMI 3.0, Terminals and Icons), and its schema. FMILibrary 3.0.5 compares it with the FMU's version instead,
-and calls the difference fatal; FMUs without the folder pass.
+(FMI 3.0, Terminals and Icons), and its schema. FMILibrary 3.0.5 compares it with the FMU's version
+instead, and calls the difference fatal; FMUs without the folder pass.
 """
 
 from importlib.resources import files
