@@ -83,6 +83,16 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
         chain->retraced = reached;
 }
 
+void chain_pass_by_idle(struct chain *chain, const struct chain_parameters *p)
+{
+    for (int i = 0; i < chain->behind; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        if (!place->stage->is_idle || !place->stage->is_idle(p))
+            return;
+    }
+    chain->effects = 0;
+}
+
 /* The stage, with such a memory, is where it was aimed at. */
 static void arrive_at(const struct chain_place *place, struct chain_state *state)
 {
@@ -777,6 +787,14 @@ static bool creep_is_on(const struct chain_parameters *p)
     return p->creepCount > 0;
 }
 
+static bool creep_is_idle(const struct chain_parameters *p)
+{
+    for (int i = 0; i < p->creepCount; i++)
+        if (p->creep[i].gain != 0)
+            return false;
+    return true;
+}
+
 static void creep_prepare(void *constants, const struct chain_parameters *p)
 {
     struct creep *creep = constants;
@@ -932,6 +950,7 @@ static real creep_inverse_tangent(const void *constants, const void *state, real
 
 const struct stage creep_stage = {
     .is_on = creep_is_on,
+    .is_idle = creep_is_idle,
     .prepare = creep_prepare,
     .rest = creep_rest,
     .step = creep_step,
@@ -2399,6 +2418,14 @@ static bool play_is_on(const struct chain_parameters *p)
     return p->playCount > 0;
 }
 
+static bool play_is_idle(const struct chain_parameters *p)
+{
+    for (int j = 0; j < p->playCount; j++)
+        if (p->play[j].weight != 0)
+            return false;
+    return true;
+}
+
 static void play_prepare(void *constants, const struct chain_parameters *p)
 {
     struct play *play = constants;
@@ -2598,6 +2625,7 @@ static real play_inverse_tangent(const void *constants, const void *state, real 
 
 const struct stage play_stage = {
     .is_on = play_is_on,
+    .is_idle = play_is_idle,
     .prepare = play_prepare,
     .rest = play_rest,
     .step = play_step,
@@ -4789,6 +4817,7 @@ static size_t plant_prepare(void *constants, const void *parameters)
     struct chain *chain = constants;
 
     chain_prepare(chain, parameters);
+    chain_pass_by_idle(chain, parameters); /* arrays are not empty, for hosts that know arrays */
     return chain->walked;
 }
 
@@ -4896,6 +4925,7 @@ static size_t inverse_prepare(void *constants, const void *parameters)
     struct chain *chain = constants;
 
     chain_prepare(chain, parameters);
+    chain_pass_by_idle(chain, parameters); /* arrays are not empty, for hosts that know arrays */
     return chain->retraced;
 }
 

@@ -259,6 +259,9 @@ struct chain_surroundings {
 struct stage {
     bool limits; /* it loses what is beyond: its inverse gives the nearest */
     bool (*is_on)(const struct chain_parameters *);
+
+    /* It is on, and gives what it gets, whatever that is; NULL: it never does. */
+    bool (*is_idle)(const struct chain_parameters *);
     void (*prepare)(void *constants, const struct chain_parameters *);
 
     /* At rest at the output y; returns the input. NULL: that is y, and there is no state. */
@@ -761,6 +764,10 @@ static inline void *chain_state_of(struct chain_state *state, const struct chain
 
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
 void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
+
+/* Afterwards: where all effects that are on are idle, steps and inverse are those without effects, bit for bit.
+ * Not where derivatives by their parameters follow the steps. */
+void chain_pass_by_idle(struct chain *chain, const struct chain_parameters *parameters);
 
 /* At rest at initialDisplacement, without force, at drift's reference temperature, time 0: for long if
  * initialCreep is 0, after the play operators' history of initialRestOffset and initialExcursion. */
