@@ -280,7 +280,7 @@ def _package(options: argparse.Namespace) -> int:
     if options.ssp:
         from it2hys.fmu.ssp import write_ssp
 
-        for path in write_ssp(parameters, options.output):
+        for path in write_ssp(parameters, options.output, _versions(options)):
             _say(options, path)
     return 0
 
