@@ -23,6 +23,7 @@ from fmpy.build import build_platform_binary
 from fmpy.model_description import read_build_description
 from fmpy.validation import validate_fmu
 from lxml import etree
+from test_fmu_files import fmutool_findings
 from test_sources import exported
 
 from it2hys.cli import main
@@ -80,6 +81,11 @@ def test_fmpy_finds_nothing(any_fmu):
 
 def test_fmpy_finds_nothing_in_the_controller(controllers):
     assert validate_fmu(str(controllers[1].path)) == []
+
+
+def test_fmutool_finds_nothing(any_fmu, controllers, capfd, caplog):
+    for fmu in (any_fmu[1], controllers[1]):
+        assert fmutool_findings(fmu.path, caplog, "3.0") == []
 
 
 def test_no_array_is_empty_at_first(any_fmu):
