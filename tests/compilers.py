@@ -36,6 +36,14 @@ def environment_for_cmake() -> dict[str, str]:
     }
 
 
+def declared_functions_of_fmi3() -> set[str]:
+    """Return the functions of FMI 3.0, all of which a library has, whatever its interface."""
+    header = (HEADERS / "fmi3Functions.h").read_text(encoding="utf-8")
+    found = set(re.findall(r"FMI3_Export fmi3\w+TYPE\s+(fmi3\w+);", header))
+    assert len(found) > 70
+    return found
+
+
 def declared_functions() -> set[str]:
     """Return the functions of FMI 2.0 for co-simulation, from the standard's own header."""
     header = (HEADERS / "fmi2Functions.h").read_text(encoding="utf-8")

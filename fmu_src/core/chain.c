@@ -66,6 +66,16 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
         chain->retraced = reached;
 }
 
+void chain_pass_by_idle(struct chain *chain, const struct chain_parameters *p)
+{
+    for (int i = 0; i < chain->behind; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        if (!place->stage->is_idle || !place->stage->is_idle(p))
+            return;
+    }
+    chain->effects = 0;
+}
+
 /* The stage, with such a memory, is where it was aimed at. */
 static void arrive_at(const struct chain_place *place, struct chain_state *state)
 {

@@ -167,6 +167,10 @@ static inline void *chain_state_of(struct chain_state *state, const struct chain
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
 void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
 
+/* Afterwards: where all effects that are on are idle, steps and inverse are those without effects, bit for bit.
+ * Not where derivatives by their parameters follow the steps. */
+void chain_pass_by_idle(struct chain *chain, const struct chain_parameters *parameters);
+
 /* At rest at initialDisplacement, without force, at drift's reference temperature, time 0: for long if
  * initialCreep is 0, after the play operators' history of initialDemagnetisation and initialExcursion. */
 void chain_reset(const struct chain *chain, struct chain_state *state,

@@ -30,6 +30,14 @@ static bool creep_is_on(const struct chain_parameters *p)
     return p->creepCount > 0;
 }
 
+static bool creep_is_idle(const struct chain_parameters *p)
+{
+    for (int i = 0; i < p->creepCount; i++)
+        if (p->creep[i].gain != 0)
+            return false;
+    return true;
+}
+
 static void creep_prepare(void *constants, const struct chain_parameters *p)
 {
     struct creep *creep = constants;
@@ -193,6 +201,7 @@ static real creep_inverse_tangent(const void *constants, const void *state, real
 
 const struct stage creep_stage = {
     .is_on = creep_is_on,
+    .is_idle = creep_is_idle,
     .prepare = creep_prepare,
     .rest = creep_rest,
     .step = creep_step,

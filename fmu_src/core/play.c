@@ -33,6 +33,14 @@ static bool play_is_on(const struct chain_parameters *p)
     return p->playCount > 0;
 }
 
+static bool play_is_idle(const struct chain_parameters *p)
+{
+    for (int j = 0; j < p->playCount; j++)
+        if (p->play[j].weight != 0)
+            return false;
+    return true;
+}
+
 static void play_prepare(void *constants, const struct chain_parameters *p)
 {
     struct play *play = constants;
@@ -236,6 +244,7 @@ static real play_inverse_tangent(const void *constants, const void *state, real 
 
 const struct stage play_stage = {
     .is_on = play_is_on,
+    .is_idle = play_is_idle,
     .prepare = play_prepare,
     .rest = play_rest,
     .step = play_step,

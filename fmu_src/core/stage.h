@@ -34,6 +34,9 @@ struct chain_surroundings {
 struct stage {
     bool limits; /* it loses what is beyond: its inverse gives the nearest */
     bool (*is_on)(const struct chain_parameters *);
+
+    /* It is on, and gives what it gets, whatever that is; NULL: it never does. */
+    bool (*is_idle)(const struct chain_parameters *);
     void (*prepare)(void *constants, const struct chain_parameters *);
 
     /* At rest at the output y; returns the input. NULL: that is y, and there is no state. */

@@ -22,6 +22,8 @@ static const char *phase_name(int phase)
     case FMU_INSTANTIATED: return "instantiated";
     case FMU_INITIALIZATION: return "initializationMode";
     case FMU_STEP_COMPLETE: return "stepComplete";
+    case FMU_CONFIGURATION: return "configurationMode";
+    case FMU_UPDATE: return "intermediateUpdateMode";
     default: return "terminated";
     }
 }

@@ -38,11 +38,6 @@ static const void *parameters_in(const void *block)
     return snapshot_in(block) + 1;
 }
 
-static const void *states_in(const struct fmu_model *model, const void *block)
-{
-    return (const char *)parameters_in(block) + model->parameters_size;
-}
-
 static struct header header_of(const struct fmu_model *model, const void *block)
 {
     const size_t size = fmu_snapshot_size(model);
@@ -83,7 +78,7 @@ static void adopt(struct fmu *fmu, const void *block)
 
     memcpy(fmu->now, block, fmu_snapshot_size(model));
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
-    fmu->outputs_stale = fmu->now->phase < FMU_STEP_COMPLETE;
+    fmu->outputs_stale = !(fmu->now->phase & FMU_INITIALIZED);
     if (fmu->outputs_stale)
         return;
     if (!prepared)
@@ -168,7 +163,7 @@ static bool all_finite(const struct fmu_model *model, const void *block)
     return doubles_finite(s->input, sizeof s->input) && doubles_finite(s->slope, sizeof s->slope) &&
            isfinite(last->rest) && doubles_finite(last->input, sizeof last->input) &&
            doubles_finite(last->slope, sizeof last->slope) &&
-           doubles_finite(states_in(model, block), 2 * model->state_size);
+           doubles_finite(fmu_state_in(model, block), 2 * model->state_size);
 }
 
 /* A checksum stops damage, not invention: what a step relies on and what is handed out is checked too.
@@ -178,7 +173,8 @@ static const char *invented(const struct fmu *fmu, const void *block, char *mess
     const struct fmu_snapshot *s = block;
     const void *parameters = parameters_in(block);
     const bool one_phase = s->phase == FMU_INSTANTIATED || s->phase == FMU_INITIALIZATION ||
-                           s->phase == FMU_STEP_COMPLETE || s->phase == FMU_TERMINATED;
+                           s->phase == FMU_STEP_COMPLETE || s->phase == FMU_TERMINATED ||
+                           (s->phase == FMU_CONFIGURATION && fmu->host.resizes);
 
     if (!one_phase || s->last_status < 0 || s->last_status > FMU_DISCARD || s->warned >= FMU_NOT_FINITE)
         return "no such phase, status or finding";
@@ -186,7 +182,7 @@ static const char *invented(const struct fmu *fmu, const void *block, char *mess
         return "a number is not finite";
     if (!fmu_values_possible(fmu, s, parameters, message, size))
         return message;
-    if (s->phase < FMU_STEP_COMPLETE)
+    if (!(s->phase & FMU_INITIALIZED))
         return isfinite(s->clock.time) && s->clock.stop_time > -INFINITY ? NULL : "no such time";
     if (!fmu->model->check(fmu->model, parameters, message, size))
         return message;

@@ -59,11 +59,11 @@ bool fmu_within_bounds(const struct fmu_model *model, const void *parameters, ch
 }
 
 /* An Integer is the number of rules, play operators or creep terms: as many as the set that the FMU was
- * packaged with has, or fewer. Of more the XML lists nothing. */
+ * packaged with has, or fewer. Of more the XML lists nothing, unless it lists arrays. */
 static bool count_possible(const struct fmu *fmu, const struct fmu_variable *variable, int count, char *message,
                            size_t size)
 {
-    const int most = integer(fmu->start, variable->offset);
+    const int most = fmu->host.resizes ? (int)variable->maximum : integer(fmu->start, variable->offset);
 
     if (count >= variable->minimum && count <= most)
         return true;
@@ -134,8 +134,8 @@ static const struct fmu_variable *accepted(const struct fmu *fmu, unsigned refer
     return &fmu->model->table[reference];
 }
 
-static bool null_arrays(const struct fmu *fmu, const char *function, const void *references, const void *values,
-                        size_t count)
+bool fmu_null_arrays(const struct fmu *fmu, const char *function, const void *references, const void *values,
+                     size_t count)
 {
     if (count == 0 || (references && values))
         return false;
@@ -146,8 +146,8 @@ static bool null_arrays(const struct fmu *fmu, const char *function, const void 
 enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
                         size_t count, void *values)
 {
-    if (!fmu_may(fmu, function, FMU_INITIALIZATION | FMU_STEP_COMPLETE | FMU_TERMINATED) ||
-        null_arrays(fmu, function, references, values, count))
+    if (!fmu_may(fmu, function, FMU_INITIALIZATION | FMU_INITIALIZED | (fmu ? fmu->host.reads : 0)) ||
+        fmu_null_arrays(fmu, function, references, values, count))
         return FMU_ERROR;
     for (size_t i = 0; i < count; i++) {
         const struct fmu_variable *v = lookup(fmu, function, base, references[i]);
@@ -170,12 +170,17 @@ static bool settable(const struct fmu *fmu, const char *function, const struct f
         fmu_say(fmu, FMU_ERROR, "%s: %s is an output; it cannot be set.", function, variable->name);
         return false;
     }
-    if (variable->causality == FMU_PARAMETER && fmu->now->phase == FMU_STEP_COMPLETE) {
+    if (variable->causality == FMU_PARAMETER && fmu->now->phase & FMU_INITIALIZED) {
         fmu_say(fmu, FMU_ERROR, "%s: %s is a fixed parameter; set it before initialization ends.", function,
                 variable->name);
         return false;
     }
-    return true;
+    const bool structural = variable->base == FMU_INTEGER && fmu->host.resizes;
+    if (structural == (fmu->now->phase == FMU_CONFIGURATION))
+        return true;
+    fmu_say(fmu, FMU_ERROR, "%s: %s is %s structural parameter; these alone are set in configurationMode.",
+            function, variable->name, structural ? "a" : "no");
+    return false;
 }
 
 enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
@@ -183,8 +188,9 @@ enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base bas
 {
     char message[256];
 
-    if (!fmu_may(fmu, function, FMU_INSTANTIATED | FMU_INITIALIZATION | FMU_STEP_COMPLETE) ||
-        null_arrays(fmu, function, references, values, count))
+    if (!fmu_may(fmu, function,
+                 FMU_INSTANTIATED | FMU_CONFIGURATION | FMU_INITIALIZATION | FMU_STEP_COMPLETE | FMU_UPDATE) ||
+        fmu_null_arrays(fmu, function, references, values, count))
         return FMU_ERROR;
     for (size_t i = 0; i < count; i++) { /* all are checked before any is set */
         const struct fmu_variable *v = lookup(fmu, function, base, references[i]);
@@ -203,7 +209,7 @@ enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base bas
         else
             *(int *)target = ((const int *)values)[i];
     }
-    fmu->outputs_stale |= fmu->now->phase != FMU_STEP_COMPLETE;
+    fmu->outputs_stale |= !(fmu->now->phase & FMU_INITIALIZED);
     return FMU_OK;
 }
 
@@ -243,8 +249,8 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
         return FMU_ERROR;
     if (!fmu->model->interpolates)
         return fmu_lacks(fmu, function);
-    if (null_arrays(fmu, function, references, values, count) ||
-        null_arrays(fmu, function, references, order, count))
+    if (fmu_null_arrays(fmu, function, references, values, count) ||
+        fmu_null_arrays(fmu, function, references, order, count))
         return FMU_ERROR;
     for (size_t i = 0; i < count; i++) {
         const struct fmu_variable *v = lookup(fmu, function, FMU_REAL, references[i]);

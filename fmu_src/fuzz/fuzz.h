@@ -2,6 +2,7 @@
  * clang is the compiler, fuzz_driver.c everywhere else.
  *
  *   fuzz_calls.c        FMI calls with any arguments, in any order, on several instances; FMU states
+ *   fuzz_fmi3.c         the same under FMI 3.0, with arrays that are resized and hosts within steps
  *   fuzz_parameters.c   parameter files
  *   fuzz_controller.c   FMI calls on PIController
  *

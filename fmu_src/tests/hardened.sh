@@ -48,8 +48,9 @@ if command -v valgrind > /dev/null; then
         valgrind --quiet --error-exitcode=1 --leak-check=full ./test_fmi2_$test > /dev/null
     done
     valgrind --quiet --error-exitcode=1 --leak-check=full --show-leak-kinds=definite ../fuzz/fuzz_calls -n 500
+    valgrind --quiet --error-exitcode=1 --leak-check=full --show-leak-kinds=definite ../fuzz/fuzz_fmi3 -n 500
     cd - > /dev/null
-    echo "hardened: FMI tests and 500 fuzzed sequences pass under valgrind"
+    echo "hardened: FMI tests and 500 fuzzed sequences of each version pass under valgrind"
 else
     skip "valgrind is not installed"
 fi

@@ -8,7 +8,7 @@ out as one, a data frame (polars or pandas) as a data frame of its kind.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -195,6 +195,7 @@ def package(
     parameters: str | Path | ParameterSet | identification.Identification | diagnosis.Diagnosis,
     directory: str | Path,
     ssp: bool = False,
+    fmi: Collection[int] = (2, 3),
 ) -> list[Path]:
     """Write a parameter set as FMUs, and as SSP packages if asked for.
 
@@ -206,6 +207,8 @@ def package(
         Created if it does not exist.
     ssp : bool
         Write the systems of inverse, plant and controller, too.
+    fmi : collection of {2, 3}
+        Versions of FMI; the FMUs of FMI 3.0 are named apart.
 
     Returns
     -------
@@ -224,7 +227,7 @@ def package(
     >>> from it2hys.model.parameters import table_1
     >>> folder = tempfile.TemporaryDirectory()
     >>> [path.name for path in package(table_1(), folder.name)]
-    ['IT2Plant.fmu', 'IT2Inverse.fmu', 'parameters.ssv']
+    ['IT2Plant.fmu', 'IT2Inverse.fmu', 'IT2Plant_fmi3.fmu', 'IT2Inverse_fmi3.fmu', 'parameters.ssv']
     >>> folder.cleanup()
     """
     if isinstance(parameters, diagnosis.Diagnosis):
@@ -233,11 +236,11 @@ def package(
         parameters = parameters.parameters
     elif not isinstance(parameters, ParameterSet):
         parameters = read_ssv(parameters)
-    written = packaging.package(parameters, directory)
+    written = packaging.package(parameters, directory, fmi=fmi)
     if ssp:
         from it2hys.fmu.ssp import write_ssp
 
-        written += write_ssp(parameters, directory)
+        written += write_ssp(parameters, directory, fmi)
     return written
 
 

@@ -46,6 +46,7 @@ def _parser() -> argparse.ArgumentParser:
 
     build = _command(commands, "build", _build, "write both FMUs with the paper's Table 1")
     _add_output(build)
+    _add_contents(build)
 
     identify = _command(commands, "identify", _identify, "identify the paper's model from records")
     _add_records(identify)
@@ -96,6 +97,7 @@ def _parser() -> argparse.ArgumentParser:
     package = _command(commands, "package", _package, "write both FMUs from a parameter set")
     package.add_argument("parameters", metavar="PARAMETERS.ssv", type=Path)
     _add_output(package)
+    _add_contents(package)
     package.add_argument(
         "--c-header", action="store_true", help="write the model as a C header too, into DIR/embedded"
     )
@@ -154,6 +156,22 @@ def _command(
 
 def _add_output(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", required=True, metavar="DIR", type=Path)
+
+
+def _add_contents(parser: argparse.ArgumentParser) -> None:
+    """Add what an FMU is packaged with."""
+    parser.add_argument(
+        "--fmi",
+        type=int,
+        choices=(2, 3),
+        help="write the FMUs of FMI 2.0 or of FMI 3.0 (NAME_fmi3.fmu) alone (default: both)",
+    )
+    parser.add_argument(
+        "--no-terminals",
+        dest="terminals",
+        action="store_false",
+        help="leave terminals and icon out of the FMUs, for tools on FMILibrary 3, which refuses them",
+    )
 
 
 def _add_workers(parser: argparse._ActionsContainer) -> None:
@@ -228,11 +246,15 @@ def _say(options: argparse.Namespace, *texts: object) -> None:
         print(*texts)
 
 
+def _versions(options: argparse.Namespace) -> tuple[int, ...]:
+    return (options.fmi,) if options.fmi else (2, 3)
+
+
 def _build(options: argparse.Namespace) -> int:
     from it2hys.fmu.packaging import package
     from it2hys.model.parameters import table_1
 
-    for path in package(table_1(), options.output):
+    for path in package(table_1(), options.output, fmi=_versions(options), terminals=options.terminals):
         _say(options, path)
     return 0
 
@@ -243,7 +265,9 @@ def _package(options: argparse.Namespace) -> int:
     from it2hys.model.parameters import read_ssv
 
     parameters = read_ssv(options.parameters)
-    for path in package(parameters, options.output):
+    for path in package(
+        parameters, options.output, fmi=_versions(options), terminals=options.terminals
+    ):
         _say(options, path)
     if options.c_header:
         directory = make_directory(options.output / "embedded")
@@ -256,7 +280,7 @@ def _package(options: argparse.Namespace) -> int:
     if options.ssp:
         from it2hys.fmu.ssp import write_ssp
 
-        for path in write_ssp(parameters, options.output):
+        for path in write_ssp(parameters, options.output, _versions(options)):
             _say(options, path)
     return 0
 

@@ -3,11 +3,13 @@
 import json
 import subprocess
 import sys
+import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fmpy.validation import validate_fmu
 
 from it2hys.cli import main
 from it2hys.cosimulation.simulation import simulate
@@ -120,6 +122,26 @@ def test_the_report_is_one_self_contained_page(stage):
 
 def test_the_report_says_that_the_model_lacks_something(stage):
     assert "far above" in (stage / "out" / "report.html").read_text()
+
+
+def contents(path):
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_without_terminals_the_fmus_are_the_same_but_for_them(tmp_path):
+    """What FMILibrary 3.0.5 refuses is gone: the folder with its fmiVersion of 3.0."""
+    assert run("build", "-o", tmp_path / "a", "--quiet") == 0
+    assert run("build", "-o", tmp_path / "b", "--quiet", "--no-terminals") == 0
+    path = tmp_path / "b" / "parameters.ssv"
+    assert run("package", path, "-o", tmp_path / "c", "--quiet", "--no-terminals") == 0
+    for name in ("IT2Plant.fmu", "IT2Inverse.fmu"):
+        full, without = contents(tmp_path / "a" / name), contents(tmp_path / "b" / name)
+        left_out = set(full) - set(without)
+        assert left_out == {"terminalsAndIcons/icon.png", "terminalsAndIcons/terminalsAndIcons.xml"}
+        assert without == {n: content for n, content in full.items() if n in without}
+        assert (tmp_path / "b" / name).read_bytes() == (tmp_path / "c" / name).read_bytes()
+        assert validate_fmu(str(tmp_path / "b" / name)) == []
 
 
 def test_build_then_package_gives_the_same_fmus(tmp_path):

@@ -17,11 +17,13 @@ from pathlib import Path
 import pytest
 
 from it2hys.fmu.packaging import package
+from it2hys.fmu.platforms import PLATFORMS
 from it2hys.model.parameters import table_1
 
 ROOT = Path(__file__).parents[2]
 NOT_TRACKED = (".git", ".venv", "build", "dist", "out", "__pycache__", ".*_cache", ".hypothesis")
-BINARIES = {"linux64": "so", "win64": "dll", "win32": "dll", "darwin64": "dylib"}
+SUFFIXES = {"linux": "so", "darwin": "dylib", "win": "dll"}
+BINARIES = {name: next(s for n, s in SUFFIXES.items() if n in name) for name in PLATFORMS}
 FMUS = ("IT2Plant", "IT2Inverse", "PIController")
 
 pytestmark = [

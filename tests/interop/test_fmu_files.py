@@ -28,9 +28,11 @@ from conftest import (
 from fmpy.validation import validate_fmu
 from lxml import etree
 
+from it2hys.cosimulation.slave import Slave
 from it2hys.errors import InputError
 from it2hys.fmu.model_description import IDENTIFIERS
 from it2hys.fmu.packaging import package
+from it2hys.fmu.platforms import PLATFORMS
 from it2hys.model.parameters import ParameterSet, format_ssv, read_ssv, table_1
 from it2hys.model.variables import load_table
 
@@ -62,7 +64,7 @@ def test_fmpy_finds_nothing(any_fmu):
     assert validate_fmu(str(unpacked.path)) == []
 
 
-def fmutool_findings(path: Path, caplog: pytest.LogCaptureFixture) -> list[str]:
+def fmutool_findings(path: Path, caplog: pytest.LogCaptureFixture, version: str = "2.0") -> list[str]:
     pytest.importorskip("fmu_manipulation_toolbox", reason="fmu-manipulation-toolbox is missing")
     from fmu_manipulation_toolbox.checker import get_checkers
     from fmu_manipulation_toolbox.operations import FMU
@@ -73,7 +75,7 @@ def fmutool_findings(path: Path, caplog: pytest.LogCaptureFixture) -> list[str]:
     with caplog.at_level("INFO", logger="fmu_manipulation_toolbox"):
         for checker in checkers:
             fmu.apply_operation(checker)
-    assert "This FMU seems to be compliant with FMI-2.0." in caplog.text
+    assert f"This FMU seems to be compliant with FMI-{version}." in caplog.text
     return [r.getMessage() for r in caplog.records if r.levelname in ("WARNING", "ERROR")]
 
 
@@ -99,10 +101,12 @@ def test_listed_sources_are_there_and_all_c_files_are_listed(any_fmu):
 def test_model_identifier_is_the_binarys_name_on_every_platform(any_fmu):
     _, unpacked = any_fmu
     platforms = sorted((unpacked.directory / "binaries").iterdir())
-    suffixes = {"linux64": ".so", "win64": ".dll", "win32": ".dll", "darwin64": ".dylib"}
+    suffixes = {"linux": ".so", "win": ".dll", "darwin": ".dylib"}
+    assert {p.name for p in platforms} <= {of_fmi2 for of_fmi2, _ in PLATFORMS.values()}
     assert fmpy.platform in [p.name for p in platforms]
     for platform in platforms:
-        expected = unpacked.identifier + suffixes[platform.name]
+        kind = next(k for k in ("linux", "darwin", "win") if k in platform.name)
+        expected = unpacked.identifier + suffixes[kind]
         assert [p.name for p in platform.iterdir()] == [expected]
     assert unpacked.identifier in IDENTIFIERS.values()
     assert f"{unpacked.identifier}.c" in [p.name for p in (unpacked.directory / "sources").iterdir()]
@@ -550,3 +554,29 @@ def test_the_library_can_be_loaded_without_fmpy(model):
     library.fmi2GetVersion.restype = library.fmi2GetTypesPlatform.restype = ctypes.c_char_p
     assert library.fmi2GetVersion() == b"2.0"
     assert library.fmi2GetTypesPlatform() == b"default"
+
+
+# --- the binary of this processor --------------------------------------------------------------
+
+
+def with_binaries_moved(unpacked: Unpacked, path: Path, fallback: bytes | None) -> Path:
+    """Return a copy whose binary is in the folder of the tuple; in that of FMI 2.0, what is given."""
+    name = unpacked.binary.name
+    with zipfile.ZipFile(unpacked.path) as old, zipfile.ZipFile(path, "w") as new:
+        for entry in old.namelist():
+            if not entry.startswith("binaries/"):
+                new.writestr(entry, old.read(entry))
+        new.write(unpacked.binary, f"binaries/{fmpy.platform_tuple}/{name}")
+        if fallback is not None:
+            new.writestr(f"binaries/{fmpy.platform}/{name}", fallback)
+    return path
+
+
+@pytest.mark.parametrize("fallback", [None, b"code of another processor"])
+def test_a_run_takes_the_binary_for_this_very_processor(models, tmp_path, fallback):
+    """FMI 2.0's names are for x86 only: elsewhere they are of what this processor cannot run."""
+    path = with_binaries_moved(models["plant"], tmp_path / "moved.fmu", fallback)
+    with Slave(path) as moved, Slave(models["plant"].path) as whole:
+        for slave in (moved, whole):
+            slave.tick(0, {"voltage": 50.0})
+        assert moved.get("displacement") == whole.get("displacement") != 0.0

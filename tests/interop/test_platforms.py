@@ -1,6 +1,6 @@
 """The binaries of all platforms: what they are, what they show, what they need, what they compute.
 
-Only Linux runs here, and Windows under wine; of the others the file formats are read.
+Linux runs here, Linux on ARM under qemu and Windows under wine; of the others the formats are read.
 """
 
 import os
@@ -13,18 +13,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compilers import HEADERS, declared_functions
+from compilers import HEADERS, declared_functions, declared_functions_of_fmi3
 from conftest import TS, Master, Unpacked
 
 from it2hys.stand.excitations import identification
 
 lief = pytest.importorskip("lief", reason="lief is missing")
 
+# a binary serves FMUs of both versions
+SHOWN = declared_functions() | declared_functions_of_fmi3()
 BINARIES = {
     "linux64": "{}.so",
+    "aarch64-linux": "{}.so",
     "win64": "{}.dll",
     "win32": "{}.dll",
+    "aarch64-windows": "{}.dll",
     "darwin64": "{}.dylib",
+    "aarch64-darwin": "{}.dylib",
 }
 
 
@@ -48,9 +53,13 @@ def names(symbols: object) -> set[str]:
 # --- Linux -------------------------------------------------------------------------------------
 
 
-def test_the_linux_binary_runs_on_every_glibc_from_2_17_on(fmu):
-    elf = lief.ELF.parse(str(binary(fmu, "linux64")))
-    assert elf.header.machine_type == lief.ELF.ARCH.X86_64
+PROCESSORS = {"linux64": lief.ELF.ARCH.X86_64, "aarch64-linux": lief.ELF.ARCH.AARCH64}
+
+
+@pytest.mark.parametrize("platform", PROCESSORS)
+def test_the_linux_binary_runs_on_every_glibc_from_2_17_on(fmu, platform):
+    elf = lief.ELF.parse(str(binary(fmu, platform)))
+    assert elf.header.machine_type == PROCESSORS[platform]
     if not (fmu.directory / "binaries" / "win64").is_dir():
         pytest.skip("this build was for the host alone, with its compiler and C library")
     assert set(elf.libraries) <= {"libc.so.6", "libm.so.6", "libdl.so.2"}
@@ -60,14 +69,19 @@ def test_the_linux_binary_runs_on_every_glibc_from_2_17_on(fmu):
     assert max(versions) <= (2, 17)
 
 
-def test_the_linux_binary_shows_the_functions_of_fmi_and_nothing_else(fmu):
-    elf = lief.ELF.parse(str(binary(fmu, "linux64")))
-    assert names(elf.exported_symbols) == declared_functions()
+@pytest.mark.parametrize("platform", PROCESSORS)
+def test_the_linux_binary_shows_the_functions_of_fmi_and_nothing_else(fmu, platform):
+    elf = lief.ELF.parse(str(binary(fmu, platform)))
+    assert names(elf.exported_symbols) == SHOWN
 
 
 # --- Windows -----------------------------------------------------------------------------------
 
-MACHINES = {"win64": lief.PE.Header.MACHINE_TYPES.AMD64, "win32": lief.PE.Header.MACHINE_TYPES.I386}
+MACHINES = {
+    "win64": lief.PE.Header.MACHINE_TYPES.AMD64,
+    "win32": lief.PE.Header.MACHINE_TYPES.I386,
+    "aarch64-windows": lief.PE.Header.MACHINE_TYPES.ARM64,
+}
 
 
 @pytest.mark.parametrize("platform", MACHINES)
@@ -77,7 +91,7 @@ def test_a_windows_binary_needs_nothing_that_windows_lacks(fmu, platform):
     libraries = {i.name.lower() for i in pe.imports}
     assert libraries
     assert all(n == "kernel32.dll" or n.startswith("api-ms-win-crt-") for n in libraries)
-    assert names(pe.get_export().entries) == declared_functions()
+    assert names(pe.get_export().entries) == SHOWN
     assert pe.header.characteristics & int(lief.PE.Header.CHARACTERISTICS.DLL)
 
 
@@ -103,11 +117,17 @@ def test_the_macos_binary_holds_both_processors(fmu):
         own, *libraries = [library.name for library in slice_.libraries]
         assert own == f"@rpath/{fmu.identifier}.dylib"
         assert libraries == ["/usr/lib/libSystem.B.dylib"]
-        shown = {n for n in names(slice_.exported_symbols) if n.startswith("_fmi2")}
-        assert shown == {f"_{n}" for n in declared_functions()}
+        shown = {n for n in names(slice_.exported_symbols) if n.startswith("_fmi")}
+        assert shown == {f"_{n}" for n in SHOWN}
         # the linker's own, in every library
         assert names(slice_.exported_symbols) - shown <= {"__mh_dylib_header", "___dso_handle"}
     assert universal.at(1).has_code_signature  # Apple's processors run nothing without
+
+
+def test_the_macos_binary_for_arm_alone_is_the_one_in_the_universal(fmu):
+    """Tools on Apple's processors look for the tuple or for FMI 2.0's one name, and find the same."""
+    alone = binary(fmu, "aarch64-darwin").read_bytes()
+    assert binary(fmu, "darwin64").read_bytes().count(alone) == 1
 
 
 def test_the_slices_of_the_macos_binary_lie_as_its_table_says(fmu):
@@ -126,6 +146,7 @@ def test_the_slices_of_the_macos_binary_lie_as_its_table_says(fmu):
 
 # --- the same bits everywhere ------------------------------------------------------------------
 
+HOST = Path(__file__).parent / "hosts" / "run_plant.c"
 TARGETS = {"win64": "x86_64-windows-gnu", "win32": "x86-windows-gnu"}
 # Programs that run binaries of a platform, with what each wants in its environment: recent ones are
 # 64-bit throughout and run both kinds, older ones need a 32-bit loader with a prefix of that kind.
@@ -137,43 +158,52 @@ WINES = {
         ("/usr/lib/wine/wine", {"WINEARCH": "win32"}),
     ],
 }
+QEMUS = ("qemu-aarch64", "qemu-aarch64-static")
+# where Debian's libc6-arm64-cross is, or what else QEMU_LD_PREFIX names
+ARM_LIBRARIES = Path(os.environ.get("QEMU_LD_PREFIX", "/usr/aarch64-linux-gnu"))
 
 
-def build_host(target: str, directory: Path) -> Path:
-    """Return a host program for Windows, compiled by zig."""
-    sources = [
-        Path(__file__).parent / "hosts" / "run_plant.c",
-        Path(__file__).parents[2] / "fmu_src" / "platforms" / "windows_runtime.c",
-    ]
-    zig = [sys.executable, "-m", "ziglang", "cc", "-target", target, "-O1"]
+def zig(directory: Path, *arguments: object) -> None:
+    """Run zig's C compiler, with a cache in a directory."""
     environment = {**os.environ, "ZIG_GLOBAL_CACHE_DIR": str(directory / "zig")}
-    objects = [directory / f"{source.stem}.o" for source in sources]
-    for source, place in zip(sources, objects, strict=True):
-        command = [*zig, "-I", HEADERS, "-c", source, "-o", place]
-        subprocess.run(command, check=True, env=environment)
+    subprocess.run([sys.executable, "-m", "ziglang", "cc", *arguments], check=True, env=environment)
+
+
+def build_for_windows(target: str, directory: Path) -> Path:
+    """Return the host program for Windows, compiled by zig."""
+    runtime = Path(__file__).parents[2] / "fmu_src" / "platforms" / "windows_runtime.c"
+    objects = [directory / f"{source.stem}.o" for source in (HOST, runtime)]
+    for source, place in zip((HOST, runtime), objects, strict=True):
+        zig(directory, "-target", target, "-O1", "-I", HEADERS, "-c", source, "-o", place)
     parts = ("convert", "heap", "runtime", "stdio", "string")
     libraries = ["-lkernel32", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in parts)]
     flags = ["-nostdlib", "-rtlib=compiler-rt", "-Wl,--subsystem,console", "-Wl,-e,mainCRTStartup"]
     host = directory / "run_plant.exe"
-    subprocess.run([*zig, *flags, *objects, *libraries, "-o", host], check=True, env=environment)
+    zig(directory, "-target", target, "-O1", *flags, *objects, *libraries, "-o", host)
     return host
 
 
-def run_under(wine: tuple[str, dict], host: Path, arguments: list, text: str) -> tuple[int, str]:
+def run_under(program: str, more: dict, host: Path, arguments: list, text: str) -> tuple[int, str]:
     """Run the host program; return its exit code and what it prints."""
-    program, more = wine
-    prefix = host.parent / "-".join(["prefix", Path(program).name, *more.values()])
     done = subprocess.run(
         [program, host, *map(str, arguments)],
         input=text,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        env={**os.environ, "WINEPREFIX": str(prefix), "WINEDEBUG": "-all", **more},
+        env={**os.environ, **more},
         timeout=300,
         check=False,
     )
     return done.returncode, done.stdout
+
+
+def run_under_wine(wine: tuple[str, dict], host: Path, arguments: list, text: str) -> tuple[int, str]:
+    """Run the host program for Windows in a prefix of its own."""
+    program, more = wine
+    prefix = host.parent / "-".join(["prefix", Path(program).name, *more.values()])
+    environment = {"WINEPREFIX": str(prefix), "WINEDEBUG": "-all", **more}
+    return run_under(program, environment, host, arguments, text)
 
 
 @pytest.fixture(scope="module", params=TARGETS)
@@ -183,11 +213,25 @@ def windows(request, tmp_path_factory):
     found = [w for w in WINES[request.param] if shutil.which(w[0])]
     if not found:
         pytest.skip(f"no wine for {request.param} is installed")
-    host = build_host(TARGETS[request.param], tmp_path_factory.mktemp(request.param))
+    host = build_for_windows(TARGETS[request.param], tmp_path_factory.mktemp(request.param))
     for wine in found:
-        if "the library cannot be loaded" in run_under(wine, host, [], "")[1]:  # it has none
-            return request.param, partial(run_under, wine, host)
+        if "the library cannot be loaded" in run_under_wine(wine, host, [], "")[1]:  # it has none
+            return request.param, partial(run_under_wine, wine, host)
     pytest.skip(f"the wine that is installed does not run binaries for {request.param}")
+
+
+@pytest.fixture(scope="module")
+def arm_linux(tmp_path_factory):
+    """Return a function that runs the host program for Linux on ARM under qemu."""
+    pytest.importorskip("ziglang", reason="ziglang is missing")
+    found = next(filter(None, map(shutil.which, QEMUS)), None)
+    if not found or not (ARM_LIBRARIES / "lib" / "ld-linux-aarch64.so.1").exists():
+        pytest.skip("no qemu-aarch64 with a C library for ARM (Debian: qemu-user, libc6-arm64-cross)")
+    directory = tmp_path_factory.mktemp("arm")
+    host = directory / "run_plant"
+    target = ("-target", "aarch64-linux-gnu.2.17")
+    zig(directory, *target, "-O1", "-rtlib=none", "-I", HEADERS, HOST, "-ldl", "-o", host)
+    return partial(run_under, found, {"QEMU_LD_PREFIX": str(ARM_LIBRARIES)}, host)
 
 
 def windows_path(path: Path) -> str:
@@ -195,16 +239,13 @@ def windows_path(path: Path) -> str:
     return "Z:" + str(path).replace("/", "\\")
 
 
-@pytest.mark.parametrize("name", ["table_1", "five_rules"])
-def test_under_wine_the_windows_binary_gives_the_bits_of_the_linux_one(packaged, name, windows):
-    """Under (22); and with five rules, whose set the binary reads from the resources."""
-    platform, run = windows
-    plant = packaged[name][1]["plant"]
+def check_bits(run, plant: Unpacked, library: object, resources: str) -> None:
+    """Compare a run of a foreign binary with one of this platform's, bit for bit."""
     voltage = identification(np.arange(4000) * TS)
     arguments = [
-        windows_path(binary(plant, platform)),
+        library,
         plant.description.guid,
-        f"file:///Z:{plant.directory}/resources",
+        resources,
         plant.variables["voltage"].valueReference,
         plant.variables["displacement"].valueReference,
         repr(TS),
@@ -215,3 +256,20 @@ def test_under_wine_the_windows_binary_gives_the_bits_of_the_linux_one(packaged,
     with Master(plant) as master:
         expected = master.run(voltage)
     assert [float.fromhex(line) for line in printed] == expected.tolist()
+
+
+@pytest.mark.parametrize("name", ["table_1", "five_rules"])
+def test_under_wine_the_windows_binary_gives_the_bits_of_the_linux_one(packaged, name, windows):
+    """Under (22); and with five rules, whose set the binary reads from the resources."""
+    platform, run = windows
+    plant = packaged[name][1]["plant"]
+    library = windows_path(binary(plant, platform))
+    check_bits(run, plant, library, f"file:///Z:{plant.directory}/resources")
+
+
+@pytest.mark.parametrize("name", ["table_1", "five_rules"])
+def test_under_qemu_the_binary_for_arm_gives_the_bits_of_the_one_for_x86(packaged, name, arm_linux):
+    """Under (22): no product is fused with a sum, which ARM's processors could do."""
+    plant = packaged[name][1]["plant"]
+    library = binary(plant, "aarch64-linux")
+    check_bits(arm_linux, plant, library, (plant.directory / "resources").as_uri())

@@ -25,8 +25,8 @@ from lxml import etree
 from it2hys.cli import main
 from it2hys.cosimulation.slave import Slave
 from it2hys.fmu.controller import controller_fmu, suitable_gains
-from it2hys.fmu.packaging import package_bytes
-from it2hys.fmu.ssp import COMPONENTS_ALONE, SYSTEMS, format_controller_ssv, format_ssp
+from it2hys.fmu.packaging import fmu_archive, package_bytes
+from it2hys.fmu.ssp import COMPONENTS_ALONE, SYSTEMS, format_controller_ssv, format_ssp, write_ssp
 from it2hys.model import compiled
 from it2hys.model.parameters import format_ssv, table_1, write_ssv
 
@@ -115,7 +115,7 @@ def unpack(ssp: Path, directory: Path) -> dict[str, str]:
     with zipfile.ZipFile(ssp) as archive:
         archive.extractall(directory)
     components = SYSTEMS[ssp.stem.removesuffix(COMPONENTS_ALONE)].components
-    return {n: str(directory / "resources" / c.fmu) for n, c in components.items()}
+    return {n: str(directory / "resources" / c.fmu()) for n, c in components.items()}
 
 
 def jacobi(
@@ -204,6 +204,29 @@ def test_ecos_runs_the_defaults_unless_it_is_told_the_name_of_the_set(run_master
         run_master("feedforward", ssp, chosen, REFERENCE)[:, 0] for chosen in (parameters.name, "")
     )
     assert np.abs(told - untold).max() > 1
+
+
+@pytest.mark.parametrize("run_master", ["ecospy"], indirect=True)
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_ecos_runs_the_package_of_fmi_3_as_that_of_fmi_2(name, run_master, tmp_path):
+    """With its set: another start in it is another run."""
+    parameters = make_set(33, 3, "another stage", initialDisplacement=START)
+    write_ssp(parameters, tmp_path, (2, 3))
+
+    def run(version: str) -> np.ndarray:
+        ssp = (tmp_path / f"{name}{version}{COMPONENTS_ALONE}.ssp").read_bytes()
+        return run_master(name, ssp, parameters.name, REFERENCE)
+
+    read = run("_fmi3")
+    np.testing.assert_array_equal(read, run(""))
+    path = tmp_path / f"{name}_fmi3{COMPONENTS_ALONE}.ssp"
+    with zipfile.ZipFile(path) as archive:
+        contents = {n: archive.read(n) for n in archive.namelist()}
+    old, new = (f'value="{v!r}"'.encode() for v in (START, 6 * UM))
+    assert contents["resources/parameters.ssv"].count(old) == 1
+    changed = {n: c.replace(old, new) if n.endswith(".ssv") else c for n, c in contents.items()}
+    path.write_bytes(fmu_archive(changed))
+    assert np.abs(run("_fmi3") - read)[:, -1].max() > 0.1 * UM
 
 
 @pytest.fixture(scope="module")
@@ -313,11 +336,11 @@ def test_the_systems_have_connectors_with_units(name, packages):
     assert used == set(units)
 
 
-@pytest.mark.parametrize("end", ["", COMPONENTS_ALONE])
+@pytest.mark.parametrize("end", ["", COMPONENTS_ALONE, f"_fmi3{COMPONENTS_ALONE}"])
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_command_writes_packages_that_fmpy_accepts(name, end, packages, tmp_path):
     """FMPy holds them to the standard's schemas."""
-    path = packages[1] / f"{name}{end}.ssp"
+    path, fmi = packages[1] / f"{name}{end}.ssp", 3 if "_fmi3" in end else 2
     system, expected = read_ssd(str(path)).system, SYSTEMS[name]
     assert {e.name for e in system.elements} == set(expected.components)
     ends = {
@@ -335,7 +358,8 @@ def test_the_command_writes_packages_that_fmpy_accepts(name, end, packages, tmp_
     for component in expected.components.values():
         resources = tmp_path / "resources"
         known = {
-            v.name for v in fmpy.read_model_description(str(resources / component.fmu)).modelVariables
+            v.name
+            for v in fmpy.read_model_description(str(resources / component.fmu(fmi))).modelVariables
         }
         given = {p.name for p in fmpy_read_ssv(str(resources / component.parameters)).parameters}
         assert given <= known

@@ -82,9 +82,17 @@ class Slave:
             unzipDirectory=self._directory,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName=self.path.stem,
+            libraryPath=self._library(),
         )
         fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
         self._fmu, self._used = fmu, False
+
+    def _library(self) -> str | None:
+        """Return the binary for this very processor, where there is one; FMPy looks for x86's alone."""
+        identifier = self.description.coSimulation.modelIdentifier
+        name = f"{identifier}{fmpy.sharedLibraryExtension}"
+        library = Path(self._directory, "binaries", fmpy.platform_tuple, name)
+        return str(library) if library.is_file() else None
 
     def _hear(self, status: int, message: bytes) -> None:
         self.warned |= status == fmi2.fmi2Warning
@@ -239,7 +247,7 @@ def read_description(path: Path) -> ModelDescription:
     identifier = description.coSimulation.modelIdentifier or ""
     if not is_plain_name(identifier):
         raise InputError(f"{path}: modelIdentifier is {identifier!r}; it must be the name of a binary")
-    if fmpy.platform not in platforms:
+    if not {fmpy.platform, fmpy.platform_tuple} & set(platforms):
         raise InputError(f"{path}: has no binary for this platform, {fmpy.platform}")
     for variable in description.modelVariables:
         _check_numbers(path, f"variable {variable.name!r}", variable)

@@ -23,7 +23,10 @@ LAYER = (
     "fmu_lifecycle.c",
     "fmu_variables.c",
     "fmu_step.c",
+    "fmu_update.c",
     "fmu_derivative.c",
+    "fmu_adjoint.c",
+    "fmu_arrays.c",
     "fmu_state.c",
     "fmu_log.c",
 )
@@ -133,6 +136,11 @@ def face(places: dict[str, Path], name: str, header: str) -> str:
     return f'{_TITLE.format(name)}#include "{HEADER}"\n\n{files.beginning()}{text}'
 
 
+def faces(*identifiers: str) -> list[str]:
+    """Return the files that make FMUs of models: for FMI 2.0 and for FMI 3.0."""
+    return [f"{identifier}{version}.c" for identifier in identifiers for version in ("", "_fmi3")]
+
+
 def folders(source: Path, generated: Path) -> dict[str, dict[str, str]]:
     """Return the files of each folder by their names."""
     places = source_places(source, generated)
@@ -141,11 +149,11 @@ def folders(source: Path, generated: Path) -> dict[str, dict[str, str]]:
     return {
         "sources": {
             **amalgamate(places, "actuator.h", chain),
-            **{name: face(places, name, "actuator.h") for name in ("IT2Plant.c", "IT2Inverse.c")},
+            **{name: face(places, name, "actuator.h") for name in faces("IT2Plant", "IT2Inverse")},
         },
         "controller": {
             **amalgamate(places, "controller.h", [*LAYER, "controller.c"]),
-            "PIController.c": face(places, "PIController.c", "controller.h"),
+            **{name: face(places, name, "controller.h") for name in faces("PIController")},
         },
         "embedded": amalgamate(places, "chain.h", core),
     }

@@ -113,9 +113,10 @@ def table_rows(variables: Sequence[Variable], struct: str, counts: Mapping[str, 
                 else f"offsetof(struct fmu_outputs, {member}[{index}])"
             )
         count = f"offsetof(struct {struct}, {counts[v.group]}), {v.index}" if v.group else "0, 0"
+        stride = len({w.field for w in variables if w.group == v.group}) if v.group else 0
         rows.append(
             f'    {{ "{v.name}", {BASES[v.type.base]}, FMU_{v.causality.upper()}, {kinds}, {offset}, '
-            f"{low!r}, {high!r}, {count} }},"
+            f"{low!r}, {high!r}, {count}, {stride} }},"
         )
     return rows
 

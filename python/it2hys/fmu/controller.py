@@ -7,90 +7,57 @@ packages. Its variables are listed in `controller.toml`.
 from collections.abc import Sequence
 
 import numpy as np
-from lxml import etree
 
 from it2hys.fmu.build_description import format_build_description
 from it2hys.fmu.documentation import render
-from it2hys.fmu.model_description import (
-    add_log_categories,
-    add_structure,
-    add_types,
-    add_units,
-    add_variables,
-)
-from it2hys.fmu.packaging import BUILD_DESCRIPTION, fmu_archive, package_version, platform_binaries
+from it2hys.fmu.fmi_versions import Content
+from it2hys.fmu.model_description import format_content
+from it2hys.fmu.packaging import BUILD_DESCRIPTION, fmu_archive, fmu_sources, package_version
+from it2hys.fmu.platforms import platform_binaries
 from it2hys.model import compiled
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_controller
 
 IDENTIFIER = "PIController"
-CAPABILITIES = {
-    "canHandleVariableCommunicationStepSize": "true",
-    "canInterpolateInputs": "false",
-    "maxOutputDerivativeOrder": "0",
-    "canRunAsynchronuously": "false",
-    "canBeInstantiatedOnlyOncePerProcess": "false",
-    "canNotUseMemoryManagementFunctions": "true",
-    "canGetAndSetFMUstate": "true",
-    "canSerializeFMUstate": "true",
-    "providesDirectionalDerivative": "false",
-}
 #: Crossover of the default loop times the sample time: two delayed ticks then cost little phase.
 CROSSOVER = 0.1
 
 
-def controller_fmu() -> bytes:
-    """Return PIController.fmu."""
+def controller_fmu(fmi: int = 2) -> bytes:
+    """Return PIController.fmu of a version of FMI, 2 or 3."""
     native = compiled.native_directory()
     page = render("controller.html", variables=load_controller().variables)
-    sources = {path.name: path.read_bytes() for path in sorted((native / "controller").iterdir())}
+    sources = fmu_sources(IDENTIFIER, native / "controller", fmi)
     c_files = [name for name in sources if name.endswith(".c")]
     return fmu_archive(
         {
-            "modelDescription.xml": _description(c_files),
+            "modelDescription.xml": _description(c_files, fmi),
             **{f"sources/{name}": content for name, content in sources.items()},
             BUILD_DESCRIPTION: format_build_description(IDENTIFIER, c_files),
-            **platform_binaries(IDENTIFIER, native),
+            **platform_binaries(IDENTIFIER, native, fmi),
             "documentation/index.html": page.encode(),
             "documentation/licenses/license.txt": (native / "LICENSE").read_bytes(),
         }
     )
 
 
-def _description(c_files: Sequence[str]) -> bytes:
+def _description(c_files: Sequence[str], fmi: int) -> bytes:
     table = load_controller()
-    version = package_version()
-    root = etree.Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=IDENTIFIER,
-        guid=table.guid,
+    start = {v.name: v.start for v in table.variables if v.start is not None}
+    content = Content(
+        identifier=IDENTIFIER,
+        token=table.guid,
         description="Sampled PI controller with feedforward, limits and no wind-up",
-        version=version,
-        copyright="Copyright (c) 2026, the it2hys developers",
-        license="BSD-2-Clause",
-        generationTool=f"it2hys {version}",
-        variableNamingConvention="structured",
+        variables=table.variables,
+        start=start,
+        rows=len(table.variables),
+        sample_time=float(start["sampleTime"]),
+        units=table.units,
+        source_files=c_files,
+        derivatives=False,
+        interpolates=False,
     )
-    slave = etree.SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=IDENTIFIER,
-        **CAPABILITIES,
-    )
-    files = etree.SubElement(slave, "SourceFiles")
-    for name in c_files:
-        etree.SubElement(files, "File", name=name)
-    types = {v.type.name: v.type for v in table.variables}
-    add_units(root, {t.unit for t in types.values()}, table.units)
-    add_types(root, types)
-    add_log_categories(root)
-    etree.SubElement(
-        root, "DefaultExperiment", startTime="0.0", stopTime="0.2", tolerance="1e-6", stepSize="1e-4"
-    )
-    add_variables(root, table.variables, {})
-    add_structure(root, table.variables)
-    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+    return format_content(content, package_version(), fmi)
 
 
 def suitable_gains(parameters: ParameterSet) -> dict[str, float]:

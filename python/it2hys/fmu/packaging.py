@@ -1,11 +1,12 @@
-"""Packaging a parameter set as FMUs: `IT2Plant.fmu` and `IT2Inverse.fmu`.
+"""Packaging a parameter set as FMUs: `IT2Plant.fmu` and `IT2Inverse.fmu`, of FMI 2.0 or FMI 3.0.
 
-The binaries are the same for every parameter set. What differs is modelDescription.xml, the set in
-`resources/` and the one compiled into `sources/`, which the GUID ties together.
+The binaries are the same for every parameter set, and hold the functions of both versions. What
+differs is modelDescription.xml, the set in `resources/` and the one compiled into `sources/`, which the
+GUID ties together.
 """
 
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
 from io import BytesIO
@@ -16,21 +17,31 @@ from it2hys.fmu.build_description import format_build_description
 from it2hys.fmu.codegen import start_header
 from it2hys.fmu.documentation import documentation_files
 from it2hys.fmu.model_description import IDENTIFIERS, format_model_description
+from it2hys.fmu.platforms import platform_binaries
 from it2hys.fmu.reference_run import reference_files
-from it2hys.fmu.terminals import picture_files
+from it2hys.fmu.terminals import picture_files, terminal_files
 from it2hys.model.compiled import native_directory
 from it2hys.model.parameters import ParameterSet, format_ssv
+from it2hys.model.variables import load_table
 from it2hys.support.files import write_atomically
 
 # zip entries carry a time; a fixed one makes the same input give the same file
 EPOCH = (1980, 1, 1, 0, 0, 0)
 PARAMETER_FILE = "parameters.ssv"
+#: Of the names of files, by version of FMI.
+SUFFIX = {2: "", 3: "_fmi3"}
 BUILD_DESCRIPTION = "sources/buildDescription.xml"
 # beside the C library: libm for hum, lag, creep and resonance, libdl to find the FMU's resources
 LIBRARIES = ("m", "dl")
 
 
-def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
+def package(
+    parameters: ParameterSet,
+    directory: str | Path,
+    *,
+    fmi: Collection[int] = (2,),
+    terminals: bool = True,
+) -> list[Path]:
     """Write both FMUs and the parameter set into a directory.
 
     Parameters
@@ -39,11 +50,17 @@ def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
         A validated set.
     directory : path
         Created if it does not exist.
+    fmi : collection of {2, 3}
+        Versions of FMI; each has FMUs of its own.
+    terminals : bool
+        Give the FMUs terminals and an icon. FMILibrary 3 up to 3.0.5, and what is built on it, refuses
+        FMUs of FMI 2.0 that have them (`it2hys.fmu.terminals`).
 
     Returns
     -------
     list of Path
-        The files written: `IT2Plant.fmu`, `IT2Inverse.fmu` and `parameters.ssv`.
+        The files written: `IT2Plant.fmu` and `IT2Inverse.fmu` of FMI 2.0, `IT2Plant_fmi3.fmu` and
+        `IT2Inverse_fmi3.fmu` of FMI 3.0, and `parameters.ssv`.
 
     Raises
     ------
@@ -51,20 +68,42 @@ def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
         If the directory cannot be written to.
     """
     directory = make_directory(directory)
-    contents = {f"{identifier}.fmu": fmu for identifier, fmu in package_bytes(parameters).items()}
+    contents = {
+        f"{identifier}{SUFFIX[version]}.fmu": fmu
+        for version in sorted(fmi)
+        for identifier, fmu in package_bytes(parameters, fmi=version, terminals=terminals).items()
+    }
     contents[PARAMETER_FILE] = format_ssv(parameters).encode()
     for name, content in contents.items():
         write_atomically(directory / name, content)
     return [directory / name for name in contents]
 
 
-def package_bytes(parameters: ParameterSet) -> dict[str, bytes]:
-    """Return both FMUs with a parameter set, by model identifier."""
+def package_bytes(
+    parameters: ParameterSet, *, fmi: int = 2, terminals: bool = True
+) -> dict[str, bytes]:
+    """Return both FMUs with a parameter set, of one version of FMI, by model identifier."""
     native = native_directory()
+    if fmi == 3:
+        parameters = with_every_array(parameters)
     return {
-        identifier: _fmu(model, identifier, parameters, native)
+        identifier: _fmu(model, identifier, parameters, native, fmi, terminals)
         for model, identifier in IDENTIFIERS.items()
     }
+
+
+def with_every_array(parameters: ParameterSet) -> ParameterSet:
+    """Return a set that has an element of every group: where there was none, one without effect.
+
+    FMI 3.0 wants arrays that are not empty at first (Array variables and structural parameters), for
+    tools that do not care about their length.
+    """
+    missing: dict[str, float | int] = {}
+    for group, entry in load_table().counts.items():
+        if parameters.counts[group] == 0:
+            missing[entry["variable"]] = 1
+            missing.update({f"{group}[1].{name}": v for name, v in entry["without_effect"].items()})
+    return parameters.replace(**missing) if missing else parameters
 
 
 def make_directory(directory: str | Path) -> Path:
@@ -85,19 +124,23 @@ def package_version() -> str:
         return "0.1.0"
 
 
-def _fmu(model: str, identifier: str, parameters: ParameterSet, native: Path) -> bytes:
+def _fmu(
+    model: str, identifier: str, parameters: ParameterSet, native: Path, fmi: int, terminals: bool
+) -> bytes:
     """Return the FMU as a zip archive."""
-    sources = _sources(identifier, parameters, native)
+    sources = fmu_sources(identifier, native / "sources", fmi)
     c_files = sorted(name for name in sources if name.endswith(".c"))
-    description = format_model_description(model, parameters, c_files, package_version())
+    sources["fmu_start.h"] = start_header(parameters, format_ssv(parameters)).encode()
+    description = format_model_description(model, parameters, c_files, package_version(), fmi)
     entries = {
         "modelDescription.xml": description,
         f"resources/{PARAMETER_FILE}": format_ssv(parameters).encode(),
         **{f"sources/{name}": content for name, content in sources.items()},
         BUILD_DESCRIPTION: format_build_description(identifier, c_files, LIBRARIES),
-        **platform_binaries(identifier, native),
+        **platform_binaries(identifier, native, fmi),
         **documentation_files(model, parameters, (native / "LICENSE").read_bytes()),
-        **picture_files(model, parameters),
+        **picture_files(model),
+        **(terminal_files(model, parameters) if terminals else {}),
         **reference_files(model, parameters),
     }
     return fmu_archive(entries)
@@ -115,16 +158,7 @@ def fmu_archive(entries: Mapping[str, bytes]) -> bytes:
     return archive.getvalue()
 
 
-def _sources(identifier: str, parameters: ParameterSet, native: Path) -> dict[str, bytes]:
-    """Return the C files of one FMU: those of the other are left out, its set is compiled in."""
-    others = {f"{name}.c" for name in IDENTIFIERS.values() if name != identifier}
-    found = sorted((native / "sources").glob("*.[ch]"))
-    sources = {path.name: path.read_bytes() for path in found if path.name not in others}
-    start = start_header(parameters, format_ssv(parameters))
-    return {**sources, "fmu_start.h": start.encode()}
-
-
-def platform_binaries(identifier: str, native: Path) -> dict[str, bytes]:
-    """Return the built binaries of an FMU by their path in it."""
-    found = sorted((native / "binaries").glob(f"*/{identifier}.*"))
-    return {f"binaries/{p.parent.name}/{p.name}": p.read_bytes() for p in found}
+def fmu_sources(identifier: str, folder: Path, fmi: int) -> dict[str, bytes]:
+    """Return the C files of one FMU, with the functions of one version of FMI."""
+    names = ("it2hys.c", "it2hys.h", f"{identifier}{SUFFIX[fmi]}.c")
+    return {name: (folder / name).read_bytes() for name in names}

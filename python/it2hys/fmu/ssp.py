@@ -8,11 +8,15 @@ name that it is given, and without a name none.
 
 A system has connectors of its own, which the standard wants and `fmpy.ssp` drives it by. libcosim and
 ecos refuse a package with a connection to them: for these there is a second one without.
+
+With FMUs of FMI 3.0 there is that second kind alone, because of the masters that read packages only
+ecos runs FMI 3.0. SSP 1.0 has no arrays: the sets of these packages have the other parameters, and what
+is in arrays is in the FMUs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,7 +25,7 @@ from lxml import etree
 from it2hys.fmu.controller import IDENTIFIER as CONTROLLER
 from it2hys.fmu.controller import controller_fmu, suitable_gains
 from it2hys.fmu.model_description import DEFAULT_TICKS, IDENTIFIERS
-from it2hys.fmu.packaging import fmu_archive, make_directory, package_bytes
+from it2hys.fmu.packaging import SUFFIX, fmu_archive, make_directory, package_bytes
 from it2hys.model.parameters import ParameterSet, format_ssv
 from it2hys.model.ssv import SSV_NAMESPACE, format_entries
 from it2hys.model.variables import Variable, load_controller, load_table
@@ -41,10 +45,9 @@ class Component:
     identifier: str
     parameters: str
 
-    @property
-    def fmu(self) -> str:
-        """Its file in `resources/`."""
-        return f"{self.identifier}.fmu"
+    def fmu(self, fmi: int = 2) -> str:
+        """Return its file in `resources/`."""
+        return f"{self.identifier}{SUFFIX[fmi]}.fmu"
 
     def variable(self, name: str) -> Variable:
         """Return a variable of the FMU."""
@@ -131,7 +134,9 @@ SYSTEMS = {
 }
 
 
-def write_ssp(parameters: ParameterSet, directory: str | Path) -> list[Path]:
+def write_ssp(
+    parameters: ParameterSet, directory: str | Path, fmi: Collection[int] = (2,)
+) -> list[Path]:
     """Write `feedforward.ssp` (inverse, plant) and `feedback.ssp` (with a PI controller between).
 
     The controller's gains suit the plant (`it2hys.fmu.controller.suitable_gains`); another set of them
@@ -139,6 +144,7 @@ def write_ssp(parameters: ParameterSet, directory: str | Path) -> list[Path]:
     `displacement`, `measured`, `voltage` and `saturated`. For masters that read no connectors of a
     system, `feedforward_components.ssp` and `feedback_components.ssp` have those of the FMUs alone:
     there the reference is that of the inverse, and in the feedback system that of the controller too.
+    With FMUs of FMI 3.0 these are `feedforward_fmi3_components.ssp` and `feedback_fmi3_components.ssp`.
 
     Parameters
     ----------
@@ -146,6 +152,8 @@ def write_ssp(parameters: ParameterSet, directory: str | Path) -> list[Path]:
         Of plant and inverse.
     directory : path
         Created if it does not exist.
+    fmi : collection of {2, 3}
+        Versions of FMI.
 
     Returns
     -------
@@ -158,20 +166,36 @@ def write_ssp(parameters: ParameterSet, directory: str | Path) -> list[Path]:
         If the directory cannot be written to.
     """
     directory = make_directory(directory)
-    fmus = {f"{name}.fmu": content for name, content in package_bytes(parameters).items()}
-    fmus[CONTROL.fmu] = controller_fmu()
-    sets = {
-        "parameters.ssv": format_ssv(parameters),
-        "controller.ssv": format_controller_ssv(suitable_gains(parameters), parameters.name),
-    }
-    contents = {
-        directory / f"{name}.ssp": format_ssp(name, fmus, sets, parameters["sampleTime"])
-        for system in SYSTEMS
-        for name in (system, system + COMPONENTS_ALONE)
-    }
+    contents = {}
+    for version in sorted(fmi):
+        fmus, sets = _contents(parameters, version)
+        ends = ("", COMPONENTS_ALONE) if version == 2 else (COMPONENTS_ALONE,)
+        for name in (system + SUFFIX[version] + end for system in SYSTEMS for end in ends):
+            path = directory / f"{name}.ssp"
+            contents[path] = format_ssp(name, fmus, sets, parameters["sampleTime"])
     for path, content in contents.items():
         write_atomically(path, content)
     return list(contents)
+
+
+def _contents(parameters: ParameterSet, fmi: int) -> tuple[dict[str, bytes], dict[str, str]]:
+    """Return FMUs and parameter sets by file name."""
+    fmus = package_bytes(parameters, fmi=fmi)
+    found = {component.fmu(fmi): fmus[component.identifier] for component in (INVERSE, PLANT)}
+    types = {name: v.type for name, v in load_table().parameters().items()}
+    scalars = {n: v for n, v in parameters.items() if "[" not in n and types[n].base != "Integer"}
+    return {**found, CONTROL.fmu(fmi): controller_fmu(fmi)}, {
+        "parameters.ssv": (
+            format_ssv(parameters) if fmi == 2 else format_entries(scalars, types, parameters.name)
+        ),
+        "controller.ssv": format_controller_ssv(suitable_gains(parameters), parameters.name),
+    }
+
+
+def system_name(name: str) -> tuple[str, int]:
+    """Return the system of a package, and its version of FMI, of the package's name."""
+    system = name.removesuffix(COMPONENTS_ALONE)
+    return system.removesuffix(SUFFIX[3]), 3 if system.endswith(SUFFIX[3]) else 2
 
 
 def format_ssp(
@@ -182,8 +206,8 @@ def format_ssp(
     Parameters
     ----------
     name : str
-        "feedforward" or "feedback"; with `COMPONENTS_ALONE` behind it, without the system's own
-        connectors.
+        "feedforward" or "feedback"; with "_fmi3" behind it, of FMUs of FMI 3.0; and with
+        `COMPONENTS_ALONE` behind it, without the system's own connectors.
     fmus : mapping of str to bytes
         FMUs by file name; those that the system has not are left out.
     sets : mapping of str to str
@@ -191,12 +215,13 @@ def format_ssp(
     sample_time : float
         In s; the default experiment lasts 2000 of them.
     """
-    system = SYSTEMS[name.removesuffix(COMPONENTS_ALONE)]
+    known, fmi = system_name(name)
+    system = SYSTEMS[known]
     components = system.components.values()
     return fmu_archive(
         {
             "SystemStructure.ssd": format_ssd(name, system, sample_time),
-            **{f"resources/{c.fmu}": fmus[c.fmu] for c in components},
+            **{f"resources/{c.fmu(fmi)}": fmus[c.fmu(fmi)] for c in components},
             **{f"resources/{c.parameters}": sets[c.parameters].encode() for c in components},
         }
     )
@@ -221,7 +246,7 @@ def format_ssd(name: str, system: System, sample_time: float) -> bytes:
     for label, component in system.components.items():
         element = _add(
             elements, SSD, "Component", name=label, type="application/x-fmu-sharedlibrary",
-            source=f"resources/{component.fmu}",
+            source=f"resources/{component.fmu(system_name(name)[1])}",
         )  # fmt: skip
         _add_connectors(element, ((v.name, v.causality, v) for v in system.connected(label)))
         bindings = _add(element, SSD, "ParameterBindings")

@@ -2,6 +2,10 @@
 
 FMI 3.0 defines the files; tools read them in FMUs of FMI 2.0 too. The terminals of plant and inverse
 fit each other: what ends in the plant's `drive` begins in the inverse's.
+
+Their `fmiVersion` is that of the file's format, 3.0, in an FMU of FMI 2.0 too: so the standard says
+(FMI 3.0, Terminals and Icons), and its schema. FMILibrary 3.0.5 compares it with the FMU's version
+instead, and calls the difference fatal; FMUs without the folder pass.
 """
 
 from importlib.resources import files
@@ -47,11 +51,18 @@ def format_terminals(model: str, parameters: ParameterSet) -> bytes:
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
-def picture_files(model: str, parameters: ParameterSet) -> dict[str, bytes]:
-    """Return the FMU's picture and its terminals by their path in the FMU."""
-    picture = (files("it2hys.fmu") / "templates" / f"{model}.png").read_bytes()
+def picture_files(model: str) -> dict[str, bytes]:
+    """Return the FMU's picture by its path in the FMU."""
+    return {"model.png": _picture(model)}
+
+
+def terminal_files(model: str, parameters: ParameterSet) -> dict[str, bytes]:
+    """Return the FMU's terminals and icon by their path in the FMU."""
     return {
-        "model.png": picture,
-        "terminalsAndIcons/icon.png": picture,
+        "terminalsAndIcons/icon.png": _picture(model),
         "terminalsAndIcons/terminalsAndIcons.xml": format_terminals(model, parameters),
     }
+
+
+def _picture(model: str) -> bytes:
+    return (files("it2hys.fmu") / "templates" / f"{model}.png").read_bytes()

@@ -1,12 +1,22 @@
-/* A host for IT2Plant.dll, run under wine: prints the displacement at every tick, in hexadecimal.
+/* A host for the plant's binary, run under wine or qemu: prints the displacement at every tick, in hexadecimal.
  *
  *     run_plant IT2Plant.dll GUID RESOURCE_URI VOLTAGE_REFERENCE DISPLACEMENT_REFERENCE SAMPLE_TIME
  *
- * The voltages are read from the standard input, hexadecimal, one a line. Linked with windows_runtime.c in
- * place of MinGW's library, which takes zig a minute to build. */
+ * The voltages are read from the standard input, hexadecimal, one a line. For Windows it is linked with
+ * windows_runtime.c in place of MinGW's library, which takes zig a minute to build. */
 #include <stdio.h>
 #include <stdlib.h>
+#if defined _WIN32
 #include <windows.h>
+#define OPEN(path) LoadLibraryA(path)
+#define SYMBOL(library, name) GetProcAddress(library, name)
+typedef HMODULE handle;
+#else
+#include <dlfcn.h>
+#define OPEN(path) dlopen(path, RTLD_NOW)
+#define SYMBOL(library, name) dlsym(library, name)
+typedef void *handle;
+#endif
 
 #include "fmi2Functions.h"
 
@@ -26,12 +36,12 @@ static void expect_ok(fmi2Status status, const char *what)
 }
 
 #define LOAD(function) \
-    function##TYPE *function = (function##TYPE *)(void *)GetProcAddress(library, #function)
+    function##TYPE *function = (function##TYPE *)(void *)SYMBOL(library, #function)
 #define CALL(function, ...) expect_ok(function(__VA_ARGS__), #function)
 
 static int run(int argc, char **argv)
 {
-    const HMODULE library = argc == 7 ? LoadLibraryA(argv[1]) : NULL;
+    const handle library = argc == 7 ? OPEN(argv[1]) : NULL;
 
     if (!library) {
         puts("the library cannot be loaded");
@@ -72,6 +82,7 @@ static int run(int argc, char **argv)
     return 0;
 }
 
+#if defined _WIN32
 int _configure_narrow_argv(int mode); /* of Windows' C library; MinGW declares it nowhere */
 
 void mainCRTStartup(void)
@@ -79,3 +90,9 @@ void mainCRTStartup(void)
     _configure_narrow_argv(1); /* the arguments as they are, wildcards not expanded */
     exit(run(*__p___argc(), *__p___argv()));
 }
+#else
+int main(int argc, char **argv)
+{
+    return run(argc, argv);
+}
+#endif

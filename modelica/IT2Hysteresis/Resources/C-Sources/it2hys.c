@@ -83,6 +83,16 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
         chain->retraced = reached;
 }
 
+void chain_pass_by_idle(struct chain *chain, const struct chain_parameters *p)
+{
+    for (int i = 0; i < chain->behind; i++) {
+        const struct chain_place *place = chain_active(chain, i);
+        if (!place->stage->is_idle || !place->stage->is_idle(p))
+            return;
+    }
+    chain->effects = 0;
+}
+
 /* The stage, with such a memory, is where it was aimed at. */
 static void arrive_at(const struct chain_place *place, struct chain_state *state)
 {
@@ -777,6 +787,14 @@ static bool creep_is_on(const struct chain_parameters *p)
     return p->creepCount > 0;
 }
 
+static bool creep_is_idle(const struct chain_parameters *p)
+{
+    for (int i = 0; i < p->creepCount; i++)
+        if (p->creep[i].gain != 0)
+            return false;
+    return true;
+}
+
 static void creep_prepare(void *constants, const struct chain_parameters *p)
 {
     struct creep *creep = constants;
@@ -940,6 +958,7 @@ static real creep_inverse_tangent(const void *constants, const void *state, real
 
 const struct stage creep_stage = {
     .is_on = creep_is_on,
+    .is_idle = creep_is_idle,
     .prepare = creep_prepare,
     .rest = creep_rest,
     .step = creep_step,
@@ -2688,6 +2707,14 @@ static bool play_is_on(const struct chain_parameters *p)
     return p->playCount > 0;
 }
 
+static bool play_is_idle(const struct chain_parameters *p)
+{
+    for (int j = 0; j < p->playCount; j++)
+        if (p->play[j].weight != 0)
+            return false;
+    return true;
+}
+
 static void play_prepare(void *constants, const struct chain_parameters *p)
 {
     struct play *play = constants;
@@ -2891,6 +2918,7 @@ static real play_inverse_tangent(const void *constants, const void *state, real 
 
 const struct stage play_stage = {
     .is_on = play_is_on,
+    .is_idle = play_is_idle,
     .prepare = play_prepare,
     .rest = play_rest,
     .step = play_step,
@@ -3497,11 +3525,11 @@ bool fmu_within_bounds(const struct fmu_model *model, const void *parameters, ch
 }
 
 /* An Integer is the number of rules, play operators or creep terms: as many as the set that the FMU was
- * packaged with has, or fewer. Of more the XML lists nothing. */
+ * packaged with has, or fewer. Of more the XML lists nothing, unless it lists arrays. */
 static bool count_possible(const struct fmu *fmu, const struct fmu_variable *variable, int count, char *message,
                            size_t size)
 {
-    const int most = integer(fmu->start, variable->offset);
+    const int most = fmu->host.resizes ? (int)variable->maximum : integer(fmu->start, variable->offset);
 
     if (count >= variable->minimum && count <= most)
         return true;
@@ -3572,8 +3600,8 @@ static const struct fmu_variable *accepted(const struct fmu *fmu, unsigned refer
     return &fmu->model->table[reference];
 }
 
-static bool null_arrays(const struct fmu *fmu, const char *function, const void *references, const void *values,
-                        size_t count)
+bool fmu_null_arrays(const struct fmu *fmu, const char *function, const void *references, const void *values,
+                     size_t count)
 {
     if (count == 0 || (references && values))
         return false;
@@ -3584,8 +3612,8 @@ static bool null_arrays(const struct fmu *fmu, const char *function, const void 
 enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
                         size_t count, void *values)
 {
-    if (!fmu_may(fmu, function, FMU_INITIALIZATION | FMU_STEP_COMPLETE | FMU_TERMINATED) ||
-        null_arrays(fmu, function, references, values, count))
+    if (!fmu_may(fmu, function, FMU_INITIALIZATION | FMU_INITIALIZED | (fmu ? fmu->host.reads : 0)) ||
+        fmu_null_arrays(fmu, function, references, values, count))
         return FMU_ERROR;
     for (size_t i = 0; i < count; i++) {
         const struct fmu_variable *v = lookup(fmu, function, base, references[i]);
@@ -3608,12 +3636,17 @@ static bool settable(const struct fmu *fmu, const char *function, const struct f
         fmu_say(fmu, FMU_ERROR, "%s: %s is an output; it cannot be set.", function, variable->name);
         return false;
     }
-    if (variable->causality == FMU_PARAMETER && fmu->now->phase == FMU_STEP_COMPLETE) {
+    if (variable->causality == FMU_PARAMETER && fmu->now->phase & FMU_INITIALIZED) {
         fmu_say(fmu, FMU_ERROR, "%s: %s is a fixed parameter; set it before initialization ends.", function,
                 variable->name);
         return false;
     }
-    return true;
+    const bool structural = variable->base == FMU_INTEGER && fmu->host.resizes;
+    if (structural == (fmu->now->phase == FMU_CONFIGURATION))
+        return true;
+    fmu_say(fmu, FMU_ERROR, "%s: %s is %s structural parameter; these alone are set in configurationMode.",
+            function, variable->name, structural ? "a" : "no");
+    return false;
 }
 
 enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
@@ -3621,8 +3654,9 @@ enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base bas
 {
     char message[256];
 
-    if (!fmu_may(fmu, function, FMU_INSTANTIATED | FMU_INITIALIZATION | FMU_STEP_COMPLETE) ||
-        null_arrays(fmu, function, references, values, count))
+    if (!fmu_may(fmu, function,
+                 FMU_INSTANTIATED | FMU_CONFIGURATION | FMU_INITIALIZATION | FMU_STEP_COMPLETE | FMU_UPDATE) ||
+        fmu_null_arrays(fmu, function, references, values, count))
         return FMU_ERROR;
     for (size_t i = 0; i < count; i++) { /* all are checked before any is set */
         const struct fmu_variable *v = lookup(fmu, function, base, references[i]);
@@ -3641,7 +3675,7 @@ enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base bas
         else
             *(int *)target = ((const int *)values)[i];
     }
-    fmu->outputs_stale |= fmu->now->phase != FMU_STEP_COMPLETE;
+    fmu->outputs_stale |= !(fmu->now->phase & FMU_INITIALIZED);
     return FMU_OK;
 }
 
@@ -3681,8 +3715,8 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
         return FMU_ERROR;
     if (!fmu->model->interpolates)
         return fmu_lacks(fmu, function);
-    if (null_arrays(fmu, function, references, values, count) ||
-        null_arrays(fmu, function, references, order, count))
+    if (fmu_null_arrays(fmu, function, references, values, count) ||
+        fmu_null_arrays(fmu, function, references, order, count))
         return FMU_ERROR;
     for (size_t i = 0; i < count; i++) {
         const struct fmu_variable *v = lookup(fmu, function, FMU_REAL, references[i]);
@@ -3917,6 +3951,155 @@ enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, 
     return any_step(fmu, function, time, step);
 }
 
+/* --- fmu_update.c --- */
+
+/* doStep for a host that sets inputs within it, or takes it that it ends early: the step is made in pieces of one
+ * tick each, each of them a step. A host that does neither gets its step in one piece. */
+
+/* A step in pieces. Tick k is at start + ((k - begin.tick) - begin.rest) sample times: by the host's time, which
+ * need not be the ticks'. */
+struct pieces {
+    struct fmu *fmu;
+    const char *function;
+    double start;
+    double end;
+    struct fmu_clock begin;
+    const void *begun; /* FMU state */
+    bool updated;      /* the host was asked for inputs */
+    enum fmu_status status;
+};
+
+static double time_of(const struct pieces *step, int64_t tick)
+{
+    const double ticks = (double)(tick - step->begin.tick) - step->begin.rest;
+
+    return ticks > 0.0 ? step->start + ticks * fmu_sample_time(step->fmu) : step->start;
+}
+
+/* Goes on to `time`; false where it cannot. */
+static bool go_to(struct pieces *step, double time)
+{
+    const double now = step->fmu->now->clock.time;
+
+    if (time <= now)
+        return true;
+    const enum fmu_status status = fmu_do_step(step->fmu, step->function, now, time - now);
+
+    if (status > step->status)
+        step->status = status;
+    return status <= FMU_WARNING;
+}
+
+/* Lets the host set inputs, and end the step sooner. */
+static void ask_host(struct pieces *step)
+{
+    struct fmu *fmu = step->fmu;
+    const double now = fmu->now->clock.time;
+    double end = INFINITY;
+
+    fmu->now->phase = FMU_UPDATE;
+    const bool asked = fmu->host.update(&fmu->host, now, &end);
+    fmu->now->phase = FMU_STEP_COMPLETE;
+    step->updated = true;
+    if (asked && fmu->host.ends_early && !(end >= step->end))
+        step->end = end > now ? end : now; /* what is no number is now */
+}
+
+/* Is a flag true now that was not? */
+static bool newly_outside(const struct fmu_outputs *before, const struct fmu_outputs *now)
+{
+    for (int i = 0; i < FMU_FLAGS; i++)
+        if (now->flag[i] && !before->flag[i])
+            return true;
+    return false;
+}
+
+/* From tick to tick; returns whether all went well. */
+static bool make_pieces(struct pieces *step)
+{
+    struct fmu *fmu = step->fmu;
+    const double beginning = step->start + CLOCK_TOLERANCE * fmu_sample_time(fmu);
+
+    for (int64_t tick = step->begin.next_tick; time_of(step, tick) < step->end; tick++) {
+        const struct fmu_outputs before = fmu->now->output;
+        const double time = time_of(step, tick);
+        const double next = time_of(step, tick + 1);
+        if (!go_to(step, time))
+            return false;
+        if (fmu->host.update && time > beginning) /* at the beginning, inputs were set before the step */
+            ask_host(step);
+        if (time >= step->end)
+            return true;
+        if (!go_to(step, next < step->end ? next : step->end))
+            return false;
+        if (fmu->host.ends_early && newly_outside(&before, &fmu->now->output))
+            step->end = fmu->now->clock.time;
+    }
+    return go_to(step, step->end);
+}
+
+/* Derivatives are those of the whole step, where its inputs were the same throughout. */
+static void join_pieces(const struct pieces *step)
+{
+    struct fmu *fmu = step->fmu;
+    struct fmu_span *last = &fmu->now->last_step;
+
+    last->tick = step->begin.tick;
+    last->rest = step->begin.rest;
+    last->first_tick = step->begin.next_tick;
+    last->end_tick = fmu->now->clock.next_tick;
+    memcpy(fmu->last_state, fmu_state_in(fmu->model, step->begun), fmu->model->state_size);
+}
+
+static enum fmu_status step_in_pieces(struct pieces *step, struct fmu_ending *ending)
+{
+    struct fmu *fmu = step->fmu;
+    const double end = step->end;
+
+    if (make_pieces(step)) {
+        ending->early = step->end < end;
+        if (!step->updated)
+            join_pieces(step);
+    } else if (fmu->host.ends_early && step->status == FMU_DISCARD && fmu->now->clock.time > step->start) {
+        ending->early = ending->diverged = true; /* up to where it was finite */
+        step->status = FMU_WARNING;
+    } else {
+        fmu_set_state(fmu, step->function, step->begun);
+        fmu->now->last_status = (int)step->status;
+        ending->diverged = step->status == FMU_DISCARD;
+    }
+    ending->time = step->status <= FMU_WARNING ? fmu->now->clock.time : step->start;
+    return step->status;
+}
+
+enum fmu_status fmu_do_updated_step(struct fmu *fmu, const char *function, double time, double step,
+                                    struct fmu_ending *ending)
+{
+    struct pieces pieces = { .fmu = fmu, .function = function, .start = time, .end = time + step };
+    struct fmu_clock end;
+
+    *ending = (struct fmu_ending){ .time = time };
+    const bool in_pieces = fmu && fmu->now->phase == FMU_STEP_COMPLETE &&
+                           (fmu->host.update || fmu->host.ends_early) &&
+                           fmu_clock_step(&fmu->now->clock, fmu_sample_time(fmu), time, 0.0, &pieces.begin) &&
+                           fmu_clock_step(&fmu->now->clock, fmu_sample_time(fmu), time, step, &end);
+    if (!in_pieces) {
+        const enum fmu_status status = fmu_do_step(fmu, function, time, step);
+        if (status <= FMU_WARNING)
+            ending->time = fmu->now->clock.time;
+        ending->diverged = status == FMU_DISCARD;
+        return status;
+    }
+    void *begun = NULL;
+    if (fmu_get_state(fmu, function, &begun) != FMU_OK)
+        return FMU_ERROR;
+    fmu->now->clock = pieces.begin; /* and its time is the host's */
+    pieces.begun = begun;
+    const enum fmu_status status = step_in_pieces(&pieces, ending);
+    free(begun);
+    return status;
+}
+
 /* --- fmu_derivative.c --- */
 
 /* Directional derivatives: of the outputs held now by the inputs that the last step ran with, and in
@@ -4021,6 +4204,199 @@ enum fmu_status fmu_directional_derivative(struct fmu *fmu, const char *function
     return FMU_OK;
 }
 
+/* --- fmu_adjoint.c --- */
+
+/* Adjoint derivatives, from directional ones: of each known, the derivatives of the unknowns weighted by their
+ * seeds. The models have few inputs, and a vector times a matrix costs no more than the matrix. */
+
+enum fmu_status fmu_adjoint_derivative(struct fmu *fmu, const char *function, const unsigned unknowns[],
+                                       size_t unknown_count, const unsigned knowns[], size_t known_count,
+                                       const double seeds[], double values[])
+{
+    static const double one = 1.0;
+    enum fmu_status status = FMU_OK;
+
+    if (known_count == 0) /* the call is checked all the same */
+        return fmu_directional_derivative(fmu, function, NULL, 0, NULL, 0, NULL, NULL);
+    double *column = malloc((unknown_count + known_count) * sizeof *column);
+    if (!column)
+        return fmu ? fmu_say(fmu, FMU_ERROR, "%s: out of memory.", function) : FMU_ERROR;
+    double *found = column + unknown_count; /* nothing is handed out where the last one is refused */
+    for (size_t j = 0; j < known_count && status == FMU_OK; j++) {
+        status =
+            fmu_directional_derivative(fmu, function, unknowns, unknown_count, knowns + j, 1, &one, column);
+        found[j] = 0.0;
+        for (size_t i = 0; i < unknown_count && status == FMU_OK; i++)
+            found[j] += seeds[i] * column[i];
+    }
+    for (size_t j = 0; j < known_count && status == FMU_OK; j++)
+        values[j] = found[j];
+    free(column);
+    return status;
+}
+
+/* --- fmu_arrays.c --- */
+
+/* Groups of parameters as arrays. The table has a row for every element there may be; how many are in use is a
+ * parameter, which a host that knows arrays sets before all others. */
+
+static bool has_structural_parameter(const struct fmu_model *model)
+{
+    for (unsigned i = 0; i < model->rows; i++) {
+        const struct fmu_variable *v = fmu_find(model, i);
+        if (v && v->base == FMU_INTEGER && v->causality == FMU_PARAMETER)
+            return true;
+    }
+    return false;
+}
+
+enum fmu_status fmu_enter_configuration(struct fmu *fmu, const char *function)
+{
+    if (!fmu_may(fmu, function, FMU_INSTANTIATED))
+        return FMU_ERROR;
+    if (!has_structural_parameter(fmu->model))
+        return fmu_say(fmu, FMU_ERROR, "%s: %s has no structural parameters.", function,
+                       fmu->model->identifier);
+    fmu->now->phase = FMU_CONFIGURATION;
+    return FMU_OK;
+}
+
+enum fmu_status fmu_exit_configuration(struct fmu *fmu, const char *function)
+{
+    if (!fmu_may(fmu, function, FMU_CONFIGURATION))
+        return FMU_ERROR;
+    fmu->now->phase = FMU_INSTANTIATED;
+    return FMU_OK;
+}
+
+/* How many values there are behind a reference: one of what is not there, too. */
+static size_t length(const struct fmu *fmu, unsigned reference)
+{
+    const struct fmu_variable *v = fmu_find(fmu->model, reference);
+
+    return v && v->index == 1 ? (size_t)*(const int *)((const char *)fmu->parameters + v->count) : 1;
+}
+
+/* Of what stands in an array, only the array has a reference that a host knows. */
+static bool is_hidden(const struct fmu *fmu, unsigned reference)
+{
+    const struct fmu_variable *v = fmu_find(fmu->model, reference);
+
+    return v && v->index > 1;
+}
+
+/* Do the references stand for so many values? */
+static bool lengths_agree(const struct fmu *fmu, const char *function, const unsigned references[],
+                          size_t count, size_t value_count)
+{
+    size_t total = 0;
+
+    for (size_t i = 0; i < count; i++) {
+        if (is_hidden(fmu, references[i])) {
+            fmu_say(fmu, FMU_ERROR, "%s: %s has no variable with the value reference %u.", function,
+                    fmu->model->identifier, references[i]);
+            return false;
+        }
+        total += length(fmu, references[i]);
+    }
+    if (total == value_count)
+        return true;
+    fmu_say(fmu, FMU_ERROR, "%s: there are %zu values for variables that have %zu.", function, value_count,
+            total);
+    return false;
+}
+
+/* References of scalars: those given, or where arrays are among them the elements' in a block of their own. */
+struct scalars {
+    const unsigned *reference;
+    size_t count;
+    unsigned *block;
+};
+
+static bool expand(const struct fmu *fmu, const char *function, const unsigned references[], size_t count,
+                   size_t value_count, struct scalars *scalars)
+{
+    *scalars = (struct scalars){ references, count, NULL };
+    if (!lengths_agree(fmu, function, references, count, value_count))
+        return false;
+    if (value_count == 0)
+        scalars->count = 0;
+    bool arrays = false;
+    for (size_t i = 0; i < count; i++)
+        arrays |= length(fmu, references[i]) != 1;
+    if (!arrays || value_count == 0)
+        return true;
+    unsigned *next = scalars->block = malloc(value_count * sizeof *next);
+    if (!next) {
+        fmu_say(fmu, FMU_ERROR, "%s: out of memory.", function);
+        return false;
+    }
+    for (size_t i = 0; i < count; i++) {
+        const struct fmu_variable *v = fmu_find(fmu->model, references[i]);
+        for (size_t k = 0; k < length(fmu, references[i]); k++)
+            *next++ = references[i] + (v ? (unsigned)k * v->stride : 0);
+    }
+    scalars->reference = scalars->block;
+    scalars->count = value_count;
+    return true;
+}
+
+enum fmu_status fmu_get_arrays(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
+                               double values[], size_t value_count)
+{
+    if (!fmu_may(fmu, function, FMU_INITIALIZATION | FMU_INITIALIZED | (fmu ? fmu->host.reads : 0)) ||
+        fmu_null_arrays(fmu, function, references, values, count) ||
+        !lengths_agree(fmu, function, references, count, value_count))
+        return FMU_ERROR;
+    for (size_t i = 0; i < count; i++) {
+        if (references[i] == fmu->model->rows) {
+            *values++ = fmu->now->clock.time;
+            continue;
+        }
+        const size_t elements = length(fmu, references[i]);
+        for (size_t k = 0; k < elements; k++) {
+            const unsigned element =
+                references[i] + (k ? (unsigned)k * fmu->model->table[references[i]].stride : 0);
+            if (fmu_get_real(fmu, function, &element, 1, values++) != FMU_OK)
+                return FMU_ERROR;
+        }
+    }
+    return FMU_OK;
+}
+
+enum fmu_status fmu_set_arrays(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
+                               const double values[], size_t value_count)
+{
+    struct scalars scalars;
+
+    if (!fmu || fmu_null_arrays(fmu, function, references, values, count) ||
+        !expand(fmu, function, references, count, value_count, &scalars))
+        return FMU_ERROR;
+    const enum fmu_status status = fmu_set_real(fmu, function, scalars.reference, scalars.count, values);
+    free(scalars.block);
+    return status;
+}
+
+enum fmu_status fmu_derivative_of_arrays(struct fmu *fmu, const char *function, fmu_derivative *derivative,
+                                         const unsigned unknowns[], size_t unknown_count,
+                                         const unsigned knowns[], size_t known_count, const double seeds[],
+                                         size_t seed_count, double values[], size_t value_count)
+{
+    const bool adjoint = derivative == fmu_adjoint_derivative;
+    struct scalars of, by = { 0 };
+    enum fmu_status status = FMU_ERROR;
+
+    if (!fmu || fmu_null_arrays(fmu, function, unknowns, adjoint ? seeds : values, unknown_count) ||
+        fmu_null_arrays(fmu, function, knowns, adjoint ? values : seeds, known_count) ||
+        !expand(fmu, function, unknowns, unknown_count, adjoint ? seed_count : value_count, &of))
+        return FMU_ERROR;
+    if (expand(fmu, function, knowns, known_count, adjoint ? value_count : seed_count, &by))
+        status = derivative(fmu, function, of.reference, of.count, by.reference, by.count, seeds, values);
+    free(of.block);
+    free(by.block);
+    return status;
+}
+
 /* --- fmu_state.c --- */
 
 /* The FMU state is a plain value: copying it is saving it. Serialized, it is preceded by a header
@@ -4056,11 +4432,6 @@ static const struct fmu_snapshot *snapshot_in(const void *block)
 static const void *parameters_in(const void *block)
 {
     return snapshot_in(block) + 1;
-}
-
-static const void *states_in(const struct fmu_model *model, const void *block)
-{
-    return (const char *)parameters_in(block) + model->parameters_size;
 }
 
 static struct header header_of(const struct fmu_model *model, const void *block)
@@ -4103,7 +4474,7 @@ static void adopt(struct fmu *fmu, const void *block)
 
     memcpy(fmu->now, block, fmu_snapshot_size(model));
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
-    fmu->outputs_stale = fmu->now->phase < FMU_STEP_COMPLETE;
+    fmu->outputs_stale = !(fmu->now->phase & FMU_INITIALIZED);
     if (fmu->outputs_stale)
         return;
     if (!prepared)
@@ -4188,7 +4559,7 @@ static bool all_finite(const struct fmu_model *model, const void *block)
     return doubles_finite(s->input, sizeof s->input) && doubles_finite(s->slope, sizeof s->slope) &&
            isfinite(last->rest) && doubles_finite(last->input, sizeof last->input) &&
            doubles_finite(last->slope, sizeof last->slope) &&
-           doubles_finite(states_in(model, block), 2 * model->state_size);
+           doubles_finite(fmu_state_in(model, block), 2 * model->state_size);
 }
 
 /* A checksum stops damage, not invention: what a step relies on and what is handed out is checked too.
@@ -4198,7 +4569,8 @@ static const char *invented(const struct fmu *fmu, const void *block, char *mess
     const struct fmu_snapshot *s = block;
     const void *parameters = parameters_in(block);
     const bool one_phase = s->phase == FMU_INSTANTIATED || s->phase == FMU_INITIALIZATION ||
-                           s->phase == FMU_STEP_COMPLETE || s->phase == FMU_TERMINATED;
+                           s->phase == FMU_STEP_COMPLETE || s->phase == FMU_TERMINATED ||
+                           (s->phase == FMU_CONFIGURATION && fmu->host.resizes);
 
     if (!one_phase || s->last_status < 0 || s->last_status > FMU_DISCARD || s->warned >= FMU_NOT_FINITE)
         return "no such phase, status or finding";
@@ -4206,7 +4578,7 @@ static const char *invented(const struct fmu *fmu, const void *block, char *mess
         return "a number is not finite";
     if (!fmu_values_possible(fmu, s, parameters, message, size))
         return message;
-    if (s->phase < FMU_STEP_COMPLETE)
+    if (!(s->phase & FMU_INITIALIZED))
         return isfinite(s->clock.time) && s->clock.stop_time > -INFINITY ? NULL : "no such time";
     if (!fmu->model->check(fmu->model, parameters, message, size))
         return message;
@@ -4266,6 +4638,8 @@ static const char *phase_name(int phase)
     case FMU_INSTANTIATED: return "instantiated";
     case FMU_INITIALIZATION: return "initializationMode";
     case FMU_STEP_COMPLETE: return "stepComplete";
+    case FMU_CONFIGURATION: return "configurationMode";
+    case FMU_UPDATE: return "intermediateUpdateMode";
     default: return "terminated";
     }
 }
@@ -4598,208 +4972,208 @@ void *fmu_open_resource(const char *uri, const char *file, char *path, size_t si
 
 /* Generated from variables.toml by codegen.py. */
 const struct fmu_variable actuator_table[] = {
-    { "voltage", FMU_REAL, FMU_INPUT, FMU_PLANT, 0 * sizeof(double), -2000.0, 2000.0, 0, 0 },
-    { "reference", FMU_REAL, FMU_INPUT, FMU_INVERSE, 0 * sizeof(double), -0.1, 0.1, 0, 0 },
-    { "force", FMU_REAL, FMU_INPUT, FMU_PLANT | FMU_INVERSE, 1 * sizeof(double), -1000000.0, 1000000.0, 0, 0 },
-    { "temperature", FMU_REAL, FMU_INPUT, FMU_PLANT | FMU_INVERSE, 2 * sizeof(double), 0, 1000.0, 0, 0 },
-    { "displacement", FMU_REAL, FMU_OUTPUT, FMU_PLANT, offsetof(struct fmu_outputs, real[0]), -0.1, 0.1, 0, 0 },
-    { "measured", FMU_REAL, FMU_OUTPUT, FMU_PLANT, offsetof(struct fmu_outputs, real[1]), -0.1, 0.1, 0, 0 },
-    { "voltage", FMU_REAL, FMU_OUTPUT, FMU_INVERSE, offsetof(struct fmu_outputs, real[0]), -2000.0, 2000.0, 0, 0 },
-    { "saturated", FMU_BOOLEAN, FMU_OUTPUT, FMU_INVERSE, offsetof(struct fmu_outputs, flag[0]), 0, 0, 0, 0 },
-    { "sampleTime", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, sampleTime), 1e-09, 1000.0, 0, 0 },
-    { "initialDisplacement", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, initialDisplacement), -0.1, 0.1, 0, 0 },
-    { "voltageMin", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, voltageMin), -2000.0, 2000.0, 0, 0 },
-    { "voltageMax", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, voltageMax), -2000.0, 2000.0, 0, 0 },
-    { "displacementMin", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, displacementMin), -0.1, 0.1, 0, 0 },
-    { "displacementMax", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, displacementMax), -0.1, 0.1, 0, 0 },
-    { "ruleCount", FMU_INTEGER, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, ruleCount), 1, 16, 0, 0 },
-    { "rule[1].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 1 },
-    { "rule[1].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 1 },
-    { "rule[1].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 1 },
-    { "rule[1].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 1 },
-    { "rule[1].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 1 },
-    { "rule[1].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 1 },
-    { "rule[2].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 2 },
-    { "rule[2].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 2 },
-    { "rule[2].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 2 },
-    { "rule[2].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 2 },
-    { "rule[2].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 2 },
-    { "rule[2].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 2 },
-    { "rule[3].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 3 },
-    { "rule[3].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 3 },
-    { "rule[3].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 3 },
-    { "rule[3].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 3 },
-    { "rule[3].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 3 },
-    { "rule[3].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 3 },
-    { "rule[4].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 4 },
-    { "rule[4].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 4 },
-    { "rule[4].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 4 },
-    { "rule[4].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 4 },
-    { "rule[4].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 4 },
-    { "rule[4].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 4 },
-    { "rule[5].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 5 },
-    { "rule[5].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 5 },
-    { "rule[5].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 5 },
-    { "rule[5].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 5 },
-    { "rule[5].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 5 },
-    { "rule[5].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 5 },
-    { "rule[6].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 6 },
-    { "rule[6].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 6 },
-    { "rule[6].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 6 },
-    { "rule[6].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 6 },
-    { "rule[6].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 6 },
-    { "rule[6].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 6 },
-    { "rule[7].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 7 },
-    { "rule[7].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 7 },
-    { "rule[7].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 7 },
-    { "rule[7].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 7 },
-    { "rule[7].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 7 },
-    { "rule[7].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 7 },
-    { "rule[8].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 8 },
-    { "rule[8].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 8 },
-    { "rule[8].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 8 },
-    { "rule[8].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 8 },
-    { "rule[8].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 8 },
-    { "rule[8].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 8 },
-    { "rule[9].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 9 },
-    { "rule[9].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 9 },
-    { "rule[9].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 9 },
-    { "rule[9].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 9 },
-    { "rule[9].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 9 },
-    { "rule[9].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 9 },
-    { "rule[10].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 10 },
-    { "rule[10].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 10 },
-    { "rule[10].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 10 },
-    { "rule[10].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 10 },
-    { "rule[10].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 10 },
-    { "rule[10].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 10 },
-    { "rule[11].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 11 },
-    { "rule[11].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 11 },
-    { "rule[11].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 11 },
-    { "rule[11].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 11 },
-    { "rule[11].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 11 },
-    { "rule[11].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 11 },
-    { "rule[12].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 12 },
-    { "rule[12].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 12 },
-    { "rule[12].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 12 },
-    { "rule[12].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 12 },
-    { "rule[12].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 12 },
-    { "rule[12].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 12 },
-    { "rule[13].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 13 },
-    { "rule[13].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 13 },
-    { "rule[13].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 13 },
-    { "rule[13].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 13 },
-    { "rule[13].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 13 },
-    { "rule[13].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 13 },
-    { "rule[14].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 14 },
-    { "rule[14].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 14 },
-    { "rule[14].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 14 },
-    { "rule[14].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 14 },
-    { "rule[14].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 14 },
-    { "rule[14].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 14 },
-    { "rule[15].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 15 },
-    { "rule[15].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 15 },
-    { "rule[15].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 15 },
-    { "rule[15].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 15 },
-    { "rule[15].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 15 },
-    { "rule[15].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 15 },
-    { "rule[16].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 16 },
-    { "rule[16].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 16 },
-    { "rule[16].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 16 },
-    { "rule[16].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 16 },
-    { "rule[16].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 16 },
-    { "rule[16].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 16 },
-    { "playCount", FMU_INTEGER, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, playCount), 0, 16, 0, 0 },
-    { "play[1].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[0].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 1 },
-    { "play[1].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[0].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 1 },
-    { "play[2].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[1].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 2 },
-    { "play[2].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[1].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 2 },
-    { "play[3].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[2].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 3 },
-    { "play[3].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[2].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 3 },
-    { "play[4].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[3].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 4 },
-    { "play[4].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[3].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 4 },
-    { "play[5].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[4].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 5 },
-    { "play[5].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[4].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 5 },
-    { "play[6].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[5].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 6 },
-    { "play[6].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[5].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 6 },
-    { "play[7].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[6].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 7 },
-    { "play[7].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[6].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 7 },
-    { "play[8].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[7].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 8 },
-    { "play[8].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[7].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 8 },
-    { "play[9].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[8].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 9 },
-    { "play[9].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[8].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 9 },
-    { "play[10].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[9].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 10 },
-    { "play[10].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[9].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 10 },
-    { "play[11].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[10].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 11 },
-    { "play[11].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[10].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 11 },
-    { "play[12].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[11].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 12 },
-    { "play[12].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[11].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 12 },
-    { "play[13].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[12].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 13 },
-    { "play[13].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[12].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 13 },
-    { "play[14].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[13].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 14 },
-    { "play[14].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[13].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 14 },
-    { "play[15].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[14].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 15 },
-    { "play[15].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[14].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 15 },
-    { "play[16].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[15].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 16 },
-    { "play[16].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[15].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 16 },
-    { "creepCount", FMU_INTEGER, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creepCount), 0, 16, 0, 0 },
-    { "creep[1].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[0].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 1 },
-    { "creep[1].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[0].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 1 },
-    { "creep[2].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[1].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 2 },
-    { "creep[2].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[1].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 2 },
-    { "creep[3].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[2].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 3 },
-    { "creep[3].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[2].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 3 },
-    { "creep[4].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[3].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 4 },
-    { "creep[4].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[3].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 4 },
-    { "creep[5].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[4].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 5 },
-    { "creep[5].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[4].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 5 },
-    { "creep[6].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[5].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 6 },
-    { "creep[6].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[5].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 6 },
-    { "creep[7].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[6].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 7 },
-    { "creep[7].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[6].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 7 },
-    { "creep[8].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[7].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 8 },
-    { "creep[8].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[7].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 8 },
-    { "creep[9].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[8].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 9 },
-    { "creep[9].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[8].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 9 },
-    { "creep[10].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[9].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 10 },
-    { "creep[10].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[9].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 10 },
-    { "creep[11].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[10].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 11 },
-    { "creep[11].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[10].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 11 },
-    { "creep[12].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[11].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 12 },
-    { "creep[12].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[11].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 12 },
-    { "creep[13].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[12].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 13 },
-    { "creep[13].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[12].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 13 },
-    { "creep[14].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[13].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 14 },
-    { "creep[14].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[13].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 14 },
-    { "creep[15].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[14].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 15 },
-    { "creep[15].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[14].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 15 },
-    { "creep[16].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[15].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 16 },
-    { "creep[16].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[15].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 16 },
-    { "delay.time", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, delay.time), 0, 1000000.0, 0, 0 },
-    { "slew.rate", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, slew.rate), 0, 1000000000000.0, 0, 0 },
-    { "saturation.minimum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, saturation.minimum), -2000.0, 2000.0, 0, 0 },
-    { "saturation.maximum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, saturation.maximum), -2000.0, 2000.0, 0, 0 },
-    { "lag.timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, lag.timeConstant), 0, 1000000.0, 0, 0 },
-    { "load.compliance", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, load.compliance), 0, 1.0, 0, 0 },
-    { "resonance.frequency", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, resonance.frequency), 0, 1000000000.0, 0, 0 },
-    { "resonance.damping", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, resonance.damping), 0, 1.0, 0, 0 },
-    { "drift.temperatureCoefficient", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, drift.temperatureCoefficient), -0.001, 0.001, 0, 0 },
-    { "drift.rate", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, drift.rate), -0.001, 0.001, 0, 0 },
-    { "nonlinearity.quadratic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.quadratic), -0.1, 0.1, 0, 0 },
-    { "nonlinearity.cubic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.cubic), -0.1, 0.1, 0, 0 },
-    { "nonlinearity.quartic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.quartic), -0.1, 0.1, 0, 0 },
-    { "hum.amplitude", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, hum.amplitude), -0.1, 0.1, 0, 0 },
-    { "hum.frequency", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, hum.frequency), 0, 1000000000.0, 0, 0 },
-    { "hum.phase", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, hum.phase), -100.0, 100.0, 0, 0 },
-    { "initialDemagnetisation", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, initialDemagnetisation), -2000.0, 2000.0, 0, 0 },
-    { "initialExcursion", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, initialExcursion), -2000.0, 2000.0, 0, 0 },
-    { "initialCreep", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, initialCreep), -0.1, 0.1, 0, 0 },
-    { "nonlinearity.minimum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.minimum), -0.1, 0.1, 0, 0 },
-    { "nonlinearity.maximum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.maximum), -0.1, 0.1, 0, 0 },
-    { "outOfRange", FMU_BOOLEAN, FMU_OUTPUT, FMU_PLANT, offsetof(struct fmu_outputs, flag[0]), 0, 0, 0, 0 },
-    { "displacementZero", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, displacementZero), -0.1, 0.1, 0, 0 },
-    { "nonlinearity.quintic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.quintic), -0.1, 0.1, 0, 0 },
-    { "nonlinearity.sextic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.sextic), -0.1, 0.1, 0, 0 },
+    { "voltage", FMU_REAL, FMU_INPUT, FMU_PLANT, 0 * sizeof(double), -2000.0, 2000.0, 0, 0, 0 },
+    { "reference", FMU_REAL, FMU_INPUT, FMU_INVERSE, 0 * sizeof(double), -0.1, 0.1, 0, 0, 0 },
+    { "force", FMU_REAL, FMU_INPUT, FMU_PLANT | FMU_INVERSE, 1 * sizeof(double), -1000000.0, 1000000.0, 0, 0, 0 },
+    { "temperature", FMU_REAL, FMU_INPUT, FMU_PLANT | FMU_INVERSE, 2 * sizeof(double), 0, 1000.0, 0, 0, 0 },
+    { "displacement", FMU_REAL, FMU_OUTPUT, FMU_PLANT, offsetof(struct fmu_outputs, real[0]), -0.1, 0.1, 0, 0, 0 },
+    { "measured", FMU_REAL, FMU_OUTPUT, FMU_PLANT, offsetof(struct fmu_outputs, real[1]), -0.1, 0.1, 0, 0, 0 },
+    { "voltage", FMU_REAL, FMU_OUTPUT, FMU_INVERSE, offsetof(struct fmu_outputs, real[0]), -2000.0, 2000.0, 0, 0, 0 },
+    { "saturated", FMU_BOOLEAN, FMU_OUTPUT, FMU_INVERSE, offsetof(struct fmu_outputs, flag[0]), 0, 0, 0, 0, 0 },
+    { "sampleTime", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, sampleTime), 1e-09, 1000.0, 0, 0, 0 },
+    { "initialDisplacement", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, initialDisplacement), -0.1, 0.1, 0, 0, 0 },
+    { "voltageMin", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, voltageMin), -2000.0, 2000.0, 0, 0, 0 },
+    { "voltageMax", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, voltageMax), -2000.0, 2000.0, 0, 0, 0 },
+    { "displacementMin", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, displacementMin), -0.1, 0.1, 0, 0, 0 },
+    { "displacementMax", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, displacementMax), -0.1, 0.1, 0, 0, 0 },
+    { "ruleCount", FMU_INTEGER, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, ruleCount), 1, 16, 0, 0, 0 },
+    { "rule[1].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 1, 6 },
+    { "rule[1].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 1, 6 },
+    { "rule[1].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 1, 6 },
+    { "rule[1].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 1, 6 },
+    { "rule[1].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 1, 6 },
+    { "rule[1].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[0].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 1, 6 },
+    { "rule[2].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 2, 6 },
+    { "rule[2].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 2, 6 },
+    { "rule[2].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 2, 6 },
+    { "rule[2].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 2, 6 },
+    { "rule[2].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 2, 6 },
+    { "rule[2].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[1].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 2, 6 },
+    { "rule[3].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 3, 6 },
+    { "rule[3].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 3, 6 },
+    { "rule[3].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 3, 6 },
+    { "rule[3].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 3, 6 },
+    { "rule[3].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 3, 6 },
+    { "rule[3].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[2].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 3, 6 },
+    { "rule[4].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 4, 6 },
+    { "rule[4].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 4, 6 },
+    { "rule[4].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 4, 6 },
+    { "rule[4].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 4, 6 },
+    { "rule[4].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 4, 6 },
+    { "rule[4].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[3].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 4, 6 },
+    { "rule[5].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 5, 6 },
+    { "rule[5].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 5, 6 },
+    { "rule[5].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 5, 6 },
+    { "rule[5].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 5, 6 },
+    { "rule[5].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 5, 6 },
+    { "rule[5].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[4].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 5, 6 },
+    { "rule[6].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 6, 6 },
+    { "rule[6].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 6, 6 },
+    { "rule[6].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 6, 6 },
+    { "rule[6].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 6, 6 },
+    { "rule[6].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 6, 6 },
+    { "rule[6].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[5].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 6, 6 },
+    { "rule[7].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 7, 6 },
+    { "rule[7].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 7, 6 },
+    { "rule[7].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 7, 6 },
+    { "rule[7].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 7, 6 },
+    { "rule[7].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 7, 6 },
+    { "rule[7].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[6].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 7, 6 },
+    { "rule[8].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 8, 6 },
+    { "rule[8].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 8, 6 },
+    { "rule[8].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 8, 6 },
+    { "rule[8].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 8, 6 },
+    { "rule[8].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 8, 6 },
+    { "rule[8].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[7].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 8, 6 },
+    { "rule[9].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 9, 6 },
+    { "rule[9].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 9, 6 },
+    { "rule[9].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 9, 6 },
+    { "rule[9].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 9, 6 },
+    { "rule[9].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 9, 6 },
+    { "rule[9].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[8].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 9, 6 },
+    { "rule[10].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 10, 6 },
+    { "rule[10].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 10, 6 },
+    { "rule[10].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 10, 6 },
+    { "rule[10].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 10, 6 },
+    { "rule[10].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 10, 6 },
+    { "rule[10].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[9].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 10, 6 },
+    { "rule[11].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 11, 6 },
+    { "rule[11].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 11, 6 },
+    { "rule[11].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 11, 6 },
+    { "rule[11].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 11, 6 },
+    { "rule[11].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 11, 6 },
+    { "rule[11].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[10].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 11, 6 },
+    { "rule[12].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 12, 6 },
+    { "rule[12].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 12, 6 },
+    { "rule[12].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 12, 6 },
+    { "rule[12].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 12, 6 },
+    { "rule[12].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 12, 6 },
+    { "rule[12].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[11].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 12, 6 },
+    { "rule[13].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 13, 6 },
+    { "rule[13].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 13, 6 },
+    { "rule[13].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 13, 6 },
+    { "rule[13].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 13, 6 },
+    { "rule[13].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 13, 6 },
+    { "rule[13].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[12].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 13, 6 },
+    { "rule[14].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 14, 6 },
+    { "rule[14].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 14, 6 },
+    { "rule[14].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 14, 6 },
+    { "rule[14].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 14, 6 },
+    { "rule[14].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 14, 6 },
+    { "rule[14].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[13].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 14, 6 },
+    { "rule[15].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 15, 6 },
+    { "rule[15].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 15, 6 },
+    { "rule[15].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 15, 6 },
+    { "rule[15].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 15, 6 },
+    { "rule[15].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 15, 6 },
+    { "rule[15].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[14].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 15, 6 },
+    { "rule[16].sigmaLower", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].sigmaLower), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 16, 6 },
+    { "rule[16].sigmaUpper", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].sigmaUpper), 1e-12, 1.0, offsetof(struct chain_parameters, ruleCount), 16, 6 },
+    { "rule[16].centre", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].centre), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 16, 6 },
+    { "rule[16].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 16, 6 },
+    { "rule[16].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 16, 6 },
+    { "rule[16].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 16, 6 },
+    { "playCount", FMU_INTEGER, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, playCount), 0, 16, 0, 0, 0 },
+    { "play[1].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[0].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 1, 2 },
+    { "play[1].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[0].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 1, 2 },
+    { "play[2].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[1].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 2, 2 },
+    { "play[2].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[1].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 2, 2 },
+    { "play[3].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[2].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 3, 2 },
+    { "play[3].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[2].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 3, 2 },
+    { "play[4].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[3].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 4, 2 },
+    { "play[4].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[3].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 4, 2 },
+    { "play[5].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[4].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 5, 2 },
+    { "play[5].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[4].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 5, 2 },
+    { "play[6].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[5].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 6, 2 },
+    { "play[6].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[5].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 6, 2 },
+    { "play[7].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[6].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 7, 2 },
+    { "play[7].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[6].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 7, 2 },
+    { "play[8].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[7].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 8, 2 },
+    { "play[8].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[7].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 8, 2 },
+    { "play[9].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[8].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 9, 2 },
+    { "play[9].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[8].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 9, 2 },
+    { "play[10].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[9].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 10, 2 },
+    { "play[10].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[9].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 10, 2 },
+    { "play[11].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[10].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 11, 2 },
+    { "play[11].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[10].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 11, 2 },
+    { "play[12].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[11].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 12, 2 },
+    { "play[12].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[11].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 12, 2 },
+    { "play[13].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[12].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 13, 2 },
+    { "play[13].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[12].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 13, 2 },
+    { "play[14].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[13].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 14, 2 },
+    { "play[14].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[13].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 14, 2 },
+    { "play[15].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[14].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 15, 2 },
+    { "play[15].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[14].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 15, 2 },
+    { "play[16].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[15].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 16, 2 },
+    { "play[16].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[15].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 16, 2 },
+    { "creepCount", FMU_INTEGER, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creepCount), 0, 16, 0, 0, 0 },
+    { "creep[1].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[0].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 1, 2 },
+    { "creep[1].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[0].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 1, 2 },
+    { "creep[2].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[1].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 2, 2 },
+    { "creep[2].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[1].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 2, 2 },
+    { "creep[3].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[2].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 3, 2 },
+    { "creep[3].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[2].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 3, 2 },
+    { "creep[4].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[3].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 4, 2 },
+    { "creep[4].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[3].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 4, 2 },
+    { "creep[5].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[4].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 5, 2 },
+    { "creep[5].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[4].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 5, 2 },
+    { "creep[6].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[5].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 6, 2 },
+    { "creep[6].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[5].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 6, 2 },
+    { "creep[7].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[6].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 7, 2 },
+    { "creep[7].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[6].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 7, 2 },
+    { "creep[8].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[7].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 8, 2 },
+    { "creep[8].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[7].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 8, 2 },
+    { "creep[9].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[8].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 9, 2 },
+    { "creep[9].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[8].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 9, 2 },
+    { "creep[10].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[9].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 10, 2 },
+    { "creep[10].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[9].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 10, 2 },
+    { "creep[11].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[10].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 11, 2 },
+    { "creep[11].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[10].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 11, 2 },
+    { "creep[12].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[11].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 12, 2 },
+    { "creep[12].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[11].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 12, 2 },
+    { "creep[13].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[12].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 13, 2 },
+    { "creep[13].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[12].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 13, 2 },
+    { "creep[14].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[13].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 14, 2 },
+    { "creep[14].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[13].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 14, 2 },
+    { "creep[15].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[14].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 15, 2 },
+    { "creep[15].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[14].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 15, 2 },
+    { "creep[16].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[15].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 16, 2 },
+    { "creep[16].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[15].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 16, 2 },
+    { "delay.time", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, delay.time), 0, 1000000.0, 0, 0, 0 },
+    { "slew.rate", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, slew.rate), 0, 1000000000000.0, 0, 0, 0 },
+    { "saturation.minimum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, saturation.minimum), -2000.0, 2000.0, 0, 0, 0 },
+    { "saturation.maximum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, saturation.maximum), -2000.0, 2000.0, 0, 0, 0 },
+    { "lag.timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, lag.timeConstant), 0, 1000000.0, 0, 0, 0 },
+    { "load.compliance", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, load.compliance), 0, 1.0, 0, 0, 0 },
+    { "resonance.frequency", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, resonance.frequency), 0, 1000000000.0, 0, 0, 0 },
+    { "resonance.damping", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, resonance.damping), 0, 1.0, 0, 0, 0 },
+    { "drift.temperatureCoefficient", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, drift.temperatureCoefficient), -0.001, 0.001, 0, 0, 0 },
+    { "drift.rate", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, drift.rate), -0.001, 0.001, 0, 0, 0 },
+    { "nonlinearity.quadratic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.quadratic), -0.1, 0.1, 0, 0, 0 },
+    { "nonlinearity.cubic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.cubic), -0.1, 0.1, 0, 0, 0 },
+    { "nonlinearity.quartic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.quartic), -0.1, 0.1, 0, 0, 0 },
+    { "hum.amplitude", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, hum.amplitude), -0.1, 0.1, 0, 0, 0 },
+    { "hum.frequency", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, hum.frequency), 0, 1000000000.0, 0, 0, 0 },
+    { "hum.phase", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, hum.phase), -100.0, 100.0, 0, 0, 0 },
+    { "initialDemagnetisation", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, initialDemagnetisation), -2000.0, 2000.0, 0, 0, 0 },
+    { "initialExcursion", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, initialExcursion), -2000.0, 2000.0, 0, 0, 0 },
+    { "initialCreep", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, initialCreep), -0.1, 0.1, 0, 0, 0 },
+    { "nonlinearity.minimum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.minimum), -0.1, 0.1, 0, 0, 0 },
+    { "nonlinearity.maximum", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.maximum), -0.1, 0.1, 0, 0, 0 },
+    { "outOfRange", FMU_BOOLEAN, FMU_OUTPUT, FMU_PLANT, offsetof(struct fmu_outputs, flag[0]), 0, 0, 0, 0, 0 },
+    { "displacementZero", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, displacementZero), -0.1, 0.1, 0, 0, 0 },
+    { "nonlinearity.quintic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.quintic), -0.1, 0.1, 0, 0, 0 },
+    { "nonlinearity.sextic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.sextic), -0.1, 0.1, 0, 0, 0 },
 };
 
 bool actuator_check(const struct fmu_model *model, const void *parameters, char *message, size_t size)
@@ -4831,6 +5205,7 @@ static size_t plant_prepare(void *constants, const void *parameters)
     struct chain *chain = constants;
 
     chain_prepare(chain, parameters);
+    chain_pass_by_idle(chain, parameters); /* arrays are not empty, for hosts that know arrays */
     return chain->walked;
 }
 
@@ -4941,6 +5316,7 @@ static size_t inverse_prepare(void *constants, const void *parameters)
     struct chain *chain = constants;
 
     chain_prepare(chain, parameters);
+    chain_pass_by_idle(chain, parameters); /* arrays are not empty, for hosts that know arrays */
     return chain->retraced;
 }
 

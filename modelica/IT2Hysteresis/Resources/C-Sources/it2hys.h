@@ -409,6 +409,9 @@ struct chain_surroundings {
 struct stage {
     bool limits; /* it loses what is beyond: its inverse gives the nearest */
     bool (*is_on)(const struct chain_parameters *);
+
+    /* It is on, and gives what it gets, whatever that is; NULL: it never does. */
+    bool (*is_idle)(const struct chain_parameters *);
     void (*prepare)(void *constants, const struct chain_parameters *);
 
     /* At rest at the output y; returns the input. NULL: that is y, and there is no state. */
@@ -926,6 +929,10 @@ static inline void *chain_state_of(struct chain_state *state, const struct chain
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
 void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
 
+/* Afterwards: where all effects that are on are idle, steps and inverse are those without effects, bit for bit.
+ * Not where derivatives by their parameters follow the steps. */
+void chain_pass_by_idle(struct chain *chain, const struct chain_parameters *parameters);
+
 /* At rest at initialDisplacement, without force, at drift's reference temperature, time 0: for long if
  * initialCreep is 0, after the play operators' history of initialDemagnetisation and initialExcursion. */
 void chain_reset(const struct chain *chain, struct chain_state *state,
@@ -1009,12 +1016,16 @@ HIDDEN_END
  *   fmu_variables.c    get and set by value reference, input derivatives
  *   fmu_clock.h        time in integer ticks
  *   fmu_step.c         doStep
+ *   fmu_update.c       doStep with a host that sets inputs within it, or lets it end early
+ *   fmu_arrays.c       groups of parameters as arrays, whose length a host may change
  *   fmu_derivative.c   directional derivatives
+ *   fmu_adjoint.c      adjoint derivatives
  *   fmu_state.c        get, set, serialize and deserialize the FMU state
  *   fmu_log.c          log categories and messages
  *   fmu_parameters.c   the parameter set of a packaged FMU
  *   fmu_location.c     where the FMU's resources are
  *   fmi2_functions.h   the functions of FMI 2.0: they translate, and do nothing else
+ *   fmi3_functions.h   those of FMI 3.0
  *
  * A model is a struct fmu_model: its table of variables, and what it does at its start and at a tick. The
  * functions of a version of FMI hand over their own name, which messages begin with. A call that is refused
@@ -1278,8 +1289,9 @@ struct fmu_variable {
     size_t offset;  /* in the parameters, the inputs or struct fmu_outputs */
     double minimum;
     double maximum;
-    size_t count; /* of an element's group: offset of the parameter that says how many are in use */
-    int index;    /* of an element in its group, from 1; 0 outside any group */
+    size_t count;    /* of an element's group: offset of the parameter that says how many are in use */
+    int index;       /* of an element in its group, from 1; 0 outside any group */
+    unsigned stride; /* rows to the same field of the group's next element */
 };
 
 /* --- models ------------------------------------------------------------------------------------ */
@@ -1352,7 +1364,10 @@ enum fmu_phase {
     FMU_INITIALIZATION = 2,
     FMU_STEP_COMPLETE = 4,
     FMU_TERMINATED = 8,
-    FMU_ANY_PHASE = 15
+    FMU_CONFIGURATION = 16, /* of hosts that resize */
+    FMU_ANY_PHASE = 31,
+    FMU_UPDATE = 32, /* within doStep, while the host sets inputs */
+    FMU_INITIALIZED = FMU_STEP_COMPLETE | FMU_TERMINATED | FMU_UPDATE
 };
 
 /* The ticks of a doStep and their inputs. */
@@ -1384,6 +1399,14 @@ struct fmu_host {
                 const char *text);
     void (*logger)(void); /* the host's own function; its type is known to `log` */
     void *environment;
+
+    /* Called at the ticks within a step, s, where the host may then set inputs; NULL where it does not want to.
+     * True, and when, where the step is to end early. */
+    bool (*update)(const struct fmu_host *, double time, double *end);
+    void (*updater)(void); /* the host's own function for it */
+    bool ends_early;       /* takes it that a step ends before its end */
+    bool resizes;          /* sets the numbers of elements, in their phase, up to the table's bounds */
+    unsigned reads;        /* phases before initialization in which it gets values */
 };
 
 struct fmu {
@@ -1507,6 +1530,10 @@ static inline enum fmu_status fmu_start_outputs(struct fmu *fmu, const char *fun
 
 /* --- values and steps -------------------------------------------------------------------------- */
 
+/* Says so where there should be values and is no array of them or of their references. */
+bool fmu_null_arrays(const struct fmu *fmu, const char *function, const void *references, const void *values,
+                     size_t count);
+
 /* Of one base type. fmu_get_real and fmu_set_real are the same for Reals, quickly for a single one. */
 enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
                         size_t count, void *values);
@@ -1524,10 +1551,53 @@ enum fmu_status fmu_directional_derivative(struct fmu *fmu, const char *function
                                            size_t unknown_count, const unsigned knowns[], size_t known_count,
                                            const double seeds[], double values[]);
 
+/* How a step ended. */
+struct fmu_ending {
+    double time;
+    bool early;
+    bool diverged; /* another step would not succeed */
+};
+
+/* fmu_do_step for a host that sets inputs within a step or takes its early end: where an output says for the
+ * first time since the step began that the model is outside its limits, or where the model diverges. */
+enum fmu_status fmu_do_updated_step(struct fmu *fmu, const char *function, double time, double step,
+                                    struct fmu_ending *ending);
+
 /* The inputs of a tick within a step. */
 void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS]);
 
+/* Of each known, the derivatives of the unknowns weighted by their seeds. */
+enum fmu_status fmu_adjoint_derivative(struct fmu *fmu, const char *function, const unsigned unknowns[],
+                                       size_t unknown_count, const unsigned knowns[], size_t known_count,
+                                       const double seeds[], double values[]);
+
+/* --- arrays ------------------------------------------------------------------------------------ */
+
+/* Where a host knows arrays, the reference of a group's first element means all in use, and the one behind the
+ * table's last means the time. */
+enum fmu_status fmu_enter_configuration(struct fmu *fmu, const char *function);
+enum fmu_status fmu_exit_configuration(struct fmu *fmu, const char *function);
+enum fmu_status fmu_get_arrays(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
+                               double values[], size_t value_count);
+enum fmu_status fmu_set_arrays(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
+                               const double values[], size_t value_count);
+
+/* A derivative of fmu.h by arrays: of `seeds` and `values` each has as many as its variables together. */
+typedef enum fmu_status fmu_derivative(struct fmu *, const char *function, const unsigned unknowns[],
+                                       size_t unknown_count, const unsigned knowns[], size_t known_count,
+                                       const double seeds[], double values[]);
+enum fmu_status fmu_derivative_of_arrays(struct fmu *fmu, const char *function, fmu_derivative *derivative,
+                                         const unsigned unknowns[], size_t unknown_count,
+                                         const unsigned knowns[], size_t known_count, const double seeds[],
+                                         size_t seed_count, double values[], size_t value_count);
+
 /* --- FMU states -------------------------------------------------------------------------------- */
+
+/* Of the block that an FMU state is: the snapshot, the parameters, the model's state and that of the last step. */
+static inline const void *fmu_state_in(const struct fmu_model *model, const void *block)
+{
+    return (const char *)block + sizeof(struct fmu_snapshot) + model->parameters_size;
+}
 
 enum fmu_status fmu_get_state(struct fmu *fmu, const char *function, void **state);
 enum fmu_status fmu_set_state(struct fmu *fmu, const char *function, const void *state);
