@@ -102,7 +102,7 @@ lag, which the parameter set of the inverse does not hold.
 <ul>
 <li><em>Version 0.1.0:</em> first version.</li>
 </ul>
-</html>"),
+</html>",
       figures={
         Figure(
           title="A force and its correction",
@@ -111,5 +111,5 @@ lag, which the parameter set of the inverse does not hold.
           plots={
             Plot(curves={Curve(y=reference.y, legend="Reference"), Curve(y=actuator.s_rel, legend="Displacement")}),
             Plot(curves={Curve(y=controller.y, legend="Correction")}),
-            Plot(curves={Curve(y=pulse.y, legend="Force")})})});
+            Plot(curves={Curve(y=pulse.y, legend="Force")})})}));
 end DisturbanceForce;

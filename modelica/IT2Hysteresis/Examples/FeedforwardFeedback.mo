@@ -73,7 +73,7 @@ while the displacement is held.
 <ul>
 <li><em>Version 0.1.0:</em> first version.</li>
 </ul>
-</html>"),
+</html>",
       figures={
         Figure(
           title="Tracking error",
@@ -86,5 +86,5 @@ while the displacement is held.
           title="Displacement",
           identifier="displacement",
           plots={
-            Plot(curves={Curve(y=reference.y, legend="Reference"), Curve(y=feedforward.displacement, legend="Feedforward"), Curve(y=closed.displacement, legend="Feedforward and PI")})})});
+            Plot(curves={Curve(y=reference.y, legend="Reference"), Curve(y=feedforward.displacement, legend="Feedforward"), Curve(y=closed.displacement, legend="Feedforward and PI")})})}));
 end FeedforwardFeedback;

@@ -64,7 +64,7 @@ equation
   connect(spring.flange_b, wall.flange)
     annotation (Line(points={{100,0},{100,-30}}, color={0,127,0}));
   annotation (
-    experiment(StopTime=0.12, Interval=1e-4, Tolerance=1e-6),
+    experiment(StopTime=0.12, Interval=2e-5, Tolerance=1e-6),
     Diagram(coordinateSystem(preserveAspectRatio=true, extent={{-100,-80},{120,80}})),
     Documentation(info="<html>
 <p>
@@ -83,7 +83,7 @@ with 16 bits and 5 nm of noise.
 <ul>
 <li><em>Version 0.1.0:</em> first version.</li>
 </ul>
-</html>"),
+</html>",
       figures={
         Figure(
           title="Displacement",
@@ -97,5 +97,5 @@ with 16 bits and 5 nm of noise.
           title="Hysteresis of the loaded stage",
           identifier="loop",
           plots={
-            Plot(curves={Curve(x=actuator.v, y=actuator.s_rel, legend="Displacement over voltage")})})});
+            Plot(curves={Curve(x=actuator.v, y=actuator.s_rel, legend="Displacement over voltage")})})}));
 end FlexureStage;
