@@ -2,8 +2,10 @@ within IT2Hysteresis.Blocks;
 block Inverse "Feedforward by the FMU IT2Inverse: from desired displacement to voltage"
   extends IT2Hysteresis.Interfaces.PartialInverse;
 protected
-  IT2Hysteresis.Internal.Values all(parameters=parameters) "What the FMU is made with";
-  IT2Hysteresis.Internal.InverseObject fmu=IT2Hysteresis.Internal.InverseObject(all.vector) "The FMU";
+  IT2Hysteresis.Internal.Values all(parameters=parameters, initialDisplacement=initialDisplacement)
+    "What the FMU is made with";
+  IT2Hysteresis.Internal.InverseObject fmu=IT2Hysteresis.Internal.InverseObject(all.vector, getInstanceName())
+    "The FMU";
 algorithm
   when sample(0, parameters.sampleTime) then
     (voltage,saturated) := IT2Hysteresis.Internal.inverseTick(

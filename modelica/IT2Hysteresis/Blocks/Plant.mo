@@ -2,8 +2,10 @@ within IT2Hysteresis.Blocks;
 block Plant "Actuator with hysteresis, by the FMU IT2Plant: from voltage to displacement"
   extends IT2Hysteresis.Interfaces.PartialPlant;
 protected
-  IT2Hysteresis.Internal.Values all(parameters=parameters) "What the FMU is made with";
-  IT2Hysteresis.Internal.PlantObject fmu=IT2Hysteresis.Internal.PlantObject(all.vector) "The FMU";
+  IT2Hysteresis.Internal.Values all(parameters=parameters, initialDisplacement=initialDisplacement)
+    "What the FMU is made with";
+  IT2Hysteresis.Internal.PlantObject fmu=IT2Hysteresis.Internal.PlantObject(all.vector, getInstanceName())
+    "The FMU";
 algorithm
   when sample(0, parameters.sampleTime) then
     (displacement,measured,outOfRange) := IT2Hysteresis.Internal.plantTick(
