@@ -29,27 +29,8 @@ block Constants "What follows from a parameter set: constants of the stages, and
     "Lower end of the curve";
   final parameter Modelica.Units.SI.Length curveMax=parameters.displacementZero + parameters.nonlinearityMaximum
     "Upper end of the curve";
-  final parameter Real leastSlope[2]=
-    if defined then IT2Hysteresis.Functions.leastSlope(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ2,
-      parameters.displacementMin,
-      parameters.displacementMax) else {1,0} "Can the fuzzy system be inverted?";
-  final parameter Boolean invertible=defined and leastSlope[1] > 0 "= true, if it can";
-  final parameter Real contraction[2]=
-    if invertible then IT2Hysteresis.Functions.contraction(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ1,
-      parameters.ruleQ2,
-      parameters.ruleQ3,
-      parameters.displacementMin,
-      parameters.displacementMax) else {0,0} "Does it contract?";
   final parameter Real lowerEnd[4]=
-    if invertible then IT2Hysteresis.Functions.linearisation(
+    if defined then IT2Hysteresis.Functions.linearisation(
       parameters.ruleSigmaLower,
       parameters.ruleSigmaUpper,
       parameters.ruleCentre,
@@ -59,7 +40,7 @@ block Constants "What follows from a parameter set: constants of the stages, and
       parameters.displacementMin) else zeros(4)
     "Lower end of the fuzzy system's range";
   final parameter Real upperEnd[4]=
-    if invertible then IT2Hysteresis.Functions.linearisation(
+    if defined then IT2Hysteresis.Functions.linearisation(
       parameters.ruleSigmaLower,
       parameters.ruleSigmaUpper,
       parameters.ruleCentre,
@@ -94,7 +75,7 @@ block Constants "What follows from a parameter set: constants of the stages, and
   final parameter Modelica.Units.SI.Length creepShare=sum(creepGain)*parameters.initialCreep
     "What initialCreep adds to the displacement";
   final parameter Modelica.Units.SI.Length straightRest=
-    if not invertible then 0
+    if not defined then 0
     elseif restsAtVoltage then parameters.displacementZero + (1 + sum(creepGain))*(
       IT2Hysteresis.Functions.coreRest(
         parameters.ruleSigmaLower,
@@ -129,7 +110,7 @@ block Constants "What follows from a parameter set: constants of the stages, and
     "Creep states at rest";
   final parameter Modelica.Units.SI.Voltage voltageRest=
     if restsAtVoltage then restVoltage
-    elseif not invertible then 0
+    elseif not defined then 0
     else (IT2Hysteresis.Functions.coreInverse(
       parameters.ruleSigmaLower,
       parameters.ruleSigmaUpper,

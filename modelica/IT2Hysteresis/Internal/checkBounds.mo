@@ -139,8 +139,8 @@ algorithm
   annotation (
     Documentation(info="<html>
 <p>
-The vector is that of <a href=\"modelica://IT2Hysteresis.Internal.Values\">Values</a>. Bounds and words are those of
-the FMUs.
+The vector is that of <a href=\"modelica://IT2Hysteresis.Internal.Values\">Values</a>. Bounds and words are
+those of the FMUs.
 </p>
 </html>",
       revisions="<html>

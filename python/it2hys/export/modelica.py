@@ -2,8 +2,9 @@
 
 `Parameters/Base.mo` declares what the table declares, `Parameters/Table1.mo` holds the paper's
 values, `Internal/Values.mo` hands all of them to the C sources, `Internal/checkBounds.mo` holds them
-to the table's bounds, and `format_record` writes any parameter set as a record beside those. Structured
-names become vectors: ``rule[2].centre`` is ``ruleCentre[2]``, ``lag.timeConstant`` is ``lagTimeConstant``.
+to the table's bounds, and `format_record` writes any parameter set as a record beside those.
+Structured names become vectors: ``rule[2].centre`` is ``ruleCentre[2]``, ``lag.timeConstant`` is
+``lagTimeConstant``.
 The library also holds the C sources of the FMUs, because a tool that compiles them has the library
 only, not this repository. After a change of the table or of the C sources,
 ``python -m it2hys.export.modelica modelica/IT2Hysteresis`` brings the library up to date.
@@ -165,7 +166,8 @@ def format_bounds() -> str:
         behind += f" + {len(columns)}*{count}"
     info = (
         "<p>\nThe vector is that of "
-        f'<a href="modelica://{INTERNAL}.Values">Values</a>. Bounds and words are those of\nthe FMUs.\n</p>'
+        f'<a href="modelica://{INTERNAL}.Values">Values</a>. Bounds and words are\nthose of the '
+        "FMUs.\n</p>"
     )
     return _record(
         "checkBounds",

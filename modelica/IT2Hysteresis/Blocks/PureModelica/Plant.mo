@@ -4,6 +4,24 @@ block Plant "Actuator with hysteresis: from voltage to displacement"
 protected
   IT2Hysteresis.Internal.Values all(parameters=parameters, initialDisplacement=initialDisplacement)
     "What is held to its bounds";
+  final parameter Real leastSlope[2]=
+    if chain.defined then IT2Hysteresis.Functions.leastSlope(
+      parameters.ruleSigmaLower,
+      parameters.ruleSigmaUpper,
+      parameters.ruleCentre,
+      parameters.ruleQ2,
+      parameters.displacementMin,
+      parameters.displacementMax) else {1,0} "Can the fuzzy system be inverted?";
+  final parameter Real contraction[2]=
+    if chain.defined then IT2Hysteresis.Functions.contraction(
+      parameters.ruleSigmaLower,
+      parameters.ruleSigmaUpper,
+      parameters.ruleCentre,
+      parameters.ruleQ1,
+      parameters.ruleQ2,
+      parameters.ruleQ3,
+      parameters.displacementMin,
+      parameters.displacementMax) else {0,0} "Does it contract?";
   constant Integer longestDelay=64 "In ticks";
   final parameter Integer delayTicks=
     integer(min(parameters.delayTime/parameters.sampleTime, longestDelay) + 1e-9)
@@ -48,8 +66,8 @@ initial algorithm
     parameters.displacementMax,
     parameters.ruleSigmaLower,
     parameters.ruleSigmaUpper,
-    chain.leastSlope,
-    chain.contraction,
+    leastSlope,
+    contraction,
     parameters.playCount,
     chain.playThreshold,
     chain.playWeight,
