@@ -137,6 +137,24 @@ def test_numeric_parameters_have_bounds_and_units(name):
         assert declared["type"] != "Real" or "unit=" in attributes, declared[0]
 
 
+@pytest.mark.parametrize(
+    "name", ["IT2Hysteresis", *(f"IT2Hysteresis.{p}" for p in ("Blocks", "Components"))]
+)
+def test_a_package_that_is_dragged_from_has_an_icon_of_its_own(name):
+    text = without_texts(CLASSES[name].read_text(encoding="utf-8"))
+    assert re.search(r"Line\(|Rectangle\(", inside(text, "Icon("))
+
+
+@pytest.mark.parametrize("block", ["Plant", "Inverse"])
+def test_icons_tell_fmu_from_pure_blocks(block):
+    drawn = [
+        CLASSES[f"IT2Hysteresis.{place}.{block}"].read_text(encoding="utf-8")
+        for place in ("Blocks", "Blocks.PureModelica")
+    ]
+    labels = [re.findall(r'textString="([^"%]+)"', text) for text in drawn]
+    assert labels == [["FMU"], ["pure"]]
+
+
 def test_every_resource_is_used():
     texts = "".join(f.read_text(encoding="utf-8") for f in FILES)
     images = (LIBRARY / "Resources" / "Images").rglob("*.*")

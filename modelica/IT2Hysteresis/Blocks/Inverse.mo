@@ -15,7 +15,16 @@ algorithm
       forceInternal,
       temperatureInternal);
   end when;
-  annotation (defaultComponentName="inverse", Documentation(info="<html>
+  annotation (
+    defaultComponentName="inverse",
+    Icon(
+      coordinateSystem(preserveAspectRatio=true, extent={{-100,-100},{100,100}}),
+      graphics={
+        Text(
+          extent={{4,-60},{96,-96}},
+          textString="FMU",
+          textColor={28,108,200})}),
+    Documentation(info="<html>
 <p>
 The co-simulation FMU <code>IT2Inverse</code>, compiled from its C sources: at every tick
 t<sub>k</sub> = k <code>parameters.sampleTime</code> the block hands its inputs to the FMU and lets it make one step, see

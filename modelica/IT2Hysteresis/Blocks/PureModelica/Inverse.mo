@@ -209,7 +209,16 @@ equation
       + "amplifier's limits allow; the nearest displacement or voltage is given. This is said once.",
       AssertionLevel.warning);
   end when;
-  annotation (defaultComponentName="inverse", Documentation(info="<html>
+  annotation (
+    defaultComponentName="inverse",
+    Icon(
+      coordinateSystem(preserveAspectRatio=true, extent={{-100,-100},{100,100}}),
+      graphics={
+        Text(
+          extent={{4,-60},{96,-96}},
+          textString="pure",
+          textColor={128,128,128})}),
+    Documentation(info="<html>
 <p>
 At every tick t<sub>k</sub> = k <code>parameters.sampleTime</code> the reference walks the
 <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">chain</a> backwards: through the inverses of the effects behind the fuzzy

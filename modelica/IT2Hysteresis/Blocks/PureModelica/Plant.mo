@@ -146,7 +146,16 @@ equation
       + "the range that the parameters are valid for; beyond it the model is extrapolated. This is said once.",
       AssertionLevel.warning);
   end when;
-  annotation (defaultComponentName="plant", Documentation(info="<html>
+  annotation (
+    defaultComponentName="plant",
+    Icon(
+      coordinateSystem(preserveAspectRatio=true, extent={{-100,-100},{100,100}}),
+      graphics={
+        Text(
+          extent={{4,-60},{96,-96}},
+          textString="pure",
+          textColor={128,128,128})}),
+    Documentation(info="<html>
 <p>
 At every tick t<sub>k</sub> = k <code>parameters.sampleTime</code> the voltage walks along the
 <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">chain</a>: through the effects in front of the fuzzy system, through the
