@@ -1,11 +1,11 @@
-"""Models of the library's parts with their defaults only, as drag and drop makes them: they begin at rest.
+"""Models of the library's parts with their defaults only, as drag and drop makes them, begin at rest.
 
-Every connected combination of two or three parts is built: an input takes the first output of its unit, or 0;
-pins go to pins, a flange to the next one, sensors lie between the frame and what moves.
+Every connected combination of two or three parts is built: an input takes the first output of its unit,
+or 0; pins go to pins, a flange to the next one, sensors lie between the frame and what moves.
 """
 
 from dataclasses import dataclass
-from itertools import chain, combinations
+from itertools import chain, combinations, pairwise
 
 import numpy as np
 import pytest
@@ -65,7 +65,7 @@ def wires(parts: tuple[Part, ...]) -> tuple[list[str], list[tuple[str, str]], li
     through = [p for p in parts if p.flanges == "through"]
     if through and through[0].name == "actuator":
         connections.append("connect(frame.flange, actuator.flange_a);")
-    for one, other in zip(through, through[1:], strict=False):
+    for one, other in pairwise(through):
         connections.append(f"connect({one.name}.flange_b, {other.name}.flange_a);")
         joined.append((one.name, other.name))
     for across in (p for p in parts if p.flanges == "across" and through):
@@ -129,7 +129,8 @@ def test_defaults_begin_in_equilibrium_and_stay_physical(parts):
         assert at("guide.stackForce") == pytest.approx(200.0, abs=1.0)
     if "plant" in names:
         # the paper's actuator rests 0.58 um above 0 at 0 V; it begins at 0, as the FMU does
-        assert -1e-7 < at("plant.displacement").min() and at("plant.displacement").max() < 6e-7
+        assert at("plant.displacement").min() > -1e-7
+        assert at("plant.displacement").max() < 6e-7
     for sensor in names & {"gauge", "sensor"}:
         if "actuator" in names:
             assert at(f"{sensor}.y")[-1] == pytest.approx(at("actuator.s_rel")[-1], abs=3e-8)
@@ -137,7 +138,7 @@ def test_defaults_begin_in_equilibrium_and_stay_physical(parts):
 
 @pytest.mark.slow
 def test_the_default_amplifier_drives_the_default_actuator_over_all_its_range():
-    """0..10 V at the input, 0..150 V at the stack: beyond the set's range, and bounded (F2 of the review)."""
+    """0..10 V at the input, 0..150 V at the stack: beyond the set's range, and bounded."""
     parts = tuple(p for p in PARTS if p.name in ("amplifier", "actuator"))
     source = source_of(parts).replace("amplifier.u = 0;", "amplifier.u = 5 - 5*cos(125*time);")
     at = run(source, 600)
