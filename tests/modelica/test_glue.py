@@ -16,6 +16,7 @@ import pytest
 from conftest import TS, package_models
 from effects import surroundings, with_effects
 from library import CLASSES, LIBRARY, values_of
+from refused import BAD, parameters_of
 
 from it2hys.cosimulation.simulation import simulate
 from it2hys.export.modelica import C_SOURCES
@@ -27,7 +28,7 @@ COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 HOST = Path(__file__).parent / "glue"
 FLAGS = ["-std=c99", "-g", "-Wall", "-Wextra", "-Wno-unused-function", "-Werror", "-ffp-contract=off"]
 SANITIZE = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-C_TYPES = {"Real": "double", "Integer": "int", "Boolean": "int"}
+C_TYPES = {"Real": "double", "Integer": "int", "Boolean": "int", "String": "const char *"}
 CLAUSE = re.compile(
     r'(?:impure )?function (?P<name>\w+) "(?P<body>[^;]*;.*?)external\s*"C"\s*'
     r"(?:(?P<result>\w+) = )?(?P<c_name>\w+)\((?P<arguments>.*?)\)\s*"
@@ -63,17 +64,19 @@ def c_call(name: str, clause: re.Match) -> str:
     Its arguments are those of the Modelica function in the order of their declarations, a vector
     followed by its size. The pointer inside has exactly the types that the clause declares.
     """
-    declared = {n: c_type(way, t, array) for way, t, n, array in DECLARED.findall(clause["body"])}
+    found = DECLARED.findall(clause["body"])
+    declared = {n: c_type(way, t, array) for way, t, n, array in found}
+    vectors = {n for _, _, n, array in found if array}
     result = clause["result"]
     parameters = [
-        f"{kind} {n}" + (f", size_t {n}_size" if kind.startswith("const") else "")
+        f"{kind} {n}" + (f", size_t {n}_size" if n in vectors else "")
         for n, kind in declared.items()
         if n != result
     ]
     arguments = re.findall(r"size\((\w+), 1\)|(\w+)", clause["arguments"])
     types = ", ".join("size_t" if size else declared[n] for size, n in arguments)
     values = ", ".join(f"{size}_size" if size else n for size, n in arguments)
-    unused = "".join(f" (void){n}_size;" for n, k in declared.items() if k.startswith("const"))
+    unused = "".join(f" (void){n}_size;" for n in declared if n in vectors)
     returned = declared[result] if result else "void"
     return (
         f"static {returned} {name}({', '.join(parameters)})\n{{\n"
@@ -149,9 +152,10 @@ def test_every_external_function_includes_the_one_header():
 def test_blocks_hand_over_the_parameters_by_the_generated_record(block):
     text = CLASSES[f"IT2Hysteresis.Blocks.{block}"].read_text(encoding="utf-8")
     constructor = CLASSES[f"IT2Hysteresis.Internal.{block}Object"].read_text(encoding="utf-8")
-    call = re.search(rf"{block}Object\((.*?)\) \"", text, re.DOTALL)[1]
-    assert call.strip() == "all.vector"
-    assert "IT2Hysteresis.Internal.Values all(parameters=parameters) " in text
+    call = re.search(rf"{block}Object\((.*)\)\s*\"The FMU\"", text)[1]
+    assert call.strip() == "all.vector, getInstanceName()"
+    handed = "(parameters=parameters, initialDisplacement=initialDisplacement)"
+    assert f"IT2Hysteresis.Internal.Values all{handed}" in text
     assert re.findall(r"input ([\w.]+) (\w+)\[:\]", constructor) == [("Real", "values")]
 
 
@@ -264,24 +268,14 @@ def test_a_simulation_may_start_at_any_time(host, first):
 # --- what goes wrong -----------------------------------------------------------------------------
 
 
-BAD = {
-    "rule[1].sigmaUpper": (1e-6, "rule[1].sigmaUpper is 1e-06, below rule[1].sigmaLower, 4.3427e-06"),
-    "sampleTime": (0.0, "sampleTime is 0; it must be 1e-09 to 1000"),
-    "lag.timeConstant": (-1.0, "lag.timeConstant is -1; it must be 0 to 1e+06"),
-    "resonance.frequency": (6e3, "resonance.frequency is 6000 Hz"),
-    "rule[2].q1": (float("nan"), "rule[2].q1 is nan; it must be -10 to 10"),
-}
-
-
 @pytest.mark.parametrize("kind", ["plant", "inverse"])
 @pytest.mark.parametrize("name", BAD)
 def test_parameters_that_are_refused_stop_the_constructor_with_the_message(host, kind, name):
-    value, message = BAD[name]
+    changes, message = BAD[name]
     # a tool calls the destructor all the same, without an object
-    answer, freed = talk(host, new(0, kind, table_1(), **{name: value}), "free 0")
+    answer, freed = talk(host, new(0, kind, parameters_of(changes), **changes), "free 0")
     assert freed == "ok"
-    assert answer.startswith(f"error: IT2{kind.capitalize()}: start: ")
-    assert message in answer
+    assert answer == f"error: M.stage (IT2{kind.capitalize()}): {message}."
 
 
 def test_too_many_rules_are_refused(host):
@@ -308,7 +302,9 @@ def test_a_step_that_fails_stops_with_the_message_and_leaves_the_state(host):
     first, *errors, last = talk(host, new(0, "plant", parameters), *lines, "free 0")[1:-1]
     errors = [e for e in errors if not e.startswith("warning")]
     assert len(errors) == 2
-    assert errors[0].startswith("error: IT2Plant: tick: the displacement is no longer finite")
+    assert errors[0].startswith(
+        "error: M.stage (IT2Plant): at 0.0001 s: the displacement is no longer finite"
+    )
     assert "voltage must be a finite number" in errors[1]
     expected = compiled.chain_free_run(parameters, np.array([50.0, 60.0]))[0]
     assert outputs([first, last])[:, 0] == pytest.approx(expected, rel=1e-12)
@@ -319,8 +315,7 @@ def test_an_input_out_of_range_warns_once(host):
     lines = [tick(0, k, v) for k, v in enumerate(voltages) for _ in range(2)]  # each event twice
     answers = talk(host, new(0, "plant", table_1()), *lines, "free 0")
     (warning,) = [a for a in answers if a.startswith("warning")]
-    assert "IT2Plant: tick: " in warning
-    assert "the voltage left voltageMin..voltageMax, 0 to 110 V" in warning
+    assert "M.stage (IT2Plant): the voltage left voltageMin..voltageMax, 0 to 110 V" in warning
 
 
 def test_the_inverse_warns_of_a_reference_out_of_reach(host):

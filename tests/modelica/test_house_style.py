@@ -88,9 +88,33 @@ def test_an_example_says_how_to_run_and_plot_it(name):
     text = CLASSES[name].read_text(encoding="utf-8")
     assert kind(name) == "model"
     assert "extends Modelica.Icons.Example;" in text
-    assert re.search(r"experiment\(StopTime=[\d.]+, Interval=1e-4, Tolerance=1e-6\)", text)
+    assert re.search(r"experiment\(StopTime=[\d.]+, Interval=[\d.e-]+, Tolerance=1e-6\)", text)
     assert "preferred=true" in text
     assert "/Resources/Images/Examples/" in text
+
+
+def without_texts(text: str) -> str:
+    """Return Modelica text with empty strings and no comments."""
+    return re.sub(r"//[^\n]*", "", re.sub(r'"(?:[^"\\]|\\.)*"', '""', text))
+
+
+def inside(text: str, opening: str) -> str:
+    """Return what stands between an opening, which ends with a parenthesis, and its closing."""
+    start = text.index(opening) + len(opening)
+    depth = 1
+    for end in range(start, len(text)):
+        depth += {"(": 1, ")": -1}.get(text[end], 0)
+        if depth == 0:
+            return text[start:end]
+    raise AssertionError(f"{opening} is not closed")
+
+
+@each_example
+def test_figures_are_a_part_of_the_documentation(name):
+    """Elsewhere no tool finds them (section 18.3 of the language's specification)."""
+    text = without_texts(CLASSES[name].read_text(encoding="utf-8"))
+    assert text.count("figures=") == 1
+    assert "figures={" in inside(text, "Documentation(")
 
 
 DECLARATION = re.compile(
@@ -111,6 +135,24 @@ def test_numeric_parameters_have_bounds_and_units(name):
         attributes = declared["attributes"] or ""
         assert "min=" in attributes and "max=" in attributes, declared[0]
         assert declared["type"] != "Real" or "unit=" in attributes, declared[0]
+
+
+@pytest.mark.parametrize(
+    "name", ["IT2Hysteresis", *(f"IT2Hysteresis.{p}" for p in ("Blocks", "Components"))]
+)
+def test_a_package_that_is_dragged_from_has_an_icon_of_its_own(name):
+    text = without_texts(CLASSES[name].read_text(encoding="utf-8"))
+    assert re.search(r"Line\(|Rectangle\(", inside(text, "Icon("))
+
+
+@pytest.mark.parametrize("block", ["Plant", "Inverse"])
+def test_icons_tell_fmu_from_pure_blocks(block):
+    drawn = [
+        CLASSES[f"IT2Hysteresis.{place}.{block}"].read_text(encoding="utf-8")
+        for place in ("Blocks", "Blocks.PureModelica")
+    ]
+    labels = [re.findall(r'textString="([^"%]+)"', text) for text in drawn]
+    assert labels == [["FMU"], ["pure"]]
 
 
 def test_every_resource_is_used():

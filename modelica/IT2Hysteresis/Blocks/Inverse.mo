@@ -2,8 +2,10 @@ within IT2Hysteresis.Blocks;
 block Inverse "Feedforward by the FMU IT2Inverse: from desired displacement to voltage"
   extends IT2Hysteresis.Interfaces.PartialInverse;
 protected
-  IT2Hysteresis.Internal.Values all(parameters=parameters) "What the FMU is made with";
-  IT2Hysteresis.Internal.InverseObject fmu=IT2Hysteresis.Internal.InverseObject(all.vector) "The FMU";
+  IT2Hysteresis.Internal.Values all(parameters=parameters, initialDisplacement=initialDisplacement)
+    "What the FMU is made with";
+  IT2Hysteresis.Internal.InverseObject fmu=IT2Hysteresis.Internal.InverseObject(all.vector, getInstanceName())
+    "The FMU";
 algorithm
   when sample(0, parameters.sampleTime) then
     (voltage,saturated) := IT2Hysteresis.Internal.inverseTick(
@@ -13,7 +15,16 @@ algorithm
       forceInternal,
       temperatureInternal);
   end when;
-  annotation (defaultComponentName="inverse", Documentation(info="<html>
+  annotation (
+    defaultComponentName="inverse",
+    Icon(
+      coordinateSystem(preserveAspectRatio=true, extent={{-100,-100},{100,100}}),
+      graphics={
+        Text(
+          extent={{4,-60},{96,-96}},
+          textString="FMU",
+          textColor={28,108,200})}),
+    Documentation(info="<html>
 <p>
 The co-simulation FMU <code>IT2Inverse</code>, compiled from its C sources: at every tick
 t<sub>k</sub> = k <code>parameters.sampleTime</code> the block hands its inputs to the FMU and lets it make one step, see

@@ -2,8 +2,10 @@ within IT2Hysteresis.Blocks;
 block Plant "Actuator with hysteresis, by the FMU IT2Plant: from voltage to displacement"
   extends IT2Hysteresis.Interfaces.PartialPlant;
 protected
-  IT2Hysteresis.Internal.Values all(parameters=parameters) "What the FMU is made with";
-  IT2Hysteresis.Internal.PlantObject fmu=IT2Hysteresis.Internal.PlantObject(all.vector) "The FMU";
+  IT2Hysteresis.Internal.Values all(parameters=parameters, initialDisplacement=initialDisplacement)
+    "What the FMU is made with";
+  IT2Hysteresis.Internal.PlantObject fmu=IT2Hysteresis.Internal.PlantObject(all.vector, getInstanceName())
+    "The FMU";
 algorithm
   when sample(0, parameters.sampleTime) then
     (displacement,measured,outOfRange) := IT2Hysteresis.Internal.plantTick(
@@ -13,7 +15,16 @@ algorithm
       forceInternal,
       temperatureInternal);
   end when;
-  annotation (defaultComponentName="plant", Documentation(info="<html>
+  annotation (
+    defaultComponentName="plant",
+    Icon(
+      coordinateSystem(preserveAspectRatio=true, extent={{-100,-100},{100,100}}),
+      graphics={
+        Text(
+          extent={{4,-60},{96,-96}},
+          textString="FMU",
+          textColor={28,108,200})}),
+    Documentation(info="<html>
 <p>
 The co-simulation FMU <code>IT2Plant</code>, compiled from its C sources: at every tick
 t<sub>k</sub> = k <code>parameters.sampleTime</code> the block hands its inputs to the FMU and lets it make one step, see

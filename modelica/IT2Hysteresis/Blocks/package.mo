@@ -1,7 +1,28 @@
 within IT2Hysteresis;
 package Blocks "Plant and inverse as input/output blocks"
   extends Modelica.Icons.Package;
-  annotation (Documentation(info="<html>
+  annotation (
+    Icon(
+      coordinateSystem(preserveAspectRatio=true, extent={{-100,-100},{100,100}}),
+      graphics={
+        Rectangle(
+          extent={{-72,56},{72,-56}},
+          lineColor={0,0,127},
+          fillColor={255,255,255},
+          fillPattern=FillPattern.Solid),
+        Line(
+          points={{-50,-44},{20,-44},{50,44}},
+          color={28,108,200},
+          thickness=0.5,
+          smooth=Smooth.Bezier),
+        Line(
+          points={{50,44},{-20,44},{-50,-44}},
+          color={28,108,200},
+          thickness=0.5,
+          smooth=Smooth.Bezier),
+        Line(points={{-92,0},{-72,0}}, color={0,0,127}),
+        Line(points={{72,0},{92,0}}, color={0,0,127})}),
+    Documentation(info="<html>
 <p>
 The plant and its inverse, as the FMUs compute them, see
 <a href=\"modelica://IT2Hysteresis.UsersGuide.ExternalCode\">External code</a>. <a href=\"modelica://IT2Hysteresis.Blocks.PureModelica\">PureModelica</a> holds their

@@ -1,6 +1,10 @@
 within IT2Hysteresis.Components;
 block SampledPI "Sampled PI controller beside a feedforward"
-  parameter Modelica.Units.SI.Time sampleTime(min=1e-9, max=1e3, displayUnit="ms")=1e-4
+  replaceable record Stage = IT2Hysteresis.Parameters.Table1
+    constrainedby IT2Hysteresis.Parameters.Base "Parameter set"
+    annotation (choicesAllMatching=true);
+  parameter Stage parameters "Parameter set of the actuator, which gives the sample time";
+  parameter Modelica.Units.SI.Time sampleTime(min=1e-9, max=1e3, displayUnit="ms")=parameters.sampleTime
     "Sample time";
   parameter Real k(unit="V/m", min=0, max=1e12)=2e6 "Gain";
   parameter Modelica.Units.SI.Time Ti(min=1e-9, max=1e6, displayUnit="ms")=1e-3 "Integration time";
@@ -54,7 +58,10 @@ equation
           textString="PI",
           textColor={192,192,192}),
         Text(
-          extent={{-150,140},{150,100}},
+          extent={{-150,-110},{150,-140}},
+          textString="k=%k"),
+        Text(
+          extent={{-150,150},{150,110}},
           textString="%name",
           textColor={0,0,255})}),
     Documentation(info="<html>
@@ -66,7 +73,7 @@ e<sub>k</sub> = reference<sub>k-1</sub> - measured<sub>k-1</sub><br/>
 y<sub>k</sub> = k e<sub>k</sub> + I<sub>k</sub>, I<sub>k</sub> = I<sub>k-1</sub> + k T<sub>s</sub>/T<sub>i</sub> e<sub>k</sub>
 </p>
 <p>
-So there is no algebraic loop with a plant that is sampled at the same ticks. An exact feedforward leaves e at 0: the
+Hand it the plant's parameter set, so that it ticks with the plant. Then there is no algebraic loop. An exact feedforward leaves e at 0: the
 controller corrects only what the model does not know. Output and integral are kept within <code>yMax</code>, so that the integral
 does not wind up.
 </p>

@@ -1,8 +1,12 @@
 within IT2Hysteresis.Components;
 model StrainGauge "Sampled displacement sensor with noise and quantisation"
-  parameter Modelica.Units.SI.Time sampleTime(min=1e-9, max=1e3, displayUnit="ms")=1e-4
+  replaceable record Stage = IT2Hysteresis.Parameters.Table1
+    constrainedby IT2Hysteresis.Parameters.Base "Parameter set"
+    annotation (choicesAllMatching=true);
+  parameter Stage parameters "Parameter set of the actuator, which gives the sample time";
+  parameter Modelica.Units.SI.Time sampleTime(min=1e-9, max=1e3, displayUnit="ms")=parameters.sampleTime
     "Sample time";
-  parameter Modelica.Units.SI.Length offset(min=-10, max=10)=0
+  parameter Modelica.Units.SI.Length offset(min=-10, max=10)=18e-3
     "Distance of the flanges that is read as 0";
   parameter Modelica.Units.SI.Length yMin(min=-0.1, max=0.1, displayUnit="um")=0
     "Lower end of the range";
@@ -62,14 +66,15 @@ equation
         Line(points={{-90,0},{-60,0},{-60,24},{-45,24},{-45,-24},{-30,-24},{-30,24},{-15,24},{-15,-24},{0,-24},{0,24},{15,24},{15,-24},{30,-24},{30,24},{45,24},{45,-24},{60,-24},{60,0},{90,0}}, color={162,29,33}),
         Line(points={{0,-100},{0,-40}}, color={0,0,127}),
         Text(
-          extent={{-150,140},{150,100}},
+          extent={{-150,90},{150,50}},
           textString="%name",
           textColor={0,0,255})}),
     Documentation(info="<html>
 <p>
 At every tick the distance of the flanges, less <code>offset</code>, is read: with normally distributed noise, within
 <code>yMin</code> ... <code>yMax</code>, in steps of <code>quantum</code> = (yMax - yMin)/(2<sup>bits</sup> - 1). The reading is held until the next tick.
-The gauge takes no force. The noise is the same in every run with the same <code>seed</code>.
+By default <code>offset</code> is the length of the default <a href=\"modelica://IT2Hysteresis.Components.PiezoActuator\">actuator</a>.
+Hand the gauge the actuator's parameter set: it reads at its sample time. It takes no force. The noise is the same in every run with the same <code>seed</code>.
 </p>
 </html>", revisions="<html>
 <ul>

@@ -1,5 +1,5 @@
 within IT2Hysteresis.Components;
-model VoltageAmplifier "Amplifier with limits of voltage and current"
+model VoltageAmplifier "Amplifier with limits of voltage, current and slew rate"
   parameter Real k(unit="1", min=-1e4, max=1e4)=15 "Gain";
   parameter Modelica.Units.SI.Voltage vMin(min=-2000, max=2000)=0 "Lowest voltage";
   parameter Modelica.Units.SI.Voltage vMax(min=-2000, max=2000)=150 "Highest voltage";
@@ -7,6 +7,11 @@ model VoltageAmplifier "Amplifier with limits of voltage and current"
   parameter Modelica.Units.SI.Resistance R(min=1e-6, max=1e9)=10 "Output resistance";
   parameter Modelica.Units.SI.Time T(min=1e-9, max=1e3, displayUnit="ms")=2e-5
     "Time constant of the first-order lag";
+  parameter Real slewRate(
+    final quantity="SlewRate",
+    final unit="V/s",
+    min=1e-6,
+    max=1e12)=1e6 "Largest rate of the voltage without a load";
   parameter Modelica.Units.SI.Voltage vStart(min=-2000, max=2000)=0 "Voltage at the start"
     annotation (Dialog(tab="Initialization"));
   Modelica.Blocks.Interfaces.RealInput u(unit="V") "Voltage that is amplified"
@@ -23,7 +28,7 @@ protected
   Modelica.Units.SI.Voltage source(start=vStart, fixed=true, nominal=100) "Voltage in front of the output resistance";
 equation
   wanted = min(max(k*u, vMin), vMax);
-  T*der(source) = wanted - source;
+  der(source) = min(max((wanted - source)/T, -slewRate), slewRate);
   i = min(max((source - v)/R, -iMax), iMax);
   v = p.v - n.v;
   p.i = -i;
@@ -46,14 +51,18 @@ equation
         Line(points={{60,0},{80,0},{80,60},{90,60}}, color={0,0,255}),
         Line(points={{-100,0},{-60,0}}, color={0,0,127}),
         Text(
-          extent={{-150,140},{150,100}},
+          extent={{-58,20},{30,-20}},
+          textString="k=%k"),
+        Text(
+          extent={{-150,150},{150,110}},
           textString="%name",
           textColor={0,0,255})}),
     Documentation(info="<html>
 <p>
 The input is amplified, kept between <code>vMin</code> and <code>vMax</code>, and reaches the output through a first-order lag and a
-resistance. The current is limited to <code>iMax</code>: at a capacitance, as that of a piezo, this is a slew limit of
-<code>iMax</code>/C. The defaults are those of a bench amplifier for 0 ... 10 V in and 0 ... 150 V out.
+resistance. It rises and falls by no more than <code>slewRate</code>; the current is limited to <code>iMax</code>, which at a capacitance,
+as that of a piezo, is a slew limit of <code>iMax</code>/C. Gain and voltages are those of the paper's rig, which takes 0 ... 10 V and
+gives 0 ... 150 V; the other defaults are those of a bench amplifier.
 </p>
 <p>
 A parameter set with the effects saturation, slew or lag describes the amplifier too; use one of the two.

@@ -10,20 +10,23 @@ model DisturbanceForce "A force on the platform: feedforward does not see it, fe
     annotation (Placement(transformation(extent={{-170,30},{-150,50}})));
   IT2Hysteresis.Blocks.PureModelica.Inverse inverse(parameters=known) "Feedforward"
     annotation (Placement(transformation(extent={{-130,50},{-110,70}})));
-  IT2Hysteresis.Components.SampledPI controller(k=1.5e6, Ti=2e-3) "Feedback"
+  IT2Hysteresis.Components.SampledPI controller(
+    parameters=known,
+    k=1.5e6,
+    Ti=2e-3) "Feedback"
     annotation (Placement(transformation(extent={{-130,-10},{-110,10}})));
   Modelica.Blocks.Math.Add total "Voltage"
     annotation (Placement(transformation(extent={{-80,30},{-60,50}})));
-  IT2Hysteresis.Components.VoltageAmplifier amplifier(k=1, vStart=0.693) "Amplifier"
+  IT2Hysteresis.Components.VoltageAmplifier amplifier(k=1, vStart=actuator.vStart) "Amplifier"
     annotation (Placement(transformation(extent={{-40,30},{-20,50}})));
   Modelica.Electrical.Analog.Basic.Ground ground
     annotation (Placement(transformation(extent={{-20,10},{0,30}})));
   Modelica.Mechanics.Translational.Components.Fixed base "Frame at the base of the actuator"
     annotation (Placement(transformation(extent={{-30,-30},{-10,-10}})));
   IT2Hysteresis.Components.PiezoActuator actuator(
-    stage(initialDisplacement=0.7e-6),
+    stage=known,
     zeta=0.6,
-    v(start=0.693, fixed=true),
+    v(fixed=true),
     s_rel(fixed=true),
     v_rel(fixed=true)) "Stack"
     annotation (Placement(transformation(extent={{0,-10},{20,10}})));
@@ -47,7 +50,10 @@ model DisturbanceForce "A force on the platform: feedforward does not see it, fe
     annotation (Placement(transformation(extent={{60,30},{80,50}})));
   Modelica.Mechanics.Translational.Sources.Force disturbance "Force on the platform"
     annotation (Placement(transformation(extent={{-10,-10},{10,10}}, rotation=180, origin={100,0})));
-  IT2Hysteresis.Components.StrainGauge gauge(offset=actuator.length, y(start=0.7e-6)) "Strain gauge on the stack"
+  IT2Hysteresis.Components.StrainGauge gauge(
+    parameters=known,
+    offset=actuator.length,
+    y(start=0.7e-6)) "Strain gauge on the stack"
     annotation (Placement(transformation(extent={{0,-50},{20,-30}})));
 equation
   connect(reference.y, inverse.reference)
@@ -102,7 +108,7 @@ lag, which the parameter set of the inverse does not hold.
 <ul>
 <li><em>Version 0.1.0:</em> first version.</li>
 </ul>
-</html>"),
+</html>",
       figures={
         Figure(
           title="A force and its correction",
@@ -111,5 +117,5 @@ lag, which the parameter set of the inverse does not hold.
           plots={
             Plot(curves={Curve(y=reference.y, legend="Reference"), Curve(y=actuator.s_rel, legend="Displacement")}),
             Plot(curves={Curve(y=controller.y, legend="Correction")}),
-            Plot(curves={Curve(y=pulse.y, legend="Force")})})});
+            Plot(curves={Curve(y=pulse.y, legend="Force")})})}));
 end DisturbanceForce;

@@ -98,7 +98,7 @@ The voltage goes beyond the amplifier's slew limit and saturation, so that these
 <ul>
 <li><em>Version 0.1.0:</em> first version.</li>
 </ul>
-</html>"),
+</html>",
       figures={
         Figure(
           title="Plant",
@@ -112,5 +112,5 @@ The voltage goes beyond the amplifier's slew limit and saturation, so that these
           identifier="inverse",
           plots={
             Plot(curves={Curve(y=inverseFMU.voltage, legend="FMU"), Curve(y=inversePure.voltage, legend="Pure Modelica")}),
-            Plot(curves={Curve(y=inverseDifference.y, legend="Difference")})})});
+            Plot(curves={Curve(y=inverseDifference.y, legend="Difference")})})}));
 end FMUAgainstPureModelica;

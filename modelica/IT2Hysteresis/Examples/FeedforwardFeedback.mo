@@ -19,7 +19,7 @@ model FeedforwardFeedback "Feedforward by the inverse, and a PI controller for w
     annotation (Placement(transformation(extent={{-90,-10},{-70,10}})));
   IT2Hysteresis.Blocks.PureModelica.Inverse inverse(parameters=known) "Feedforward"
     annotation (Placement(transformation(extent={{-50,20},{-30,40}})));
-  IT2Hysteresis.Components.SampledPI controller "Feedback"
+  IT2Hysteresis.Components.SampledPI controller(parameters=known) "Feedback"
     annotation (Placement(transformation(extent={{-50,-40},{-30,-20}})));
   Modelica.Blocks.Math.Add total "Voltage of the closed loop"
     annotation (Placement(transformation(extent={{-10,-20},{10,0}})));
@@ -73,7 +73,7 @@ while the displacement is held.
 <ul>
 <li><em>Version 0.1.0:</em> first version.</li>
 </ul>
-</html>"),
+</html>",
       figures={
         Figure(
           title="Tracking error",
@@ -86,5 +86,5 @@ while the displacement is held.
           title="Displacement",
           identifier="displacement",
           plots={
-            Plot(curves={Curve(y=reference.y, legend="Reference"), Curve(y=feedforward.displacement, legend="Feedforward"), Curve(y=closed.displacement, legend="Feedforward and PI")})})});
+            Plot(curves={Curve(y=reference.y, legend="Reference"), Curve(y=feedforward.displacement, legend="Feedforward"), Curve(y=closed.displacement, legend="Feedforward and PI")})})}));
 end FeedforwardFeedback;

@@ -7,16 +7,16 @@ model FlexureStage "Actuator, amplifier and gauge: a mass moved against a spring
     phase=-Modelica.Constants.pi/2,
     offset=3.5) "Voltage at the amplifier's input, 0.2 to 6.8 V"
     annotation (Placement(transformation(extent={{-80,30},{-60,50}})));
-  IT2Hysteresis.Components.VoltageAmplifier amplifier(vStart=3) "Amplifier"
+  IT2Hysteresis.Components.VoltageAmplifier amplifier(vStart=actuator.vStart) "Amplifier"
     annotation (Placement(transformation(extent={{-40,30},{-20,50}})));
   Modelica.Electrical.Analog.Basic.Ground ground
     annotation (Placement(transformation(extent={{-20,10},{0,30}})));
   Modelica.Mechanics.Translational.Components.Fixed base "Frame at the base of the actuator"
     annotation (Placement(transformation(extent={{-30,-30},{-10,-10}})));
   IT2Hysteresis.Components.PiezoActuator actuator(
-    stage(initialDisplacement=1.0762e-6),
     zeta=0.6,
-    v(start=3, fixed=true),
+    vStart=3,
+    v(fixed=true),
     s_rel(fixed=true),
     v_rel(fixed=true)) "Stack"
     annotation (Placement(transformation(extent={{0,-10},{20,10}})));
@@ -38,7 +38,10 @@ model FlexureStage "Actuator, amplifier and gauge: a mass moved against a spring
     annotation (Placement(transformation(extent={{80,-10},{100,10}})));
   Modelica.Mechanics.Translational.Components.Fixed wall(s0=actuator.length + 10e-3) "Frame"
     annotation (Placement(transformation(extent={{90,-40},{110,-20}})));
-  IT2Hysteresis.Components.StrainGauge gauge(offset=actuator.length, y(start=1.0762e-6)) "Strain gauge on the stack"
+  IT2Hysteresis.Components.StrainGauge gauge(
+    parameters=actuator.stage,
+    offset=actuator.length,
+    y(start=1.0762e-6)) "Strain gauge on the stack"
     annotation (Placement(transformation(extent={{0,-50},{20,-30}})));
 equation
   connect(command.y, amplifier.u)
@@ -64,7 +67,7 @@ equation
   connect(spring.flange_b, wall.flange)
     annotation (Line(points={{100,0},{100,-30}}, color={0,127,0}));
   annotation (
-    experiment(StopTime=0.12, Interval=1e-4, Tolerance=1e-6),
+    experiment(StopTime=0.12, Interval=2e-5, Tolerance=1e-6),
     Diagram(coordinateSystem(preserveAspectRatio=true, extent={{-100,-80},{120,80}})),
     Documentation(info="<html>
 <p>
@@ -83,7 +86,7 @@ with 16 bits and 5 nm of noise.
 <ul>
 <li><em>Version 0.1.0:</em> first version.</li>
 </ul>
-</html>"),
+</html>",
       figures={
         Figure(
           title="Displacement",
@@ -97,5 +100,5 @@ with 16 bits and 5 nm of noise.
           title="Hysteresis of the loaded stage",
           identifier="loop",
           plots={
-            Plot(curves={Curve(x=actuator.v, y=actuator.s_rel, legend="Displacement over voltage")})})});
+            Plot(curves={Curve(x=actuator.v, y=actuator.s_rel, legend="Displacement over voltage")})})}));
 end FlexureStage;

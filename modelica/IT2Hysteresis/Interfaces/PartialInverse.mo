@@ -16,7 +16,7 @@ partial block PartialInverse "Feedforward: from desired displacement to voltage"
     start=IT2Hysteresis.Functions.Effects.saturation(
       parameters.voltageMin,
       parameters.voltageMax,
-      IT2Hysteresis.Functions.Effects.saturation(lowest, highest, voltageRest)),
+      IT2Hysteresis.Functions.Effects.saturation(chain.lowest, chain.highest, chain.voltageRest)),
     fixed=true)
     "Voltage that takes the plant to the reference, x_inv(k) of (30)"
     annotation (Placement(transformation(extent={{100,-10},{120,10}})));

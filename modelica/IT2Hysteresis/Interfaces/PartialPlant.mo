@@ -13,7 +13,7 @@ partial block PartialPlant "Actuator: from voltage to displacement"
     final unit="m",
     displayUnit="um",
     nominal=1e-5,
-    start=parameters.initialDisplacement,
+    start=initialDisplacement,
     fixed=true)
     "What the sensor reads without hum, held from one tick to the next: y_k of (10) where no effect is on"
     annotation (Placement(transformation(extent={{100,-10},{120,10}})));
@@ -22,7 +22,7 @@ partial block PartialPlant "Actuator: from voltage to displacement"
     final unit="m",
     displayUnit="um",
     nominal=1e-5,
-    start=parameters.initialDisplacement,
+    start=initialDisplacement,
     fixed=true)
     "The displacement with hum"
     annotation (Placement(transformation(extent={{100,-70},{120,-50}})));

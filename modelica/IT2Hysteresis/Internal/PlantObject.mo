@@ -5,8 +5,9 @@ class PlantObject "An instance of the FMU IT2Plant"
   function constructor "Instantiates the FMU with a parameter set and initializes it"
     extends Modelica.Icons.Function;
     input Real values[:] "All parameters, the vector of Internal.Values";
+    input String name "Name of the block, which messages begin with";
     output PlantObject object "The instance, before its first tick";
-  external"C" object = IT2Plant_construct(values, size(values, 1))
+  external"C" object = IT2Plant_construct(values, size(values, 1), name)
     annotation (
       Include="#include \"IT2Hysteresis.h\"",
       IncludeDirectory="modelica://IT2Hysteresis/Resources/C-Sources");

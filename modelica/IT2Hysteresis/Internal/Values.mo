@@ -3,11 +3,17 @@ record Values "All parameters of a set as one vector"
   extends Modelica.Icons.Record;
   parameter IT2Hysteresis.Parameters.Base parameters=IT2Hysteresis.Parameters.Table1()
     "Parameter set";
+  parameter Modelica.Units.SI.Length initialDisplacement(
+    displayUnit="um",
+    min=-0.1,
+    max=0.1,
+    nominal=1e-05)=parameters.initialDisplacement
+    "Displacement before the first tick, which a block may choose";
   final parameter Real vector[33 + 6*parameters.ruleCount + 2*parameters.playCount + 2*parameters.creepCount]=
     cat(
       1,
       {parameters.sampleTime,
-        parameters.initialDisplacement,
+        initialDisplacement,
         parameters.voltageMin,
         parameters.voltageMax,
         parameters.displacementMin,

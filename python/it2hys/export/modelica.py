@@ -1,9 +1,10 @@
 """Parameter records for the Modelica library, generated from the variable table.
 
 `Parameters/Base.mo` declares what the table declares, `Parameters/Table1.mo` holds the paper's
-values, `Internal/Values.mo` hands all of them to the C sources, and `format_record` writes any
-parameter set as a record beside those. Structured names
-become vectors: ``rule[2].centre`` is ``ruleCentre[2]``, ``lag.timeConstant`` is ``lagTimeConstant``.
+values, `Internal/Values.mo` hands all of them to the C sources, `Internal/checkBounds.mo` holds them
+to the table's bounds, and `format_record` writes any parameter set as a record beside those.
+Structured names become vectors: ``rule[2].centre`` is ``ruleCentre[2]``, ``lag.timeConstant`` is
+``lagTimeConstant``.
 The library also holds the C sources of the FMUs, because a tool that compiles them has the library
 only, not this repository. After a change of the table or of the C sources,
 ``python -m it2hys.export.modelica modelica/IT2Hysteresis`` brings the library up to date.
@@ -25,6 +26,7 @@ LIBRARY_VERSION = "0.1.0"
 PACKAGE = "IT2Hysteresis.Parameters"
 INTERNAL = "IT2Hysteresis.Internal"
 C_SOURCES = "Resources/C-Sources"
+START = "initialDisplacement"
 
 #: The chain, the layer and the models, as one C file (`it2hys.fmu.amalgamation`).
 SOURCES = ("it2hys.h", "it2hys.c")
@@ -110,12 +112,12 @@ def format_values() -> str:
     It is no function: rumoca, in which the library is tested, hands none to a function of which a field
     says how long a vector is.
     """
-    rows = [v for v in load_table().parameters().values() if v.index in (None, 1)]
+    rows = _rows()
+    start = load_table().parameters()[START].type
     counts = {group: field(entry["variable"]) for group, entry in load_table().counts.items()}
     arguments = []
     for group, members in groupby(rows, key=lambda v: v.group):
-        # a factor makes a Real of an Integer
-        names = [f"{'1.0*' * (v.type.base == 'Integer')}parameters.{field(v.name)}" for v in members]
+        names = [_value_of(v) for v in members]
         arguments += names if group else ["{" + ",\n        ".join(names) + "}"]
     scalars = sum(v.group is None for v in rows)
     columns = {group: sum(v.group == group for v in rows) for group in counts}
@@ -132,6 +134,8 @@ def format_values() -> str:
             "  extends Modelica.Icons.Record;",
             f"  parameter {PACKAGE}.Base parameters={PACKAGE}.Table1()",
             '    "Parameter set";',
+            f"  parameter {_type(start)} {START}{_attributes(start, '')}=parameters.{START}",
+            '    "Displacement before the first tick, which a block may choose";',
             f"  final parameter Real vector[{' + '.join(sizes)}]=",
             "    cat(",
             "      1,",
@@ -141,6 +145,69 @@ def format_values() -> str:
         [_documentation(info)],
         INTERNAL,
     )
+
+
+def format_bounds() -> str:
+    """Return the function that holds the vector of `Values` to the table's bounds, as the FMUs do."""
+    counts = {group: field(entry["variable"]) for group, entry in load_table().counts.items()}
+    body, before, behind = [], 0, ""
+    for group, members in groupby(_rows(), key=lambda v: v.group):
+        if group is None:
+            for variable in members:
+                before += 1
+                body += _bound(variable, f"values[{before}{behind}]", "", "  ")
+            continue
+        columns, count = list(members), counts[group]
+        body.append(f"  for j in 1:{count} loop")
+        for k, variable in enumerate(columns):
+            place = f"{before}{behind}" + (f" + {k}*{count}" if k else "") + " + j"
+            body += _bound(variable, f"values[{place}]", "[j]", "    ")
+        body.append("  end for;")
+        behind += f" + {len(columns)}*{count}"
+    info = (
+        "<p>\nThe vector is that of "
+        f'<a href="modelica://{INTERNAL}.Values">Values</a>. Bounds and words are\nthose of the '
+        "FMUs.\n</p>"
+    )
+    return _record(
+        "checkBounds",
+        "Stops with the reason where a parameter is beyond its bounds",
+        [
+            "  extends Modelica.Icons.Function;",
+            '  input String name "Block that messages begin with";',
+            '  input Real values[:] "All parameters, the vector of Values";',
+            *(f'  input Integer {count} "Number of elements in it";' for count in counts.values()),
+            "algorithm",
+            *body,
+        ],
+        [_documentation(info)],
+        INTERNAL,
+        kind="function",
+    )
+
+
+def _bound(variable: Variable, value: str, index: str, indent: str) -> list[str]:
+    """Return the assertion that a value is within the table's bounds; `[j]` is an element's index."""
+    low, high = variable.type.min, variable.type.max
+    name = field(variable.name) + ('[" + String(j) + "]' if index else "")
+    return [
+        f"{indent}assert({value} >= {low!r} and {value} <= {high!r},",
+        f'{indent}  name + ": {name} is " + String({value}, significantDigits=6)',
+        f'{indent}  + "; it must be {low:g} to {high:g}.");',
+    ]
+
+
+def _rows() -> list[Variable]:
+    """Return the table's parameters, of a group the first element only."""
+    return [v for v in load_table().parameters().values() if v.index in (None, 1)]
+
+
+def _value_of(variable: Variable) -> str:
+    """Return a parameter's value as it stands in the vector of all."""
+    if variable.name == START:
+        return START
+    # a factor makes a Real of an Integer
+    return f"{'1.0*' * (variable.type.base == 'Integer')}parameters.{field(variable.name)}"
 
 
 def write_record(parameters: ParameterSet, directory: Path) -> Path:
@@ -175,6 +242,7 @@ def generated_files() -> dict[str, bytes]:
     return {
         "Parameters/Base.mo": format_base().encode(),
         "Internal/Values.mo": format_values().encode(),
+        "Internal/checkBounds.mo": format_bounds().encode(),
         "Parameters/Table1.mo": format_record(table_1(), "Table1", PACKAGE).encode(),
         **{f"{C_SOURCES}/{path.name}": path.read_bytes() for path in copies},
     }
@@ -259,13 +327,18 @@ def _documentation(info: str) -> str:
 
 
 def _record(
-    name: str, description: str, elements: list[str], annotations: list[str], within: str | None
+    name: str,
+    description: str,
+    elements: list[str],
+    annotations: list[str],
+    within: str | None,
+    kind: str = "record",
 ) -> str:
-    """Return the text of a record class."""
+    """Return the text of a class, a record by default."""
     return "\n".join(
         [
             *([f"within {within};"] if within else []),
-            f"record {name} {_string(description)}",
+            f"{kind} {name} {_string(description)}",
             *elements,
             "  annotation (",
             ",\n".join(f"    {annotation}" for annotation in annotations) + ");",

@@ -64,7 +64,8 @@ static void construct(int id, int inverse)
     object[id].inverse = inverse;
     object[id].instance = NULL;
     if (setjmp(on_error) == 0) {
-        object[id].instance = (inverse ? InverseObject_constructor : PlantObject_constructor)(values, count);
+        object[id].instance =
+            (inverse ? InverseObject_constructor : PlantObject_constructor)(values, count, "M.stage");
         puts("ok");
     }
     free(values);

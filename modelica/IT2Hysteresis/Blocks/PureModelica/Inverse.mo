@@ -2,6 +2,26 @@ within IT2Hysteresis.Blocks.PureModelica;
 block Inverse "Feedforward by the closed-form inverse: from desired displacement to voltage"
   extends IT2Hysteresis.Interfaces.PartialInverse;
 protected
+  IT2Hysteresis.Internal.Values all(parameters=parameters, initialDisplacement=initialDisplacement)
+    "What is held to its bounds";
+  final parameter Real leastSlope[2]=
+    if chain.defined then IT2Hysteresis.Functions.leastSlope(
+      parameters.ruleSigmaLower,
+      parameters.ruleSigmaUpper,
+      parameters.ruleCentre,
+      parameters.ruleQ2,
+      parameters.displacementMin,
+      parameters.displacementMax) else {1,0} "Can the fuzzy system be inverted?";
+  final parameter Real contraction[2]=
+    if chain.defined then IT2Hysteresis.Functions.contraction(
+      parameters.ruleSigmaLower,
+      parameters.ruleSigmaUpper,
+      parameters.ruleCentre,
+      parameters.ruleQ1,
+      parameters.ruleQ2,
+      parameters.ruleQ3,
+      parameters.displacementMin,
+      parameters.displacementMax) else {0,0} "Does it contract?";
   constant Real same=1e-10 "Values of a range are the same if no more than this share of it is between them";
   final parameter Modelica.Units.SI.Length sameLength=
     same*(parameters.displacementMax - parameters.displacementMin) "The same for displacements";
@@ -9,59 +29,98 @@ protected
     "The same for voltages";
   final parameter Boolean lags=parameters.lagTimeConstant > 0 "= true, if the amplifier has a lag";
   final parameter Boolean resonates=parameters.resonanceFrequency > 0 "= true, if there is a resonance";
-  final parameter Boolean bare=not (slews or saturates or lags or resonates or bends or parameters.delayTime > 0
-    or parameters.playCount > 0 or parameters.loadCompliance > 0 or parameters.creepCount > 0
+  final parameter Boolean bare=not (chain.slews or chain.saturates or lags or resonates or chain.bends
+    or parameters.delayTime > 0 or parameters.playCount > 0 or parameters.loadCompliance > 0 or parameters.creepCount > 0
     or abs(parameters.driftTemperatureCoefficient) > 0 or abs(parameters.driftRate) > 0)
     "= true, if there is the fuzzy system alone";
-  discrete Modelica.Units.SI.Length desired(start=parameters.initialDisplacement, fixed=true)
+  discrete Modelica.Units.SI.Length desired(start=initialDisplacement, fixed=true)
     "Reference, kept within its range";
-  discrete Modelica.Units.SI.Length resonated(start=straightRest, fixed=true) "Aim behind the resonance";
-  discrete Modelica.Units.SI.Length resonatedBefore(start=straightRest, fixed=true)
+  discrete Modelica.Units.SI.Length resonated(start=chain.straightRest, fixed=true) "Aim behind the resonance";
+  discrete Modelica.Units.SI.Length resonatedBefore(start=chain.straightRest, fixed=true)
     "The same at the tick before";
-  discrete Modelica.Units.SI.Length crept(start=straightRest, fixed=true) "Aim behind creep";
-  discrete Modelica.Units.SI.Length aim(start=coreRest, fixed=true) "Aim behind the fuzzy system";
-  discrete Modelica.Units.SI.Voltage lagged(start=voltageRest, fixed=true) "Aim behind the lag";
-  discrete Modelica.Units.SI.Voltage wanted(start=voltageRest, fixed=true)
+  discrete Modelica.Units.SI.Length crept(start=chain.straightRest, fixed=true) "Aim behind creep";
+  discrete Modelica.Units.SI.Length aim(start=chain.coreRest, fixed=true) "Aim behind the fuzzy system";
+  discrete Modelica.Units.SI.Voltage lagged(start=chain.voltageRest, fixed=true) "Aim behind the lag";
+  discrete Modelica.Units.SI.Voltage wanted(start=chain.voltageRest, fixed=true)
     "Voltage that would take the plant to the aim";
-  discrete Modelica.Units.SI.Voltage possible(start=voltageRest, fixed=true)
+  discrete Modelica.Units.SI.Voltage possible(start=chain.voltageRest, fixed=true)
     "Nearest voltage within the amplifier's limits";
-  discrete Modelica.Units.SI.Voltage allowed(start=voltageRest, fixed=true)
+  discrete Modelica.Units.SI.Voltage allowed(start=chain.voltageRest, fixed=true)
     "Nearest voltage that is in its range besides";
-  discrete Modelica.Units.SI.Voltage slewed(start=voltageRest, fixed=true)
+  discrete Modelica.Units.SI.Voltage slewed(start=chain.voltageRest, fixed=true)
     "Voltage behind the slew limit: at first it may lie beyond the others";
   discrete Boolean cut(start=false, fixed=true) "The voltage that is wanted is not given";
   discrete Boolean followed(start=false, fixed=true)
     "The plant is not where it was aimed at, or will not get there";
-  discrete Modelica.Units.SI.Voltage nowLag(start=voltageRest, fixed=true)
+  discrete Modelica.Units.SI.Voltage nowLag(start=chain.voltageRest, fixed=true)
     "What the plant has behind the lag";
   discrete Modelica.Units.SI.Voltage p[parameters.playCount + 1](
-    start=playRest,
+    start=chain.playRest,
     each fixed=true) "Play operators of the plant";
-  discrete Modelica.Units.SI.Length now(start=coreRest, fixed=true)
+  discrete Modelica.Units.SI.Length now(start=chain.coreRest, fixed=true)
     "What the plant has behind the fuzzy system";
-  discrete Modelica.Units.SI.Length stroke(start=strokeRest, fixed=true)
+  discrete Modelica.Units.SI.Length stroke(start=chain.strokeRest, fixed=true)
     "The same behind the load, above the sensor's zero";
   discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
-    each start=creepRest,
+    each start=chain.creepRest,
     each fixed=true) "Creep states of the plant";
-  discrete Modelica.Units.SI.Length nowResonated(start=straightRest, fixed=true)
+  discrete Modelica.Units.SI.Length nowResonated(start=chain.straightRest, fixed=true)
     "What the plant has behind the resonance";
   discrete Boolean astray(start=false, fixed=true) "The plant is not where it was aimed at";
-  discrete Modelica.Units.SI.Length reached(start=coreRest, fixed=true)
+  discrete Modelica.Units.SI.Length reached(start=chain.coreRest, fixed=true)
     "Where the plant is taken to be, behind the fuzzy system";
-  discrete Modelica.Units.SI.Voltage reachedLag(start=voltageRest, fixed=true) "The same behind the lag";
-  discrete Modelica.Units.SI.Length reachedResonated(start=straightRest, fixed=true)
+  discrete Modelica.Units.SI.Voltage reachedLag(start=chain.voltageRest, fixed=true) "The same behind the lag";
+  discrete Modelica.Units.SI.Length reachedResonated(start=chain.straightRest, fixed=true)
     "The same behind the resonance";
-  discrete Modelica.Units.SI.Length reachedBefore(start=straightRest, fixed=true)
+  discrete Modelica.Units.SI.Length reachedBefore(start=chain.straightRest, fixed=true)
     "The same at the tick before";
   discrete Boolean short(start=false, fixed=true) "Something was cut off";
+initial algorithm
+  IT2Hysteresis.Internal.checkBounds(
+    getInstanceName(),
+    all.vector,
+    parameters.ruleCount,
+    parameters.playCount,
+    parameters.creepCount);
+  IT2Hysteresis.Functions.check(
+    getInstanceName(),
+    parameters.sampleTime,
+    parameters.voltageMin,
+    parameters.voltageMax,
+    parameters.displacementMin,
+    parameters.displacementMax,
+    parameters.ruleSigmaLower,
+    parameters.ruleSigmaUpper,
+    leastSlope,
+    contraction,
+    parameters.playCount,
+    chain.playThreshold,
+    chain.playWeight,
+    parameters.creepCount,
+    chain.creepGain,
+    cat(1, parameters.creepTimeConstant, {1}),
+    parameters.delayTime,
+    parameters.saturationMinimum,
+    parameters.saturationMaximum,
+    parameters.lagTimeConstant,
+    parameters.resonanceFrequency,
+    parameters.resonanceDamping,
+    chain.curve,
+    parameters.nonlinearityMinimum,
+    parameters.nonlinearityMaximum,
+    parameters.humAmplitude,
+    parameters.humFrequency,
+    initialDisplacement,
+    chain.coreRest);
 equation
   when sample(0, parameters.sampleTime) then
+    assert(abs(reference) < Modelica.Constants.inf,
+      getInstanceName() + ": reference must be a finite number, not " + String(reference) + ".");
     desired = min(max(reference, parameters.displacementMin), parameters.displacementMax);
-    resonated = (if bends then IT2Hysteresis.Functions.Effects.nonlinearityInverse(
-      curve,
-      curveMin,
-      curveMax,
+    resonated = (if chain.bends then IT2Hysteresis.Functions.Effects.nonlinearityInverse(
+      chain.curve,
+      chain.curveMin,
+      chain.curveMax,
       desired) else desired) - IT2Hysteresis.Functions.Effects.drift(
       parameters.driftTemperatureCoefficient,
       parameters.driftRate,
@@ -69,21 +128,21 @@ equation
       time + parameters.delayTime);
     resonatedBefore = pre(resonated);
     crept = IT2Hysteresis.Functions.Effects.resonanceInverse(
-      poles,
+      chain.poles,
       pre(resonated),
       pre(resonatedBefore),
       resonated);
     aim = IT2Hysteresis.Functions.Effects.loadInverse(
       parameters.loadCompliance,
       parameters.displacementZero + IT2Hysteresis.Functions.Effects.creepInverse(
-        creepGain,
-        creepRate,
+        chain.creepGain,
+        chain.creepRate,
         pre(s),
         crept - parameters.displacementZero),
       forceInternal);
     lagged = IT2Hysteresis.Functions.Effects.playInverse(
-      playThreshold,
-      playWeight,
+      chain.playThreshold,
+      chain.playWeight,
       pre(p),
       IT2Hysteresis.Functions.coreInverse(
         parameters.ruleSigmaLower,
@@ -94,15 +153,15 @@ equation
         parameters.ruleQ3,
         if bare then pre(reached) else pre(aim),
         aim,
-        lowerEnd,
-        upperEnd));
-    wanted = IT2Hysteresis.Functions.Effects.lagInverse(lagRate, pre(lagged), lagged);
-    possible = IT2Hysteresis.Functions.Effects.saturation(lowest, highest, wanted);
+        chain.lowerEnd,
+        chain.upperEnd));
+    wanted = IT2Hysteresis.Functions.Effects.lagInverse(chain.lagRate, pre(lagged), lagged);
+    possible = IT2Hysteresis.Functions.Effects.saturation(chain.lowest, chain.highest, wanted);
     allowed = IT2Hysteresis.Functions.Effects.saturation(
       parameters.voltageMin,
       parameters.voltageMax,
       possible);
-    slewed = IT2Hysteresis.Functions.Effects.slew(slewStep, pre(slewed), allowed);
+    slewed = IT2Hysteresis.Functions.Effects.slew(chain.slewStep, pre(slewed), allowed);
     voltage = IT2Hysteresis.Functions.Effects.saturation(
       parameters.voltageMin,
       parameters.voltageMax,
@@ -111,10 +170,10 @@ equation
       or abs(slewed - allowed) > sameVoltage or abs(voltage - slewed) > sameVoltage;
     followed = cut or pre(astray);
     nowLag = if followed then IT2Hysteresis.Functions.Effects.lag(
-      lagRate,
+      chain.lagRate,
       pre(reachedLag),
-      IT2Hysteresis.Functions.Effects.saturation(lowest, highest, slewed)) else lagged;
-    p = IT2Hysteresis.Functions.Effects.playStates(playThreshold, pre(p), nowLag);
+      IT2Hysteresis.Functions.Effects.saturation(chain.lowest, chain.highest, slewed)) else lagged;
+    p = IT2Hysteresis.Functions.Effects.playStates(chain.playThreshold, pre(p), nowLag);
     now = if followed then IT2Hysteresis.Functions.core(
       parameters.ruleSigmaLower,
       parameters.ruleSigmaUpper,
@@ -123,17 +182,17 @@ equation
       parameters.ruleQ2,
       parameters.ruleQ3,
       pre(reached),
-      IT2Hysteresis.Functions.Effects.play(playWeight, p, nowLag),
-      lowerEnd,
-      upperEnd) else aim;
+      IT2Hysteresis.Functions.Effects.play(chain.playWeight, p, nowLag),
+      chain.lowerEnd,
+      chain.upperEnd) else aim;
     stroke = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, now, forceInternal)
       - parameters.displacementZero;
-    s = IT2Hysteresis.Functions.Effects.creepStates(creepRate, pre(s), stroke);
+    s = IT2Hysteresis.Functions.Effects.creepStates(chain.creepRate, pre(s), stroke);
     nowResonated = if followed then IT2Hysteresis.Functions.Effects.resonance(
-      poles,
+      chain.poles,
       pre(reachedResonated),
       pre(reachedBefore),
-      parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(creepGain, s, stroke)) else resonated;
+      parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(chain.creepGain, s, stroke)) else resonated;
     astray = followed and not bare and (abs(now - aim) > sameLength
       or lags and abs(nowLag - lagged) > sameVoltage
       or resonates and (abs(nowResonated - resonated) > sameLength
@@ -150,7 +209,16 @@ equation
       + "amplifier's limits allow; the nearest displacement or voltage is given. This is said once.",
       AssertionLevel.warning);
   end when;
-  annotation (defaultComponentName="inverse", Documentation(info="<html>
+  annotation (
+    defaultComponentName="inverse",
+    Icon(
+      coordinateSystem(preserveAspectRatio=true, extent={{-100,-100},{100,100}}),
+      graphics={
+        Text(
+          extent={{4,-60},{96,-96}},
+          textString="pure",
+          textColor={128,128,128})}),
+    Documentation(info="<html>
 <p>
 At every tick t<sub>k</sub> = k <code>parameters.sampleTime</code> the reference walks the
 <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">chain</a> backwards: through the inverses of the effects behind the fuzzy

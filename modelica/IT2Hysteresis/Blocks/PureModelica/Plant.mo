@@ -2,41 +2,101 @@ within IT2Hysteresis.Blocks.PureModelica;
 block Plant "Actuator with hysteresis: from voltage to displacement"
   extends IT2Hysteresis.Interfaces.PartialPlant;
 protected
+  IT2Hysteresis.Internal.Values all(parameters=parameters, initialDisplacement=initialDisplacement)
+    "What is held to its bounds";
+  final parameter Real leastSlope[2]=
+    if chain.defined then IT2Hysteresis.Functions.leastSlope(
+      parameters.ruleSigmaLower,
+      parameters.ruleSigmaUpper,
+      parameters.ruleCentre,
+      parameters.ruleQ2,
+      parameters.displacementMin,
+      parameters.displacementMax) else {1,0} "Can the fuzzy system be inverted?";
+  final parameter Real contraction[2]=
+    if chain.defined then IT2Hysteresis.Functions.contraction(
+      parameters.ruleSigmaLower,
+      parameters.ruleSigmaUpper,
+      parameters.ruleCentre,
+      parameters.ruleQ1,
+      parameters.ruleQ2,
+      parameters.ruleQ3,
+      parameters.displacementMin,
+      parameters.displacementMax) else {0,0} "Does it contract?";
   constant Integer longestDelay=64 "In ticks";
-  final parameter Integer delayTicks=integer(parameters.delayTime/parameters.sampleTime + 1e-9)
-    "Whole ticks of the delay; a rounding error is none";
+  final parameter Integer delayTicks=
+    integer(min(parameters.delayTime/parameters.sampleTime, longestDelay) + 1e-9)
+    "Whole ticks of the delay; a rounding error is none"
+    annotation (Evaluate=true);
   final parameter Real delayFraction=max(0, parameters.delayTime/parameters.sampleTime - delayTicks)
     "Fraction of a tick beyond them";
-  discrete Modelica.Units.SI.Voltage past[longestDelay + 1](
-    each start=voltageRest,
+  discrete Modelica.Units.SI.Voltage past[delayTicks + 1](
+    each start=chain.voltageRest,
     each fixed=true) "Voltages at the ticks before";
-  discrete Modelica.Units.SI.Voltage delayed(start=voltageRest, fixed=true) "Behind the delay";
-  discrete Modelica.Units.SI.Voltage slewed(start=voltageRest, fixed=true) "Behind the slew limit";
-  discrete Modelica.Units.SI.Voltage limited(start=voltageRest, fixed=true) "Behind the saturation";
-  discrete Modelica.Units.SI.Voltage lagged(start=voltageRest, fixed=true) "Behind the lag";
+  discrete Modelica.Units.SI.Voltage delayed(start=chain.voltageRest, fixed=true) "Behind the delay";
+  discrete Modelica.Units.SI.Voltage slewed(start=chain.voltageRest, fixed=true) "Behind the slew limit";
+  discrete Modelica.Units.SI.Voltage limited(start=chain.voltageRest, fixed=true) "Behind the saturation";
+  discrete Modelica.Units.SI.Voltage lagged(start=chain.voltageRest, fixed=true) "Behind the lag";
   discrete Modelica.Units.SI.Voltage p[parameters.playCount + 1](
-    start=playRest,
+    start=chain.playRest,
     each fixed=true) "Play operators";
-  discrete Modelica.Units.SI.Length core(start=coreRest, fixed=true) "Behind the fuzzy system, y_k of (10)";
-  discrete Modelica.Units.SI.Length loaded(start=coreRest, fixed=true) "Behind the load";
+  discrete Modelica.Units.SI.Length core(start=chain.coreRest, fixed=true) "Behind the fuzzy system, y_k of (10)";
+  discrete Modelica.Units.SI.Length loaded(start=chain.coreRest, fixed=true) "Behind the load";
   discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
-    each start=creepRest,
+    each start=chain.creepRest,
     each fixed=true) "Creep states";
-  discrete Modelica.Units.SI.Length crept(start=straightRest, fixed=true) "Behind creep";
-  discrete Modelica.Units.SI.Length resonated(start=straightRest, fixed=true) "Behind the resonance";
-  discrete Modelica.Units.SI.Length resonatedBefore(start=straightRest, fixed=true)
+  discrete Modelica.Units.SI.Length crept(start=chain.straightRest, fixed=true) "Behind creep";
+  discrete Modelica.Units.SI.Length resonated(start=chain.straightRest, fixed=true) "Behind the resonance";
+  discrete Modelica.Units.SI.Length resonatedBefore(start=chain.straightRest, fixed=true)
     "The same at the tick before";
-  discrete Modelica.Units.SI.Length straight(start=straightRest, fixed=true) "Behind the drift";
+  discrete Modelica.Units.SI.Length straight(start=chain.straightRest, fixed=true) "Behind the drift";
   discrete Boolean left(start=false, fixed=true) "The range that the parameters are valid for was left";
+initial algorithm
+  IT2Hysteresis.Internal.checkBounds(
+    getInstanceName(),
+    all.vector,
+    parameters.ruleCount,
+    parameters.playCount,
+    parameters.creepCount);
+  IT2Hysteresis.Functions.check(
+    getInstanceName(),
+    parameters.sampleTime,
+    parameters.voltageMin,
+    parameters.voltageMax,
+    parameters.displacementMin,
+    parameters.displacementMax,
+    parameters.ruleSigmaLower,
+    parameters.ruleSigmaUpper,
+    leastSlope,
+    contraction,
+    parameters.playCount,
+    chain.playThreshold,
+    chain.playWeight,
+    parameters.creepCount,
+    chain.creepGain,
+    cat(1, parameters.creepTimeConstant, {1}),
+    parameters.delayTime,
+    parameters.saturationMinimum,
+    parameters.saturationMaximum,
+    parameters.lagTimeConstant,
+    parameters.resonanceFrequency,
+    parameters.resonanceDamping,
+    chain.curve,
+    parameters.nonlinearityMinimum,
+    parameters.nonlinearityMaximum,
+    parameters.humAmplitude,
+    parameters.humFrequency,
+    initialDisplacement,
+    chain.coreRest);
 equation
-  assert(delayTicks <= longestDelay, "delayTime must be at most 64 sample times.");
   when sample(0, parameters.sampleTime) then
+    assert(abs(voltage) < Modelica.Constants.inf,
+      getInstanceName() + ": voltage must be a finite number, not " + String(voltage) + ".");
     delayed = IT2Hysteresis.Functions.Effects.delayed(pre(past), voltage, delayTicks, delayFraction);
     past = IT2Hysteresis.Functions.Effects.delayedStates(pre(past), voltage);
-    slewed = IT2Hysteresis.Functions.Effects.slew(slewStep, pre(slewed), delayed);
-    limited = IT2Hysteresis.Functions.Effects.saturation(lowest, highest, slewed);
-    lagged = IT2Hysteresis.Functions.Effects.lag(lagRate, pre(lagged), limited);
-    p = IT2Hysteresis.Functions.Effects.playStates(playThreshold, pre(p), lagged);
+    slewed = IT2Hysteresis.Functions.Effects.slew(chain.slewStep, pre(slewed), delayed);
+    limited = IT2Hysteresis.Functions.Effects.saturation(chain.lowest, chain.highest, slewed);
+    lagged = IT2Hysteresis.Functions.Effects.lag(chain.lagRate, pre(lagged), limited);
+    p = IT2Hysteresis.Functions.Effects.playStates(chain.playThreshold, pre(p), lagged);
     core = IT2Hysteresis.Functions.core(
       parameters.ruleSigmaLower,
       parameters.ruleSigmaUpper,
@@ -45,20 +105,20 @@ equation
       parameters.ruleQ2,
       parameters.ruleQ3,
       pre(core),
-      IT2Hysteresis.Functions.Effects.play(playWeight, p, lagged),
-      lowerEnd,
-      upperEnd);
+      IT2Hysteresis.Functions.Effects.play(chain.playWeight, p, lagged),
+      chain.lowerEnd,
+      chain.upperEnd);
     loaded = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, core, forceInternal);
     s = IT2Hysteresis.Functions.Effects.creepStates(
-      creepRate,
+      chain.creepRate,
       pre(s),
       loaded - parameters.displacementZero);
     crept = parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(
-      creepGain,
+      chain.creepGain,
       s,
       loaded - parameters.displacementZero);
     resonated = IT2Hysteresis.Functions.Effects.resonance(
-      poles,
+      chain.poles,
       pre(resonated),
       pre(resonatedBefore),
       crept);
@@ -68,24 +128,34 @@ equation
       parameters.driftRate,
       temperatureInternal,
       time);
-    displacement = if bends then IT2Hysteresis.Functions.Effects.nonlinearity(
-      curve,
-      curveMin,
-      curveMax,
+    displacement = if chain.bends then IT2Hysteresis.Functions.Effects.nonlinearity(
+      chain.curve,
+      chain.curveMin,
+      chain.curveMax,
       straight) else straight;
     measured = displacement + IT2Hysteresis.Functions.Effects.hum(
       parameters.humAmplitude,
       parameters.humFrequency,
       parameters.humPhase,
       time);
-    outOfRange = abs(voltage - voltageMiddle) > voltageReach or abs(core - coreMiddle) > coreReach;
+    outOfRange = abs(voltage - chain.voltageMiddle) > chain.voltageReach
+      or abs(core - chain.coreMiddle) > chain.coreReach;
     left = pre(left) or outOfRange;
     assert(pre(left) or not left,
       "The voltage left voltageMin .. voltageMax, or the displacement displacementMin .. displacementMax, "
       + "the range that the parameters are valid for; beyond it the model is extrapolated. This is said once.",
       AssertionLevel.warning);
   end when;
-  annotation (defaultComponentName="plant", Documentation(info="<html>
+  annotation (
+    defaultComponentName="plant",
+    Icon(
+      coordinateSystem(preserveAspectRatio=true, extent={{-100,-100},{100,100}}),
+      graphics={
+        Text(
+          extent={{4,-60},{96,-96}},
+          textString="pure",
+          textColor={128,128,128})}),
+    Documentation(info="<html>
 <p>
 At every tick t<sub>k</sub> = k <code>parameters.sampleTime</code> the voltage walks along the
 <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">chain</a>: through the effects in front of the fuzzy system, through the

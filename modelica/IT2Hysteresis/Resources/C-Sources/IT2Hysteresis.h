@@ -6,6 +6,7 @@
 #ifndef IT2HYSTERESIS_H
 #define IT2HYSTERESIS_H
 
+#include <ctype.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -25,12 +26,100 @@ struct it2m_object {
     const struct fmu_model *model;
     struct fmu *fmu;
     struct chain_parameters parameters;
+    char name[256]; /* of the block, which messages begin with */
     bool ticked;
     int64_t tick;            /* the last one */
     void *before;            /* the state before it */
     char warnings[2048];     /* said at it */
     char error[1024];        /* the last message that is no warning */
 };
+
+/* --- messages ---------------------------------------------------------------------------------- */
+
+/* What the layer's messages begin with, for the name of an FMI function. */
+#define IT2M_START "start"
+#define IT2M_TICK "tick"
+
+static const char *it2m_behind(const char *text, const char *start)
+{
+    const size_t length = strlen(start);
+
+    return strncmp(text, start, length) == 0 && strncmp(text + length, ": ", 2) == 0 ? text + length + 2 : text;
+}
+
+static size_t it2m_word(const char *text)
+{
+    size_t length = 0;
+
+    while (isalnum((unsigned char)text[length]))
+        length++;
+    return length;
+}
+
+/* Does the table have a group of this name, "rule[" or "lag."? */
+static bool it2m_is_group(const char *text, size_t length)
+{
+    for (const struct fmu_variable *v = actuator_table; v < actuator_table + FMU_TABLE_ROWS; v++)
+        if (strncmp(v->name, text, length) == 0 && (v->name[length] == '[' || v->name[length] == '.') &&
+            (text[length] == '[' || text[length] == '.'))
+            return true;
+    return false;
+}
+
+struct it2m_text {
+    char *next;
+    char *end; /* the place of the terminating zero, at most */
+};
+
+static void it2m_append(struct it2m_text *text, const char *from, size_t length)
+{
+    const size_t room = (size_t)(text->end - text->next);
+    const size_t count = length < room ? length : room;
+
+    memcpy(text->next, from, count);
+    text->next += count;
+    *text->next = '\0';
+}
+
+/* rule[2].sigmaLower is ruleSigmaLower[2] in a record, and rule[].q2 is ruleQ2. Returns what is behind it. */
+static const char *it2m_append_field(struct it2m_text *text, const char *name, size_t group)
+{
+    const char *next = name + group;
+    const char *index = next;
+
+    while (*next == '[' || *next == ']' || isdigit((unsigned char)*next))
+        next++;
+    const size_t index_length = (size_t)(next - index);
+    it2m_append(text, name, group);
+    while (*next == '.' && isalpha((unsigned char)next[1])) {
+        const char initial = (char)toupper((unsigned char)next[1]);
+        const size_t rest = it2m_word(next + 2);
+        it2m_append(text, &initial, 1);
+        it2m_append(text, next + 2, rest);
+        next += 2 + rest;
+    }
+    if (index_length > 2)
+        it2m_append(text, index, index_length);
+    return next;
+}
+
+/* The FMU's names of parameters become those of the records. */
+static void it2m_translate(const char *from, char *to, size_t size)
+{
+    struct it2m_text text = { to, to + size - 1 };
+
+    *to = '\0';
+    while (*from) {
+        const size_t word = it2m_word(from);
+        if (word > 0 && it2m_is_group(from, word)) {
+            from = it2m_append_field(&text, from, word);
+            continue;
+        }
+        const size_t length = word > 0 ? word : 1;
+        it2m_append(&text, from, length);
+        from += length;
+    }
+}
 
 /* A warning goes to the tool's log; a tick that is evaluated once more does not say it once more. */
 static void it2m_warn(struct it2m_object *object, const char *message)
@@ -40,7 +129,7 @@ static void it2m_warn(struct it2m_object *object, const char *message)
     if (strstr(object->warnings, message))
         return;
     snprintf(object->warnings + used, sizeof object->warnings - used, "%s\n", message);
-    ModelicaFormatWarning("%s: %s\n", object->model->identifier, message);
+    ModelicaFormatWarning("%s (%s): %s\n", object->name, object->model->identifier, message);
 }
 
 /* The instance's log. Errors are kept: ModelicaFormatError does not return, and the layer has to. */
@@ -48,12 +137,14 @@ static void it2m_log(const struct fmu_host *host, const char *instance, enum fmu
                      const char *category, const char *text)
 {
     struct it2m_object *object = host->environment;
+    char message[1024];
 
     (void)instance, (void)category;
+    it2m_translate(it2m_behind(it2m_behind(text, IT2M_START), IT2M_TICK), message, sizeof message);
     if (status == FMU_WARNING)
-        it2m_warn(object, text);
+        it2m_warn(object, message);
     else if (status != FMU_OK)
-        snprintf(object->error, sizeof object->error, "%s", text);
+        memcpy(object->error, message, sizeof message);
 }
 
 /* The numbers of a parameter record, in the order of the variable table (Internal.Values): a group of elements
@@ -126,9 +217,9 @@ static bool it2m_set(struct it2m_object *object, const double *numbers, size_t c
 /* From instantiated to before the first tick. */
 static bool it2m_start(struct it2m_object *object, double time)
 {
-    return fmu_setup(object->fmu, "start", false, 0.0, time, false, 0.0) == FMU_OK &&
-           fmu_enter_initialization(object->fmu, "start") == FMU_OK &&
-           fmu_exit_initialization(object->fmu, "start") == FMU_OK;
+    return fmu_setup(object->fmu, IT2M_START, false, 0.0, time, false, 0.0) == FMU_OK &&
+           fmu_enter_initialization(object->fmu, IT2M_START) == FMU_OK &&
+           fmu_exit_initialization(object->fmu, IT2M_START) == FMU_OK;
 }
 
 static bool it2m_instantiate(struct it2m_object *object, const double *values, size_t count)
@@ -150,27 +241,29 @@ static void it2m_destruct(struct it2m_object *object)
     free(object);
 }
 
-static void *it2m_construct(const struct fmu_model *model, const double *values, size_t count)
+static void *it2m_construct(const struct fmu_model *model, const double *values, size_t count, const char *name)
 {
     struct it2m_object *object = calloc(1, sizeof *object);
-    char message[1024] = "out of memory";
+    char message[1024] = "out of memory", label[sizeof object->name];
 
     if (!object)
-        ModelicaFormatError("%s: %s\n", model->identifier, message);
+        ModelicaFormatError("%s (%s): %s\n", name, model->identifier, message);
+    snprintf(object->name, sizeof object->name, "%s", name);
+    memcpy(label, object->name, sizeof label);
     object->model = model;
     if (it2m_instantiate(object, values, count))
         return object;
     if (object->error[0])
         memcpy(message, object->error, sizeof message);
     it2m_destruct(object);
-    ModelicaFormatError("%s: %s\n", model->identifier, message);
+    ModelicaFormatError("%s (%s): %s\n", label, model->identifier, message);
     return NULL; /* not reached */
 }
 
 /* Begins at another tick than 0: the start time is not known to the constructor. */
 static bool it2m_begin_at(struct it2m_object *object, int64_t tick)
 {
-    return fmu_reset(object->fmu, "start") == FMU_OK &&
+    return fmu_reset(object->fmu, IT2M_START) == FMU_OK &&
            it2m_start(object, (double)tick * object->parameters.sampleTime);
 }
 
@@ -179,13 +272,13 @@ static bool it2m_begin_at(struct it2m_object *object, int64_t tick)
 static bool it2m_go_to(struct it2m_object *object, int64_t tick)
 {
     if (object->ticked && tick == object->tick)
-        return fmu_set_state(object->fmu, "tick", object->before) == FMU_OK;
+        return fmu_set_state(object->fmu, IT2M_TICK, object->before) == FMU_OK;
     if (!object->ticked && tick != 0 && !it2m_begin_at(object, tick))
         return false;
     object->ticked = true;
     object->tick = tick;
     object->warnings[0] = '\0';
-    return fmu_get_state(object->fmu, "tick", &object->before) == FMU_OK;
+    return fmu_get_state(object->fmu, IT2M_TICK, &object->before) == FMU_OK;
 }
 
 /* The first input is the voltage or the reference, the others are force and temperature. */
@@ -198,22 +291,23 @@ static void it2m_tick(struct it2m_object *object, double time, const double inpu
     for (unsigned i = 0; ok && i < FMU_TABLE_ROWS; i++) {
         const struct fmu_variable *v = fmu_find(object->model, i);
         if (v && v->causality == FMU_INPUT)
-            ok = fmu_set_real(object->fmu, "tick", &i, 1, &inputs[v->offset / sizeof *inputs]) == FMU_OK;
+            ok = fmu_set_real(object->fmu, IT2M_TICK, &i, 1, &inputs[v->offset / sizeof *inputs]) == FMU_OK;
     }
-    if (!ok || fmu_do_step(object->fmu, "tick", (double)tick * sample_time, sample_time) > FMU_WARNING)
-        ModelicaFormatError("%s: %s\n", object->model->identifier, object->error);
+    if (!ok || fmu_do_step(object->fmu, IT2M_TICK, (double)tick * sample_time, sample_time) > FMU_WARNING)
+        ModelicaFormatError("%s (%s): at %g s: %s\n", object->name, object->model->identifier,
+                            (double)tick * sample_time, object->error);
 }
 
 /* --- what the external clauses call ------------------------------------------------------------- */
 
-static void *IT2Plant_construct(const double *values, size_t count)
+static void *IT2Plant_construct(const double *values, size_t count, const char *name)
 {
-    return it2m_construct(&plant_model, values, count);
+    return it2m_construct(&plant_model, values, count, name);
 }
 
-static void *IT2Inverse_construct(const double *values, size_t count)
+static void *IT2Inverse_construct(const double *values, size_t count, const char *name)
 {
-    return it2m_construct(&inverse_model, values, count);
+    return it2m_construct(&inverse_model, values, count, name);
 }
 
 static void IT2Plant_destruct(void *object)

@@ -30,6 +30,10 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
       type Capacitance = Real(final quantity="Capacitance", final unit="F", min=0);
       type Current = Real(final quantity="ElectricCurrent", final unit="A");
       type Charge = Real(final quantity="ElectricCharge", final unit="C");
+      type Conductance = Real(final quantity="Conductance", final unit="S");
+      type HeatFlowRate = Real(final quantity="Power", final unit="W");
+      type HeatCapacity = Real(final quantity="HeatCapacity", final unit="J/K");
+      type ThermalConductance = Real(final quantity="ThermalConductance", final unit="W/K");
       type Resistance = Real(final quantity="Resistance", final unit="Ohm");
       type Power = Real(final quantity="Power", final unit="W");
       type Velocity = Real(final quantity="Velocity", final unit="m/s");
@@ -95,6 +99,18 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
           Real v;
           flow Real i;
         end NegativePin;
+        partial model ConditionalHeatPort
+          parameter Boolean useHeatPort=false annotation (Evaluate=true);
+          parameter Units.SI.Temperature T=293.15;
+          Thermal.HeatTransfer.Interfaces.HeatPort_a heatPort(final T=T_heatPort, final Q_flow=-LossPower)
+            if useHeatPort;
+          Units.SI.Power LossPower;
+          Units.SI.Temperature T_heatPort;
+        equation
+          if not useHeatPort then
+            T_heatPort = T;
+          end if;
+        end ConditionalHeatPort;
       end Interfaces;
 
       package Basic
@@ -118,6 +134,26 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
           Real s;
           flow Real f;
         end Flange_b;
+        connector Support
+          Real s;
+          flow Real f;
+        end Support;
+        partial model PartialElementaryTwoFlangesAndSupport2
+          parameter Boolean useSupport=false annotation (Evaluate=true);
+          Flange_a flange_a;
+          Flange_b flange_b;
+          Support support(s=s_support, f=-flange_a.f - flange_b.f) if useSupport;
+          Units.SI.Length s_a;
+          Units.SI.Length s_b;
+        protected
+          Units.SI.Length s_support;
+        equation
+          s_a = flange_a.s - s_support;
+          s_b = flange_b.s - s_support;
+          if not useSupport then
+            s_support = 0;
+          end if;
+        end PartialElementaryTwoFlangesAndSupport2;
       end Interfaces;
 
       package Components
@@ -173,6 +209,55 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
     end Translational;
   end Mechanics;
 
+  package Thermal
+    package HeatTransfer
+      package Interfaces
+        connector HeatPort_a
+          Units.SI.Temperature T;
+          flow Units.SI.HeatFlowRate Q_flow;
+        end HeatPort_a;
+        connector HeatPort_b
+          Units.SI.Temperature T;
+          flow Units.SI.HeatFlowRate Q_flow;
+        end HeatPort_b;
+      end Interfaces;
+
+      package Components
+        model HeatCapacitor
+          parameter Units.SI.HeatCapacity C;
+          Units.SI.Temperature T(start=293.15);
+          Interfaces.HeatPort_a port;
+        equation
+          T = port.T;
+          C*der(T) = port.Q_flow;
+        end HeatCapacitor;
+        model ThermalConductor
+          parameter Units.SI.ThermalConductance G;
+          Interfaces.HeatPort_a port_a;
+          Interfaces.HeatPort_b port_b;
+        equation
+          port_a.Q_flow = G*(port_a.T - port_b.T);
+          port_b.Q_flow = -port_a.Q_flow;
+        end ThermalConductor;
+      end Components;
+
+      package Sources
+        model FixedTemperature
+          parameter Units.SI.Temperature T;
+          Interfaces.HeatPort_b port;
+        equation
+          port.T = T;
+        end FixedTemperature;
+        model PrescribedHeatFlow
+          Blocks.Interfaces.RealInput Q_flow;
+          Interfaces.HeatPort_b port;
+        equation
+          port.Q_flow = -Q_flow;
+        end PrescribedHeatFlow;
+      end Sources;
+    end HeatTransfer;
+  end Thermal;
+
   package Blocks
     package Interfaces
       connector RealInput = input Real;
@@ -207,6 +292,10 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
     end Math;
 
     package Sources
+      block RealExpression
+        Interfaces.RealOutput y=0.0;
+      end RealExpression;
+
       block Constant
         parameter Real k;
         Interfaces.RealOutput y;

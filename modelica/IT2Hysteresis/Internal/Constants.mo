@@ -1,0 +1,164 @@
+within IT2Hysteresis.Internal;
+block Constants "What follows from a parameter set: constants of the stages, and the chain at rest"
+  parameter IT2Hysteresis.Parameters.Base parameters=IT2Hysteresis.Parameters.Table1()
+    "Parameter set";
+  parameter Boolean restsAtVoltage=false "= true, if the chain rests at restVoltage, otherwise at restDisplacement"
+    annotation (Evaluate=true);
+  parameter Modelica.Units.SI.Voltage restVoltage(min=-2000, max=2000)=0 "Voltage at rest";
+  parameter Modelica.Units.SI.Length restDisplacement(min=-0.1, max=0.1, displayUnit="um")=
+    parameters.initialDisplacement "Displacement at rest";
+  final parameter Boolean defined=parameters.sampleTime > 0 and min(parameters.ruleSigmaLower) > 0
+    and min(parameters.ruleSigmaUpper) > 0 and min(cat(1, parameters.creepTimeConstant, {1})) > 0
+    and abs(parameters.resonanceDamping) <= 1 and (not bends or curveMin < curveMax)
+    "= true, if the constants can be computed; otherwise they are 0, and the block says what is wrong";
+  final parameter Modelica.Units.SI.Voltage playThreshold[parameters.playCount + 1]=
+    cat(1, parameters.playThreshold, {0}) "Thresholds r_j; the last is of an operator without weight";
+  final parameter Real playWeight[parameters.playCount + 1]=cat(1, parameters.playWeight, {0})
+    "Weights w_j; with a neutral element no vector is empty";
+  final parameter Real creepGain[parameters.creepCount + 1]=cat(1, parameters.creepGain, {0})
+    "Gains c_i; the last term is without gain";
+  final parameter Real creepRate[parameters.creepCount + 1]=
+    if defined then IT2Hysteresis.Functions.Effects.gains(
+      parameters.sampleTime,
+      cat(1, parameters.creepTimeConstant, {1})) else zeros(parameters.creepCount + 1)
+    "Part of the way that a creep term goes in one tick, g_i";
+  final parameter Modelica.Units.SI.Length curve[5]={parameters.nonlinearityQuadratic,parameters.nonlinearityCubic,
+    parameters.nonlinearityQuartic,parameters.nonlinearityQuintic,parameters.nonlinearitySextic} "Coefficients of the static curve";
+  final parameter Boolean bends=max(abs(curve)) > 0 "= true, if there is a static curve";
+  final parameter Modelica.Units.SI.Length curveMin=parameters.displacementZero + parameters.nonlinearityMinimum
+    "Lower end of the curve";
+  final parameter Modelica.Units.SI.Length curveMax=parameters.displacementZero + parameters.nonlinearityMaximum
+    "Upper end of the curve";
+  final parameter Real lowerEnd[4]=
+    if defined then IT2Hysteresis.Functions.linearisation(
+      parameters.ruleSigmaLower,
+      parameters.ruleSigmaUpper,
+      parameters.ruleCentre,
+      parameters.ruleQ1,
+      parameters.ruleQ2,
+      parameters.ruleQ3,
+      parameters.displacementMin) else zeros(4)
+    "Lower end of the fuzzy system's range";
+  final parameter Real upperEnd[4]=
+    if defined then IT2Hysteresis.Functions.linearisation(
+      parameters.ruleSigmaLower,
+      parameters.ruleSigmaUpper,
+      parameters.ruleCentre,
+      parameters.ruleQ1,
+      parameters.ruleQ2,
+      parameters.ruleQ3,
+      parameters.displacementMax) else zeros(4)
+    "Upper end of the fuzzy system's range";
+  constant Real rounding=1e-9 "Share of a range by which a value beyond its end is within: an inverse may aim at the end";
+  final parameter Modelica.Units.SI.Voltage voltageMiddle=(parameters.voltageMin + parameters.voltageMax)/2
+    "Middle of the range of the voltage";
+  final parameter Modelica.Units.SI.Voltage voltageReach=
+    (0.5 + rounding)*(parameters.voltageMax - parameters.voltageMin)
+    "How far from it the voltage may be";
+  final parameter Modelica.Units.SI.Length coreMiddle=
+    (parameters.displacementMin + parameters.displacementMax)/2
+    "Middle of the range of the fuzzy system";
+  final parameter Modelica.Units.SI.Length coreReach=
+    (0.5 + rounding)*(parameters.displacementMax - parameters.displacementMin)
+    "How far from it the displacement behind the fuzzy system may be";
+  final parameter Modelica.Units.SI.Voltage playTurned[parameters.playCount + 1]=
+    IT2Hysteresis.Functions.Effects.playStates(
+      playThreshold,
+      fill(parameters.initialDemagnetisation, parameters.playCount + 1),
+      parameters.initialDemagnetisation + parameters.initialExcursion)
+    "Play operators where the stage turned, before it came to rest";
+  final parameter Modelica.Units.SI.Length creepShare=sum(creepGain)*parameters.initialCreep
+    "What initialCreep adds to the displacement";
+  final parameter Modelica.Units.SI.Length straightRest=
+    if not defined then 0
+    elseif restsAtVoltage then parameters.displacementZero + (1 + sum(creepGain))*(
+      IT2Hysteresis.Functions.coreRest(
+        parameters.ruleSigmaLower,
+        parameters.ruleSigmaUpper,
+        parameters.ruleCentre,
+        parameters.ruleQ1,
+        parameters.ruleQ2,
+        parameters.ruleQ3,
+        restVoltage + sum(playWeight .* IT2Hysteresis.Functions.Effects.playStates(
+          playThreshold,
+          playTurned,
+          restVoltage)),
+        lowerEnd,
+        upperEnd) - parameters.displacementZero) + creepShare
+    elseif bends then IT2Hysteresis.Functions.Effects.nonlinearityInverse(
+      curve,
+      curveMin,
+      curveMax,
+      restDisplacement)
+    else restDisplacement "Displacement in front of the static curve, at rest";
+  final parameter Modelica.Units.SI.Length displacementRest=
+    if restsAtVoltage and bends then IT2Hysteresis.Functions.Effects.nonlinearity(
+      curve,
+      curveMin,
+      curveMax,
+      straightRest)
+    elseif restsAtVoltage then straightRest
+    else restDisplacement "Displacement at rest";
+  final parameter Modelica.Units.SI.Length strokeRest=
+    (straightRest - parameters.displacementZero - creepShare)/(1 + sum(creepGain))
+    "Displacement in front of creep, above the sensor's zero, at rest";
+  final parameter Modelica.Units.SI.Length coreRest=parameters.displacementZero + strokeRest
+    "Displacement behind the fuzzy system, at rest";
+  final parameter Modelica.Units.SI.Length creepRest=strokeRest + parameters.initialCreep
+    "Creep states at rest";
+  final parameter Modelica.Units.SI.Voltage voltageRest=
+    if restsAtVoltage then restVoltage
+    elseif not defined then 0
+    else IT2Hysteresis.Functions.Effects.playInverse(
+      playThreshold,
+      playWeight,
+      playTurned,
+      IT2Hysteresis.Functions.coreInverse(
+        parameters.ruleSigmaLower,
+        parameters.ruleSigmaUpper,
+        parameters.ruleCentre,
+        parameters.ruleQ1,
+        parameters.ruleQ2,
+        parameters.ruleQ3,
+        coreRest,
+        coreRest,
+        lowerEnd,
+        upperEnd)) "Voltage at rest";
+  final parameter Modelica.Units.SI.Voltage playRest[parameters.playCount + 1]=
+    IT2Hysteresis.Functions.Effects.playStates(
+      playThreshold,
+      playTurned,
+      voltageRest) "Play operators at rest";
+  final parameter Boolean saturates=parameters.saturationMinimum < parameters.saturationMaximum
+    "= true, if the amplifier has limits";
+  final parameter Boolean slews=parameters.slewRate > 0 "= true, if the amplifier has a slew limit";
+  final parameter Modelica.Units.SI.Voltage lowest=
+    if saturates then parameters.saturationMinimum else -Modelica.Constants.inf
+    "Lowest voltage of the amplifier";
+  final parameter Modelica.Units.SI.Voltage highest=
+    if saturates then parameters.saturationMaximum else Modelica.Constants.inf
+    "Highest voltage of the amplifier";
+  final parameter Modelica.Units.SI.Voltage slewStep=
+    if slews then parameters.slewRate*parameters.sampleTime else Modelica.Constants.inf
+    "Largest change of the amplifier's voltage in one tick";
+  final parameter Real lagRate=
+    if defined and parameters.lagTimeConstant > 0 then
+      IT2Hysteresis.Functions.Effects.gain(parameters.sampleTime, parameters.lagTimeConstant)
+    else 1 "Part of the way that the lag goes in one tick, g";
+  final parameter Real poles[2]=
+    if defined and parameters.resonanceFrequency > 0 then IT2Hysteresis.Functions.Effects.resonancePoles(
+      parameters.resonanceFrequency,
+      parameters.resonanceDamping,
+      parameters.sampleTime)
+    else zeros(2) "Coefficients of the resonance; without one it passes its input on";
+  annotation (Documentation(info="<html>
+<p>
+The constants of the chain's <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">effects</a>, and the states that hold the chain
+where it rests before the first tick: at a displacement, or at a voltage.
+</p>
+</html>", revisions="<html>
+<ul>
+<li><em>Version 0.1.0:</em> first version.</li>
+</ul>
+</html>"));
+end Constants;

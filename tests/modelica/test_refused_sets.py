@@ -1,0 +1,121 @@
+"""What pure Modelica refuses, and that it says it as the FMUs do."""
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+from library import CLASSES
+from refused import BAD, parameters_of
+from test_simulation import FMU_PLANT, INVERSE, PLANT, model, rumoca, run
+
+from it2hys.export.modelica import field, format_record
+
+ROOT = Path(__file__).parents[2]
+EXPONENT = re.compile(r"e([+-])0?(\d)\b")
+
+
+def plain(message: str) -> str:
+    """Return a message with numbers written in one way: rumoca writes 1e-5, others 1e-05."""
+    return EXPONENT.sub(r"e\1\2", message).replace("e+", "e").replace("1000000", "1e6")
+
+
+@pytest.mark.parametrize("block", [PLANT, INVERSE])
+@pytest.mark.parametrize("name", BAD)
+def test_a_set_that_is_refused_stops_the_initialization_with_the_fmus_message(block, name):
+    changes, message = BAD[name]
+    if any(math.isnan(value) for value in changes.values()):
+        pytest.skip("a Modelica text has no literal for nan")
+    if name == "no sample time":
+        pytest.skip("rumoca refuses sample(0, 0) before")
+    kind = block.rsplit(".", 1)[-1].lower()
+    signal = "voltage" if kind == "plant" else "reference"
+    source = format_record(parameters_of(changes), "Mine") + model(
+        f"parameter Mine p; {block} {kind}(parameters=p);", f"{kind}.{signal} = 0;"
+    )
+    with pytest.raises(rumoca.SimulationError) as caught:
+        run(source, 2)
+    assert plain(f"M.{kind}: {message}.") in plain(str(caught.value))
+
+
+@pytest.mark.parametrize("block", [PLANT, INVERSE])
+def test_an_input_that_is_no_number_is_said_before_anything_else(block):
+    kind = block.rsplit(".", 1)[-1].lower()
+    signal = "voltage" if kind == "plant" else "reference"
+    source = model(
+        f"{block} {kind};", f"{kind}.{signal} = if time > 2.5e-4 then 1.7976931348623157e308 else 1e-6;"
+    )
+    with pytest.raises(rumoca.SimulationError, match=f"{kind}: {signal} must be a finite number, not"):
+        run(source, 8)
+
+
+def test_every_message_of_the_c_check_is_one_of_the_pure_check():
+    """A check that C gets and Modelica does not would show here."""
+    sources = sorted((ROOT / "fmu_src/core").glob("*.c"))
+    assert sources
+    pure = "".join(
+        CLASSES[f"IT2Hysteresis.{name}"].read_text(encoding="utf-8")
+        for name in ("Functions.check", "Internal.checkBounds")
+    )
+    pure = re.sub(r"String\([^\"]*?(?:, significantDigits=\d)?\)", "%", pure)
+    pure = re.sub(r'"\s*\+\s*(%)\s*\+\s*"', r"\1", pure)
+    pure = re.sub(r'"\s*\+\s*"', "", pure)
+    missing = []
+    for source in sources:
+        text = source.read_text(encoding="utf-8")
+        for call in re.findall(r"(?:refuse|fail)\(message, size,\s*((?:\"[^\"]*\"\s*)+)", text):
+            message = "".join(re.findall(r'"([^"]*)"', call))
+            if not any(words in pure for words in candidates(message)):
+                missing.append(f"{source.name}: {message}")
+    assert not missing
+
+
+#: What the bounds of the table, which are checked before, leave no room for.
+BEFORE = (
+    "Count is",
+    "finite number",
+    "must be positive, or 0",
+    "must not be negative",
+    "standard deviation",
+)
+
+
+def candidates(message: str) -> list[str]:
+    """Return how a message of the C core may stand in Modelica."""
+    if any(words in message for words in BEFORE) or message.startswith("sampleTime is"):
+        return [""]
+    text = re.sub(r"%\.?\d*[gds]", "%", message)
+    text = re.sub(r"\b(\w+)(\[%?\])?\.(\w+)", lambda m: field(f"{m[1]}.{m[3]}") + index(m[2]), text)
+    # a number at the start or the end stands outside the literal
+    return [text, text.strip("% ")]
+
+
+def index(text: str | None) -> str:
+    """Return the index of an element behind its name, if it has any."""
+    return text if text and text != "[]" else ""
+
+
+@pytest.mark.parametrize("block", [PLANT, FMU_PLANT])
+def test_an_element_that_is_modified_in_place_acts(block):
+    """OpenModelica ignored it, where the record had a binding."""
+    source = model(
+        f"{block} plant(parameters(lagTimeConstant=1e-3, initialDisplacement=2e-6)); "
+        "Real tau = plant.parameters.lagTimeConstant; Real start = plant.initialDisplacement;",
+        "plant.voltage = 50;",
+    )
+    at = run(source, 4)
+    assert at("tau")[-1] == 1e-3
+    assert at("start")[-1] == 2e-6
+    declared = CLASSES["IT2Hysteresis.Interfaces.PartialChain"].read_text(encoding="utf-8")
+    assert re.search(r'parameter Stage parameters "', declared), (
+        "a binding wins over such a modification"
+    )
+
+
+def test_a_lag_that_is_modified_in_place_slows_the_plant():
+    source = model(
+        f"{PLANT} quick; {PLANT} slow(parameters(lagTimeConstant=1e-3));",
+        "quick.voltage = 50; slow.voltage = 50;",
+    )
+    at = run(source, 20)
+    assert (at("slow.displacement")[1:] < at("quick.displacement")[1:]).all()
