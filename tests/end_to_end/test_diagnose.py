@@ -12,7 +12,7 @@ import pytest
 from conftest import TS, UM
 from effects import gentle_reference
 from fmpy import read_model_description, simulate_fmu
-from test_cli import FILES, MEASURED, Page, assert_refused, run
+from test_cli import FILES, MEASURED, Page, assert_refused, assert_self_contained, run
 
 from it2hys.cosimulation.simulation import simulate
 from it2hys.fmu.packaging import package
@@ -20,7 +20,7 @@ from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, Chain
 from it2hys.model.parameters import RULE_FIELDS, ParameterSet, read_ssv, table_1, write_ssv
 from it2hys.records import Record, read_record, write_record
-from it2hys.reports.diagnosis_report import at_rest, scaled_reference
+from it2hys.reports.pair_report import at_rest, scaled_reference
 
 SAMPLES, NOISE = 800, 0.006 * UM
 COMPLIANCE = 2e-8
@@ -108,14 +108,16 @@ def test_the_directory_holds_what_design_promises(folder):
 def test_the_report_is_one_self_contained_page_with_all_its_pictures(folder):
     text = (folder / "out" / "report.html").read_text(encoding="utf-8")
     page = Page(text)
-    assert page.open == [] and page.links == []
-    assert len(page.images) == len(list((folder / "out").glob("*.png")))
+    assert_self_contained(page)
+    files = {p.read_bytes() for p in (folder / "out").glob("*.png")}
+    assert {base64.b64decode(i.partition(",")[2]) for i in page.images} <= files
+    assert len(page.images) >= 4
     for source in page.images:
         head, _, data = source.partition(",")
         assert head == "data:image/png;base64"
         picture = matplotlib.image.imread(BytesIO(base64.b64decode(data)), format="png")
         assert min(picture.shape[:2]) > 100 and np.ptp(picture) > 0.5
-    for word in ("load", *EFFECTS, "µm", "limited %", *ROLES):
+    for word in ("load", *EFFECTS, "µm", "clamped %", *ROLES):
         assert word in text
 
 
@@ -154,7 +156,7 @@ def test_parameters_are_those_of_the_set(folder):
     parameters = read_ssv(folder / "out" / "parameters.ssv")
     for name, entry in report_of(folder / "out")["parameters"].items():
         assert entry["value"] == parameters[name]
-        assert set(entry) == {"value", "ci95", "unit"} and len(entry["ci95"]) == 2
+        assert set(entry) == {"value", "ci95", "unit", "determined"} and len(entry["ci95"]) == 2
 
 
 def test_a_model_that_is_no_better_than_a_line_is_called_so_first(folder, tmp_path, capsys):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_cli import FILES, Page, run
+from test_cli import FILES, Page, assert_self_contained, run
 
 from it2hys.cosimulation.simulation import track
 from it2hys.records import read_record, write_record
@@ -134,7 +134,7 @@ def test_the_line_is_the_training_records_and_drives_the_stand(demo):
 def test_the_page_begins_with_the_conclusion_the_overview_and_the_table(demo):
     assert demo.first_words.startswith("Driven by the inverse FMU, the stage follows its reference")
     page = Page(demo.page)
-    assert page.open == [] and page.links == []
+    assert_self_contained(page)
     overview = (demo.directory / "overview.png").read_bytes()
     assert page.images[0].endswith(base64.b64encode(overview).decode())
     first_table = demo.page[demo.page.index("<table>") : demo.page.index("</table>")]

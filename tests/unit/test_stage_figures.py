@@ -65,8 +65,8 @@ def test_the_width_of_a_loop_is_what_one_measures(found, name):
     middle = 0.5 * (voltage.min() + voltage.max())
     # where each branch crosses the middle of the voltages, behind the first period
     crossing = np.flatnonzero(np.diff(np.sign(voltage - middle)) != 0)[2:]
-    at = [np.interp(middle, *zip(*sorted(zip(voltage[k : k + 2], y[k : k + 2], strict=True)), strict=True))
-          for k in crossing]  # fmt: skip
+    ways = [slice(k, k + 2) if rate[k] > 0.0 else slice(k + 1, k - 1, -1) for k in crossing]
+    at = [np.interp(middle, voltage[way], y[way]) for way in ways]
     falling = rate[crossing] < 0.0
     truth = np.mean(np.array(at)[falling]) - np.mean(np.array(at)[~falling])
     one = figure(found, "loop width", name)

@@ -31,6 +31,14 @@ class Evidence:
     held_out_p_value : float
     accepted : bool
     why : str
+        The verdict with its reason, as a sentence.
+    reason : str
+        The reason alone, the same words for all effects that it holds for; empty for an effect that was
+        added.
+    beside : tuple of str
+        Effects that the model had when this one was added to it, those of the first model left out.
+    error_before, error_after : float
+        On the records that decide, m; NaN if not tried.
     """
 
     effect: str
@@ -41,6 +49,10 @@ class Evidence:
     held_out_p_value: float
     accepted: bool
     why: str
+    reason: str = ""
+    beside: tuple[str, ...] = ()
+    error_before: float = np.nan
+    error_after: float = np.nan
 
 
 @dataclass(frozen=True, eq=False)

@@ -161,6 +161,9 @@ class Identification:
 
     @property
     def error_over_noise(self) -> float:
-        """Free-run error of the training records over their noise: 1 where nothing is missing."""
-        results = self.by_role("train")
+        """Free-run error of the training records over their noise: 1 where nothing is missing.
+
+        Of all records where none was fitted.
+        """
+        results = self.by_role("train") or self.records
         return float(np.sqrt(np.mean([r.e_rms**2 for r in results]))) / self.noise_rms

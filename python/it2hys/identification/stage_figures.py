@@ -112,7 +112,7 @@ def _figure(name: str, meaning: str, value: float, deviation: float, unit: str, 
 
 
 def _gain(runs: list[_Run]) -> tuple[float, np.ndarray]:
-    """Return the slope of the run over voltage, m/V, every record about its own mean, and its gradient."""
+    """Return the slope over voltage, m/V, every record about its own mean, and its gradient."""
     away = [r.voltage - r.voltage.mean() for r in runs]
     power = sum(float(x @ x) for x in away)
     slope = sum(float(x @ r.y) for x, r in zip(away, runs, strict=True)) / power
