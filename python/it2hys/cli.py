@@ -287,14 +287,14 @@ def _identify(options: argparse.Namespace) -> int:
 
 def _tell_report(options: argparse.Namespace, page: Path) -> None:
     """Print what a report says at its top, or its JSON."""
-    from it2hys.reports.answers import terminal_text
     from it2hys.reports.pair_report import REPORT, read_report
+    from it2hys.reports.printed import printed
 
     path = page.with_name(REPORT)
     if options.json:
         print(path.read_text(encoding="utf-8"), end="")
         return
-    _say(options, terminal_text(read_report(path)))
+    _say(options, printed(read_report(path)))
     _say(options, f"\nreport: {page}")
 
 

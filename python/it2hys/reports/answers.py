@@ -35,8 +35,8 @@ OTHER_SPECIMEN = (
 _ADVICE = {"identification": DIAGNOSE, "diagnosis": MORE_RECORDS, "evaluation": OTHER_SPECIMEN}
 _NO_MEMORY = (
     "This model has one state, which remembers no turning points: its loop is phase lag, which grows "
-    "with frequency, where a piezo's loop hardly does. (One step ahead, where the model is given the "
-    "measured y(k-1), its error is much smaller: that value is nearly the answer.)"
+    "with frequency, where a piezo's loop hardly does. One step ahead, where the model is given the "
+    "measured y(k-1), its error is much smaller: that value is nearly the answer."
 )
 #: An inverse is called worse than another from this ratio of their errors on.
 _WORSE = 1.05
@@ -295,18 +295,6 @@ def notes(report: Mapping) -> list[str]:
     """Return warnings, and what was done to records."""
     inverted = any(entry["displacement_inverted"] for entry in report["records"].values())
     return [*report["warnings"], *([INVERTED] if inverted else [])]
-
-
-def terminal_text(report: Mapping) -> str:
-    """Return the answers as they are printed."""
-    blocks = []
-    for answer in answers(report):
-        table = [answer.table.text()] if answer.table else []
-        blocks.append("\n".join([answer.question.upper(), *answer.texts, *table, *answer.after]))
-    told = notes(report)
-    if told:
-        blocks.append("\n".join(["NOTES", *told]))
-    return "\n\n".join(blocks)
 
 
 def counted(count: int, noun: str) -> str:

@@ -130,10 +130,11 @@ class _View:
         buttons.js_on_change("active", CustomJS(args=arguments, code=code))
         return buttons
 
-    def _figure(self, label: str, height: int, **options: Any) -> Plot:
+    def _figure(self, name: str, label: str, height: int, **options: Any) -> Plot:
         from bokeh.plotting import figure
 
         plot = figure(
+            name=name,
             height=height,
             sizing_mode="stretch_width",
             tools=_TOOLS,
@@ -150,8 +151,8 @@ class _View:
             axis.axis_label_text_font_style = "normal"
         return plot
 
-    def _over_time(self, label: str, height: int) -> Plot:
-        plot = self._figure(label, height, x_range=self._time)
+    def _over_time(self, name: str, label: str, height: int) -> Plot:
+        plot = self._figure(name, label, height, x_range=self._time)
         plot.xaxis.visible = False
         return plot
 
@@ -179,14 +180,14 @@ class _View:
         )  # fmt: skip
 
     def _voltage(self) -> Plot:
-        plot = self._over_time("voltage in V", 130)
+        plot = self._over_time("voltage", "voltage in V", 130)
         line = plot.line("t", "u", source=self._shown, color="#555555", line_width=1.2)
         self._marks(plot, "t", "u", "#555555")
         self._hover(plot, line, [("time", "t", "s"), ("voltage", "u", "V")])
         return plot
 
     def _displacement(self) -> Plot:
-        plot = self._over_time("displacement in µm", 210)
+        plot = self._over_time("displacement", "displacement in µm", 210)
         line = self._line(plot, "measured", "y")
         for kind, column in (("before", "b"), ("after", "a")):
             self._line(plot, kind, column)
@@ -207,7 +208,7 @@ class _View:
     def _errors(self, label: str, before: str, after: str, is_last: bool = False) -> Plot:
         from bokeh.models import BoxAnnotation
 
-        plot = self._over_time(label, 150)
+        plot = self._over_time("inverse" if is_last else "error", label, 150)
         if not is_last and self._noise > 0.0:
             band = 2.0 * self._noise
             plot.add_layout(BoxAnnotation(bottom=-band, top=band, fill_color=NOISE, fill_alpha=0.08))
@@ -219,7 +220,7 @@ class _View:
         return plot
 
     def _loop(self) -> Plot:
-        plot = self._figure("displacement in µm", 340, x_axis_label="voltage in V")
+        plot = self._figure("loop", "displacement in µm", 340, x_axis_label="voltage in V")
         for kind, column, colour in (
             ("measured", "y", MEASURED), ("before", "b", BEFORE), ("after", "a", AFTER),
         ):  # fmt: skip
@@ -243,7 +244,12 @@ class _View:
             }
         )
         plot = self._figure(
-            "error in µm/√Hz", 250, x_axis_type="log", y_axis_type="log", x_axis_label="frequency in Hz"
+            "spectrum",
+            "error in µm/√Hz",
+            250,
+            x_axis_type="log",
+            y_axis_type="log",
+            x_axis_label="frequency in Hz",
         )
         for kind, column, colour in (("before", "b", BEFORE), ("after", "a", AFTER)):
             line = plot.line("f", column, source=source, color=colour, line_width=1.2)
