@@ -428,7 +428,10 @@ def _sweep(options: argparse.Namespace) -> int:
         report, _ = write_sweep_report(path, options.output or path.parent)
         _say(options, f"report: {report}")
         return 0
-    scenario = read_sweep(find_scenario(options.scenario))
+    from it2hys.reports.provenance import Provenance
+
+    file = find_scenario(options.scenario)
+    scenario = read_sweep(file)
     outcome = run_sweep(
         scenario,
         options.output or Path("out") / scenario.name,
@@ -436,6 +439,7 @@ def _sweep(options: argparse.Namespace) -> int:
         options.dask,
         options.restart,
         options.quiet or options.json,
+        Provenance.of_command(options.typed, scenario.seed, [file, *scenario.fmu_files]),
     )
     if options.json:
         print(

@@ -216,10 +216,10 @@ def feedforward(report: Mapping) -> list[str]:
             f"The inverse of the {report['names']['before']} is the better one by this measure, with "
             f"{micrometres(first)}."
         )
-    delay = max(after[n]["inverse_delay_s"] for n in names)
-    if delay > 0.0:
+    latency = max(after[n]["inverse_delay_s"] for n in names)
+    if latency > 0.0:
         texts.append(
-            f"The stage follows {1e3 * delay:.3g} ms after the voltage; no inverse makes up for that "
+            f"The stage follows {1e3 * latency:.3g} ms after the voltage; no inverse makes up for that "
             "dead time, and the figures leave it out."
         )
     clamped = max(after[n]["inverse_clamped_percent"] or 0.0 for n in names)

@@ -40,7 +40,7 @@ def _sections(report: Mapping) -> Iterator[Section | None]:
     yield _parameters(report) if report["parameters"] else None
     yield _fit(report) if report["seconds"] else None
     yield _use()
-    yield _inputs(report)
+    yield inputs_section(report)
 
 
 def error_table(report: Mapping) -> Table:
@@ -351,14 +351,16 @@ def _use() -> Section:
     )
 
 
-def _inputs(report: Mapping) -> Section:
+def inputs_section(report: Mapping) -> Section:
+    """Return what a report was made of, and how it is drawn again."""
     rows = [
         [i["name"], ROLES.get(i["role"], i["role"]), i["file"] or NONE, i["sha256"] or NONE]
         for i in report["inputs"]
     ]
     seed = "" if report["seed"] is None else f" Seed of the random starts: {report['seed']}."
     text = (
-        f"Written by it2hys {report['version']}.{seed} `it2hys report` draws this page again from "
-        "report.json."
+        f"Written by it2hys {report['version']}.{seed} `it2hys report DIR` draws this page again, DIR "
+        "being where it lies."
     )
-    return Section("Inputs", [text], [Table(["name", "role", "file", "SHA-256"], rows)])
+    table = [Table(["name", "role", "file", "SHA-256"], rows)] if rows else []
+    return Section("Inputs", [text], table)

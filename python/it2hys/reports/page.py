@@ -130,6 +130,8 @@ class Page:
     pictures : list of Picture
         Beside the answers.
     views : list of View
+    hint : str
+        How they are looked into.
     details : list of Section
         Folded.
     """
@@ -139,6 +141,7 @@ class Page:
     answers: list[Answer] = field(default_factory=list)
     pictures: list[Picture] = field(default_factory=list)
     views: list[View] = field(default_factory=list)
+    hint: str = "Drag a box to zoom in; the circular arrow takes it back. Values show at the pointer."
     details: list[Section] = field(default_factory=list)
 
     @property

@@ -29,7 +29,7 @@ from it2hys.reports.courses import Course, make_course, read_courses, write_cour
 from it2hys.reports.details import details
 from it2hys.reports.interactive import as_json, record_view
 from it2hys.reports.page import Answer, Page, Picture, Section, Table, View, write_page, write_pictures
-from it2hys.reports.provenance import Provenance
+from it2hys.reports.provenance import Provenance, about
 from it2hys.reports.summary import START, Result, judged_records, judgements_of, pooled, summary
 from it2hys.reports.verdict import has_offsets, straight_line
 from it2hys.stand.excitations import time_grid, tracking_reference
@@ -43,6 +43,11 @@ REPORT = "report.json"
 _REFERENCE_DURATION, SAMPLE_TIME = 0.15, 1e-4
 #: Records whose residuals are drawn for every step of the loop.
 _DRAWN = 2
+_HINT = (
+    "Drag a box to zoom in; the time axes go together, and the loop shows what they hold. The tool "
+    "with the dotted box selects samples: they are marked in the loop and over time. The circular "
+    "arrow takes it all back."
+)
 #: File of the sensor's curve.
 SENSOR_CURVE = "sensor_curve.csv"
 
@@ -171,6 +176,7 @@ def draw_report(directory: str | Path) -> Path:
             )
             for name, course in _most_telling_first(courses, report)
         ],
+        _HINT,
         details(report),
     )
     return write_page(directory, page)
@@ -198,13 +204,6 @@ def read_report(path: Path) -> dict:
             "make the report anew from its records"
         )
     return report
-
-
-def about(report: Mapping) -> str:
-    """Return where a report comes from, in a line."""
-    date = report["date"].replace("T", " ").replace("+00:00", " UTC")
-    command = f", by `{report['command']}`" if report["command"] else ""
-    return f"it2hys {report['version']}, {date}{command}"
 
 
 def _answer_json(answer: Answer) -> dict:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -87,3 +87,10 @@ def file_hash(path: Path | None) -> str | None:
         while chunk := file.read(_CHUNK):
             digest.update(chunk)
     return digest.hexdigest()
+
+
+def about(report: Mapping) -> str:
+    """Return where a report comes from, in a line."""
+    date = report["date"].replace("T", " ").replace("+00:00", " UTC")
+    command = f", by `{report['command']}`" if report["command"] else ""
+    return f"it2hys {report['version']}, {date}{command}"
