@@ -332,10 +332,10 @@ def interval(low: float | None, high: float | None, scale: float = 1.0) -> str:
     """Return a 95 % interval for a table."""
     if low is None or high is None:
         return "not determined"
-    digits = _digits(scale * (high - low))
+    digits = decimals_of(scale * (high - low))
     return f"{scale * low:.{digits}f} to {scale * high:.{digits}f}"
 
 
-def _digits(width: float) -> int:
+def decimals_of(width: float) -> int:
     """Return the decimals that show two digits of an interval's width."""
     return int(np.clip(1 - np.floor(np.log10(width)), 0, 12)) if width > 0.0 else 6

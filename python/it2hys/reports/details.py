@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from it2hys.diagnosis.selection import COMPARISONS, LEVEL
 from it2hys.model.variables import load_table
 from it2hys.policy import SEARCH
 from it2hys.records.figures_of_merit import change_in_percent
-from it2hys.reports.answers import ROLES, figure, interval, notes, small
+from it2hys.reports.answers import ROLES, decimals_of, figure, interval, notes, small
 from it2hys.reports.page import NONE, Picture, Section, Table
 
 UM = 1e6
+#: Errors below it are those of rounding, per cent and µm.
+_ROUNDING = 1e-6
 
 
 def details(report: Mapping) -> list[Section]:
@@ -100,41 +102,48 @@ def inverse_table(report: Mapping) -> Table:
 
 
 def evidence_tables(report: Mapping) -> list[Table]:
-    """Return the effects that were added, and those that were not, with the figures that decided."""
+    """Return the effects that were added, and those that were not: a table for each common reason."""
     added = [e for e in report["evidence"] if e["accepted"]]
     others = [e for e in report["evidence"] if not e["accepted"]]
-    tried = [e for e in others if e["held_out_gain_percent"] is not None]
-    untried = [e for e in others if e["held_out_gain_percent"] is None]
-    tables = []
-    if added:
-        rows = [[*_figures_of(e), e["signature"] or NONE] for e in added]
-        tables.append(Table([*_EVIDENCE, "signature"], rows, "Added."))
-    if tried:
-        same = {tuple(e["beside"]) for e in tried}
-        rows = [[*_figures_of(e), e["reason"], e["signature"] or NONE] for e in tried]
-        head = [*_EVIDENCE, "not added because", "signature"]
-        base = " + ".join(["the starting model", *next(iter(same))])
-        tables.append(Table(head, rows, f"Tried on top of {base}." if len(same) == 1 else "Tried."))
-    if untried:
-        rows = [[e["effect"], small(e["p_value"], ".2g"), e["reason"]] for e in untried]
-        tables.append(Table(["effect", "signature p", "reason"], rows, "Not tried."))
+    groups: dict[str, list] = {}
+    for entry in others:
+        groups.setdefault(entry["reason"], []).append(entry)
+    common = {reason: g for reason, g in groups.items() if len(g) > 1}
+    alone = [entry for reason, g in groups.items() if reason not in common for entry in g]
+    tables = [_evidence_table(added, "Added")] if added else []
+    tables += [_evidence_table(g, f"Not added: {reason}") for reason, g in common.items()]
+    if alone:
+        tables.append(_evidence_table(alone, "Not added, for a reason of their own", True))
     return tables
 
 
-_EVIDENCE = ["effect", "beside", "error before µm", "with it µm", "change %", "p", "signature p"]
+def _evidence_table(entries: Sequence[Mapping], caption: str, with_reason: bool = False) -> Table:
+    """Return a table of effects; what is the same for all of them stands in its caption."""
+    bases = {tuple(e["beside"]) for e in entries if e["held_out_gain_percent"] is not None}
+    if len(bases) == 1:
+        base = " + ".join(["the starting model", *next(iter(bases))])
+        caption += f"; tried on top of {base}" if not entries[0]["accepted"] else ""
+    columns: dict[str, list[str]] = {"effect": [e["effect"] for e in entries]}
+    if len(bases) > 1:
+        columns["beside"] = [" + ".join(e["beside"]) or NONE for e in entries]
+    if bases:
+        columns |= {
+            "error before µm": [small(e["error_before_um"], ".4g") for e in entries],
+            "with it µm": [small(e["error_after_um"], ".4g") for e in entries],
+            "change %": [change_of(e["held_out_gain_percent"]) for e in entries],
+            "p": [small(e["held_out_p_value"], ".2g") for e in entries],
+        }
+    columns["signature p"] = [small(e["p_value"], ".2g") for e in entries]
+    if with_reason:
+        columns["reason"] = [e["reason"] for e in entries]
+    columns["signature"] = [e["signature"] or NONE for e in entries]
+    rows = [list(row) for row in zip(*columns.values(), strict=True)]
+    return Table(list(columns), rows, f"{caption}.")
 
 
-def _figures_of(entry: Mapping) -> list[str]:
-    gain = entry["held_out_gain_percent"]
-    return [
-        entry["effect"],
-        " + ".join(entry["beside"]) or NONE,
-        small(entry["error_before_um"], ".4g"),
-        small(entry["error_after_um"], ".4g"),
-        NONE if gain is None else change_in_percent(-gain / 100),
-        small(entry["held_out_p_value"], ".2g"),
-        small(entry["p_value"], ".2g"),
-    ]
+def change_of(gain_percent: float | None) -> str:
+    """Return by how much an error changes, per cent with its sign, from what it falls by."""
+    return NONE if gain_percent is None else change_in_percent(-gain_percent / 100)
 
 
 def _evidence(report: Mapping) -> Section:
@@ -200,7 +209,11 @@ def _with_unit(value: float, ends: list, unit: str) -> list[str]:
     scale, shown = read_as(unit)
     if unit == "s" and abs(value) < 1.0:
         scale, shown = 1e3, "ms"
-    return [figure(scale * value) if value else "0", interval(*ends, scale), shown]
+    low, high = ends
+    if low is None or high is None:
+        return [figure(scale * value), "not determined", shown]
+    decimals = decimals_of(scale * (high - low))
+    return [f"{scale * value:.{decimals}f}", interval(low, high, scale), shown]
 
 
 def read_as(unit: str) -> tuple[float, str]:
@@ -214,7 +227,7 @@ def _model_tracking(report: Mapping) -> Section:
     rows = [
         [
             {"before": f"before: {report['names']['before']}", "after": "now"}[name],
-            f"{entry['e_mr_percent']:.2g}", f"{entry['e_rms_um']:.2g}",
+            _or_nothing(entry["e_mr_percent"]), _or_nothing(entry["e_rms_um"]),
             f"{entry['limited_percent']:.2g}",
         ]
         for name, entry in sorted(report["model_tracking"].items(), reverse=True)
@@ -237,6 +250,11 @@ def _model_tracking(report: Mapping) -> Section:
         ],
         [Picture("tracking", None, "Reference, displacement, error and voltage (paper's Figure 7).")],
     )
+
+
+def _or_nothing(error: float) -> str:
+    """Return an error; one of rounding as such."""
+    return f"{error:.2g}" if error >= _ROUNDING else f"< {_ROUNDING:g}"
 
 
 def _records(report: Mapping) -> Section:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from it2hys.records.figures_of_merit import change_in_percent
 from it2hys.reports.answers import answers, notes, small
-from it2hys.reports.details import error_table
-from it2hys.reports.page import NONE, Table
+from it2hys.reports.details import change_of, error_table
+from it2hys.reports.page import Table
 
 
 def printed(report: Mapping) -> str:
@@ -41,17 +40,13 @@ def _effects(report: Mapping) -> Table:
         [
             e["effect"],
             _verdict(e, report),
-            _change(e["held_out_gain_percent"]),
+            change_of(e["held_out_gain_percent"]),
             small(e["held_out_p_value"], ".2g"),
             small(e["p_value"], ".2g"),
         ]
         for e in report["evidence"]
     ]
     return Table(["effect", "verdict", "error changes by %", "p", "signature p"], rows)
-
-
-def _change(gain: float | None) -> str:
-    return NONE if gain is None else change_in_percent(-gain / 100)
 
 
 def _verdict(entry: Mapping, report: Mapping) -> str:
