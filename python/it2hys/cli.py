@@ -280,22 +280,23 @@ def _identify(options: argparse.Namespace) -> int:
         identification = identify(train, validate, test, options.rules, settings, progress)
     records = [*train, *validate, *test]
     provenance = Provenance.of_command(options.typed, options.seed)
-    report = write_report(identification, records, options.output, provenance=provenance)
-    _tell_report(options, report)
+    write_report(identification, records, options.output, provenance=provenance)
+    _tell_report(options)
     return 0
 
 
-def _tell_report(options: argparse.Namespace, page: Path) -> None:
-    """Print what a report says at its top, or its JSON."""
+def _tell_report(options: argparse.Namespace) -> None:
+    """Print what the report in the output's directory says, or its JSON."""
+    from it2hys.reports.page import PAGE
     from it2hys.reports.pair_report import REPORT, read_report
     from it2hys.reports.printed import printed
 
-    path = page.with_name(REPORT)
+    path = options.output / REPORT
     if options.json:
         print(path.read_text(encoding="utf-8"), end="")
         return
     _say(options, printed(read_report(path)))
-    _say(options, f"\nreport: {page}")
+    _say(options, f"\nreport: {options.output / PAGE}")
 
 
 def _effects(text: str) -> list[str]:
@@ -332,8 +333,8 @@ def _diagnose(options: argparse.Namespace) -> int:
     records = [*train, *validate, *test]
     files = [] if options.model is None else [options.model]
     provenance = Provenance.of_command(options.typed, options.seed, files)
-    report = write_report(diagnosis, records, options.output, provenance=provenance)
-    _tell_report(options, report)
+    write_report(diagnosis, records, options.output, provenance=provenance)
+    _tell_report(options)
     return 0
 
 

@@ -282,12 +282,8 @@ def next_measurements(report: Mapping) -> list[str]:
             "A record that is neither fitted nor decides (--test) would say how the pair does on "
             "references of its own."
         )
-    open_ = [n for n, p in report["parameters"].items() if not p["determined"]]
-    if open_ and not texts:
-        texts.append(
-            "Nothing is needed for the range and band above. The records leave some parameters of the "
-            "rules open; the model's output does not depend on them there."
-        )
+    if report["warnings"]:
+        texts.append("See the notes in the details: they say what else the records do not show.")
     return texts or ["Nothing is needed for the range and band above."]
 
 

@@ -20,7 +20,7 @@ from it2hys.support.files import write_atomically
 #: The file.
 COURSES = "courses.npz"
 #: Samples of all records together, and of one at least and at most: what a page of 8 MB can hold.
-_ALL, _FEWEST, _MOST = 120_000, 4_000, 40_000
+_ALL, _FEWEST, _MOST = 120_000, 1_000, 40_000
 #: Points of a spectrum, and segments of a record that it is averaged over, half overlapping.
 _SPECTRUM, _SEGMENTS = 1_500, 4
 #: Written apart from the samples.

@@ -19,6 +19,8 @@ from it2hys.reports.interactive import script
 from it2hys.support.files import write_atomically
 from it2hys.support.progress import Progress
 
+#: The file of a page.
+PAGE = "report.html"
 #: Stands in a table where there is no figure.
 NONE = "–"
 #: A cell that is a figure, or a figure with its unit.
@@ -191,7 +193,7 @@ def write_page(directory: Path, page: Page, progress: Progress = lambda share, t
         script=Markup(script()) if page.views else "",
         views=[Markup(view.content) for view in page.views],
     )
-    path = directory / "report.html"
+    path = directory / PAGE
     write_atomically(path, text.encode())
     return path
 

@@ -41,8 +41,8 @@ UM = 1e6
 REPORT = "report.json"
 #: The paper's reference: so long at its sample time.
 _REFERENCE_DURATION, SAMPLE_TIME = 0.15, 1e-4
-#: Records whose residuals are drawn for every step of the loop.
-_DRAWN = 2
+#: Records whose residuals are drawn for every step of the loop, and that a page has figures of.
+_DRAWN, _LOOKED_INTO = 2, 20
 _HINT = (
     "Drag a box to zoom in; the time axes go together, and the loop shows what they hold. The tool "
     "with the dotted box selects samples: they are marked in the loop and over time. The circular "
@@ -164,21 +164,18 @@ def draw_report(directory: str | Path) -> Path:
     if report["lead"]:
         # that a model is of no use comes before anything else
         answered.insert(1 if verdict(report) else 0, _answer_of(report["lead"]))
-    page = Page(
-        report["title"],
-        about(report),
-        answered,
-        [Picture("overview", None, _overview_caption(report)), _waterfall(report)],
-        [
-            View(
-                f"Record {name} ({ROLES[after[name]['role']]})",
-                as_json(record_view(course, report["names"], after[name]["noise_rms_um"] / UM)),
-            )
-            for name, course in _most_telling_first(courses, report)
-        ],
-        _HINT,
-        details(report),
-    )
+    views = [
+        View(
+            f"Record {name} ({ROLES[after[name]['role']]})",
+            as_json(record_view(course, report["names"], after[name]["noise_rms_um"] / UM)),
+        )
+        for name, course in _most_telling_first(courses, report)[:_LOOKED_INTO]
+    ]
+    hint = _HINT
+    if len(courses) > len(views):
+        hint += f" {len(views)} of {len(courses)} records are here; of the others there are PNGs."
+    pictures = [Picture("overview", None, _overview_caption(report)), *_waterfall(report)]
+    page = Page(report["title"], about(report), answered, pictures, views, hint, details(report))
     return write_page(directory, page)
 
 
@@ -252,7 +249,7 @@ def _overview_caption(report: Mapping) -> str:
     return text
 
 
-def _waterfall(report: Mapping) -> Picture:
+def _waterfall(report: Mapping) -> list[Picture]:
     """Return how the errors of plant and inverse fall from model to model, on the same records."""
     after = report["error"]["after"]
     models = [(report["names"]["before"], report["error"]["before"])]
@@ -269,12 +266,14 @@ def _waterfall(report: Mapping) -> Picture:
         )
     ]  # fmt: skip
     falls = [fall for fall in falls if all(np.isfinite(error) for _, error in fall.steps)]
+    if not falls:
+        return []
     names = ", ".join(judged_records(report))
     caption = (
         "How the error falls, from the first model through what was added, down to what noise alone "
         f"makes. All on the same records: {names}."
     )
-    return Picture("waterfall", figures.waterfall(falls), caption)
+    return [Picture("waterfall", figures.waterfall(falls), caption)]
 
 
 # --- what is kept of the records --------------------------------------------------------------------
