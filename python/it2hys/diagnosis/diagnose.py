@@ -57,6 +57,8 @@ RULES = 3
 ONE_LOOP = tuple(name for name, e in EVIDENCE.items() if e.of_any_loop)
 #: Effects that a controller's slow correction looks like.
 REGULATED = tuple(name for name, e in EVIDENCE.items() if e.of_a_controller)
+#: What is said of test records begins with.
+ON_TEST_RECORDS = "On the test records"
 #: Iterations of the last fit.
 _FINAL = 150
 
@@ -402,7 +404,7 @@ class _Session:
         seen = self._left_over(bench, model, traces, 0) if traces else None
         if seen is None or not seen.significant:
             return []
-        return ["On the test records, which decided nothing: " + " ".join(seen.sentences)]
+        return [f"{ON_TEST_RECORDS}, which decided nothing: " + " ".join(seen.sentences)]
 
     def _parameters(self, model: Model, name: str) -> ParameterSet:
         """Return the model as a parameter set that begins at rest.
