@@ -14,7 +14,7 @@ from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.statistics import FEWEST
 from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench
 from it2hys.diagnosis.next_experiment import deciding_experiment
-from it2hys.diagnosis.outcome import Diagnosis, Stage
+from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.selection import Node, Search
@@ -57,8 +57,6 @@ RULES = 3
 ONE_LOOP = tuple(name for name, e in EVIDENCE.items() if e.of_any_loop)
 #: Effects that a controller's slow correction looks like.
 REGULATED = tuple(name for name, e in EVIDENCE.items() if e.of_a_controller)
-#: What is said of test records begins with.
-ON_TEST_RECORDS = "On the test records"
 #: Iterations of the last fit.
 _FINAL = 150
 

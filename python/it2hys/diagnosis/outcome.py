@@ -13,6 +13,8 @@ from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
 
 _CURVE_POINTS = 201
+#: What is said of test records begins with.
+ON_TEST_RECORDS = "On the test records"
 
 
 @dataclass(frozen=True)

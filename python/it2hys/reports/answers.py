@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from it2hys.diagnosis.diagnose import ON_TEST_RECORDS
+from it2hys.diagnosis.outcome import ON_TEST_RECORDS
 from it2hys.identification.explained import low_share
 from it2hys.records.figures_of_merit import Errors, noise_size, small_figure, times_the_noise
 from it2hys.records.record import INVERTED
@@ -246,7 +246,7 @@ def unexplained(report: Mapping) -> list[str]:
     if report["unexplained"]:
         head = "A significant residual is left that no effect of the catalogue accounts for."
     else:
-        head = "What is left of the records that were fitted or decided is indistinguishable from noise."
+        head = "On the records that were fitted or decided, what is left is noise."
     # the first sentence is the verdict, the details describe it
     texts.append(" ".join([head, *report["left_over"][:1]]))
     if any(text.startswith(ON_TEST_RECORDS) for text in report["left_over"]):
