@@ -26,6 +26,7 @@ ENDS = ("voltageMin", "voltageMax", "displacementMin", "displacementMax")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return 0, 1 for a finding, or 2 for bad usage or input."""
     options = _parser().parse_args(arguments)
+    options.typed = list(sys.argv[1:] if arguments is None else arguments)
     without_threads()
     try:
         return options.command(options)
@@ -137,6 +138,11 @@ def _parser() -> argparse.ArgumentParser:
     workers.add_argument("--dask", metavar="ADDRESS", help="a Dask scheduler, such as tcp://host:8786")
     sweep.add_argument("--json", action="store_true", help="print the outcome as JSON, no progress")
     sweep.add_argument("--restart", action="store_true", help="discard what DIR holds")
+
+    report = _command(commands, "report", _report, "draw the page of a report again")
+    report.add_argument(
+        "directory", metavar="DIR", type=Path, help="where identify, diagnose, run or sweep left one"
+    )
 
     run = _command(commands, "run", _run, "run a scenario by name")
     run.add_argument("name", metavar="NAME", help="a scenario of scenarios/, or a TOML file")
@@ -287,9 +293,8 @@ def _package(options: argparse.Namespace) -> int:
 
 def _identify(options: argparse.Namespace) -> int:
     from it2hys.identification import Options, check_rule_count, identify
-    from it2hys.reports.identification_report import error_table, summary, write_identification
-    from it2hys.reports.judged import inversion
-    from it2hys.reports.verdict import straight_line_errors
+    from it2hys.reports.pair_report import write_report
+    from it2hys.reports.provenance import Provenance
     from it2hys.support.progress import progress_bar
 
     check_rule_count(options.rules)
@@ -298,16 +303,24 @@ def _identify(options: argparse.Namespace) -> int:
     with progress_bar(quiet=options.quiet or options.json) as progress:
         identification = identify(train, validate, test, options.rules, settings, progress)
     records = [*train, *validate, *test]
-    report = write_identification(identification, records, options.output)
-    if options.json:
-        print((options.output / "report.json").read_text(), end="")
-        return 0
-    lines = straight_line_errors(records, identification.records)
-    _say(options, error_table(identification, lines).text(), "\n")
-    for text in [*summary(identification, lines), *inversion(records)]:
-        _say(options, text)
-    _say(options, f"\nreport: {report}")
+    provenance = Provenance.of_command(options.typed, options.seed)
+    write_report(identification, records, options.output, provenance=provenance)
+    _tell_report(options)
     return 0
+
+
+def _tell_report(options: argparse.Namespace) -> None:
+    """Print what the report in the output's directory says, or its JSON."""
+    from it2hys.reports.page import PAGE
+    from it2hys.reports.pair_report import REPORT, read_report
+    from it2hys.reports.printed import printed
+
+    path = options.output / REPORT
+    if options.json:
+        print(path.read_text(encoding="utf-8"), end="")
+        return
+    _say(options, printed(read_report(path)))
+    _say(options, f"\nreport: {options.output / PAGE}")
 
 
 def _effects(text: str) -> list[str]:
@@ -319,15 +332,8 @@ def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.diagnosis import RULES, diagnose
     from it2hys.identification import Options, check_rule_count
     from it2hys.model.parameters import read_ssv
-    from it2hys.reports.diagnosis_report import (
-        conclusion,
-        details,
-        error_table,
-        evidence_overview,
-        write_diagnosis,
-    )
-    from it2hys.reports.judged import inversion
-    from it2hys.reports.verdict import straight_line_errors
+    from it2hys.reports.pair_report import write_report
+    from it2hys.reports.provenance import Provenance
     from it2hys.support.progress import progress_bar
 
     check_rule_count(options.rules)
@@ -349,16 +355,25 @@ def _diagnose(options: argparse.Namespace) -> int:
             sensor_curve=options.sensor_curve,
         )
     records = [*train, *validate, *test]
-    report = write_diagnosis(diagnosis, records, options.output)
-    if options.json:
-        print((options.output / "report.json").read_text(), end="")
-        return 0
-    lines = straight_line_errors(records, diagnosis.after)
-    _say(options, error_table(diagnosis, lines).text(), "\n")
-    _say(options, evidence_overview(diagnosis).text(), "\n")
-    for text in [*conclusion(diagnosis, lines), *details(diagnosis), *inversion(records)]:
-        _say(options, text)
-    _say(options, f"\nreport: {report}")
+    files = [] if options.model is None else [options.model]
+    provenance = Provenance.of_command(options.typed, options.seed, files)
+    write_report(diagnosis, records, options.output, provenance=provenance)
+    _tell_report(options)
+    return 0
+
+
+def _report(options: argparse.Namespace) -> int:
+    from it2hys.sweeps.store import RESULTS
+
+    if (options.directory / RESULTS).is_file():
+        from it2hys.sweeps.report import write_sweep_report
+
+        page, _ = write_sweep_report(options.directory / RESULTS, options.directory)
+    else:
+        from it2hys.reports.pair_report import draw_report
+
+        page = draw_report(options.directory)
+    _say(options, f"report: {page}")
     return 0
 
 
@@ -438,7 +453,10 @@ def _sweep(options: argparse.Namespace) -> int:
         report, _ = write_sweep_report(path, options.output or path.parent)
         _say(options, f"report: {report}")
         return 0
-    scenario = read_sweep(find_scenario(options.scenario))
+    from it2hys.reports.provenance import Provenance
+
+    file = find_scenario(options.scenario)
+    scenario = read_sweep(file)
     outcome = run_sweep(
         scenario,
         options.output or Path("out") / scenario.name,
@@ -446,6 +464,7 @@ def _sweep(options: argparse.Namespace) -> int:
         options.dask,
         options.restart,
         options.quiet or options.json,
+        Provenance.of_command(options.typed, scenario.seed, [file, *scenario.fmu_files]),
     )
     if options.json:
         print(

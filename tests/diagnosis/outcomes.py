@@ -13,7 +13,7 @@ from diagnosis.cases import Case
 from it2hys.diagnosis import Diagnosis, diagnose
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
-from it2hys.reports.diagnosis_report import at_rest, scaled_reference
+from it2hys.reports.pair_report import at_rest, scaled_reference
 
 
 @dataclass(frozen=True)

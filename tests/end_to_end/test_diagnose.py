@@ -12,7 +12,7 @@ import pytest
 from conftest import TS, UM
 from effects import gentle_reference
 from fmpy import read_model_description, simulate_fmu
-from test_cli import FILES, MEASURED, Page, assert_refused, run
+from test_cli import FILES, MEASURED, Page, assert_refused, assert_self_contained, html_of, run
 
 from it2hys.cosimulation.simulation import simulate
 from it2hys.fmu.packaging import package
@@ -20,7 +20,7 @@ from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, Chain
 from it2hys.model.parameters import RULE_FIELDS, ParameterSet, read_ssv, table_1, write_ssv
 from it2hys.records import Record, read_record, write_record
-from it2hys.reports.diagnosis_report import at_rest, scaled_reference
+from it2hys.reports.pair_report import at_rest, scaled_reference
 
 SAMPLES, NOISE = 800, 0.006 * UM
 COMPLIANCE = 2e-8
@@ -108,15 +108,18 @@ def test_the_directory_holds_what_design_promises(folder):
 def test_the_report_is_one_self_contained_page_with_all_its_pictures(folder):
     text = (folder / "out" / "report.html").read_text(encoding="utf-8")
     page = Page(text)
-    assert page.open == [] and page.links == []
-    assert len(page.images) == len(list((folder / "out").glob("*.png")))
+    assert_self_contained(page)
+    files = {p.read_bytes() for p in (folder / "out").glob("*.png")}
+    assert {base64.b64decode(i.partition(",")[2]) for i in page.images} <= files
+    assert len(page.images) >= 4
     for source in page.images:
         head, _, data = source.partition(",")
         assert head == "data:image/png;base64"
         picture = matplotlib.image.imread(BytesIO(base64.b64decode(data)), format="png")
         assert min(picture.shape[:2]) > 100 and np.ptp(picture) > 0.5
-    for word in ("load", *EFFECTS, "µm", "limited %", *ROLES):
-        assert word in text
+    said = html_of(folder / "out")
+    for word in ("load", *EFFECTS, "µm", "clamped %", *ROLES):
+        assert word in said
 
 
 def test_report_json_has_the_settled_keys(folder):
@@ -154,7 +157,7 @@ def test_parameters_are_those_of_the_set(folder):
     parameters = read_ssv(folder / "out" / "parameters.ssv")
     for name, entry in report_of(folder / "out")["parameters"].items():
         assert entry["value"] == parameters[name]
-        assert set(entry) == {"value", "ci95", "unit"} and len(entry["ci95"]) == 2
+        assert set(entry) == {"value", "ci95", "unit", "determined"} and len(entry["ci95"]) == 2
 
 
 def test_a_model_that_is_no_better_than_a_line_is_called_so_first(folder, tmp_path, capsys):
@@ -171,7 +174,7 @@ def test_a_model_that_is_no_better_than_a_line_is_called_so_first(folder, tmp_pa
     report = report_of(out)
     errors = [report["error"]["after"]["s"]["e_rms_um"], report["straight_line"]["s"]["e_rms_um"]]
     assert errors[0] > errors[1]
-    page = (out / "report.html").read_text(encoding="utf-8")
+    page = html_of(out)
     for text in (page[page.index("<p>") : page.index("</p>")], capsys.readouterr().out):
         assert "his model does no better than a straight line on s (e_mr " in text
         assert "records of other kinds" in text
@@ -182,7 +185,7 @@ def test_a_model_that_is_better_than_a_line_says_first_what_was_found(folder):
     for name in ROLES:
         for error in ("e_mr_percent", "e_rms_um"):
             assert report["error"]["after"][name][error] < report["straight_line"][name][error]
-    page = (folder / "out" / "report.html").read_text(encoding="utf-8")
+    page = html_of(folder / "out")
     assert "no better than" not in page
     first = page[page.index("<p>") + 3 : page.index("</p>")]
     assert first == ("Found and added to the starting model: load (force on the stage shortens it).")
@@ -301,7 +304,7 @@ def test_without_a_force_channel_load_is_not_tried_and_the_report_says_so(forcel
     load = evidence_on(report, "load")
     assert load["held_out_gain_percent"] is None and load["accepted"] is False
     assert "not tried" in load["why"] and "force" in load["why"]
-    assert load["why"] in (forceless / "out" / "report.html").read_text(encoding="utf-8")
+    assert load["why"] in html_of(forceless / "out")
 
 
 def test_json_is_the_report_and_nothing_else(folder, tmp_path, capsys):
@@ -310,7 +313,8 @@ def test_json_is_the_report_and_nothing_else(folder, tmp_path, capsys):
     assert json.loads(captured.out) == report_of(tmp_path / "out")
     assert captured.err == ""
     first, second = (report_of(out) for out in (folder / "out", tmp_path / "out"))
-    del first["seconds"], second["seconds"]
+    for report in (first, second):
+        del report["seconds"], report["date"], report["command"]
     assert first == second  # the same records give the same report, whoever shares the work
 
 

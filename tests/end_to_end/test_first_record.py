@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from diagnosis import simulator as sim
-from test_cli import TIME, UM, assert_refused, run
+from test_cli import TIME, UM, assert_refused, html_of, run
 
 from it2hys.cosimulation.simulation import simulate
 from it2hys.diagnosis import windows
@@ -84,7 +84,7 @@ def write(path, voltage, displacement, pattern="{:.5f},{:.5f},{:.5f}\n"):
 
 
 def report_of(out):
-    return json.loads((out / "report.json").read_text()), (out / "report.html").read_text()
+    return json.loads((out / "report.json").read_text()), html_of(out)
 
 
 # --- records of every length ---------------------------------------------------------------------

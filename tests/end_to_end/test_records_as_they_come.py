@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import TS, UM
 from diagnosis import voltages
-from test_cli import run
+from test_cli import html_of, run
 from test_diagnose import measure, report_of, stage_with, write_all
 
 from it2hys.model import compiled
@@ -54,7 +54,7 @@ def test_unused_columns_are_named_with_what_to_do(annotated, command, tmp_path, 
     assert warning.startswith("Columns 'Temp (°C)', 'counter' of records 'a', 'b' are not used.")
     assert "--column 'temperature=Temp (°C):degC'" in warning and "drift" in warning
     assert warning in said
-    assert warning in (tmp_path / "out" / "report.html").read_text().replace("&#39;", "'")
+    assert warning in html_of(tmp_path / "out").replace("&#39;", "'")
     assert report["records"]["a"]["unused_columns"] == ["Temp (°C)", "counter"]
 
 
@@ -248,8 +248,8 @@ def test_a_displacement_that_other_inputs_move_is_said_to_be_so_first(tmp_path, 
         assert error["voltage_explains_percent"] == pytest.approx(26.0, abs=8.0)
     sentence = "of the displacement of record 'a', whatever its lag, memory or curve"
     assert sentence in said
-    page = (tmp_path / "out" / "report.html").read_text().replace("&#39;", "'")
-    assert page.index(sentence) < page.index("What was found")
+    page = html_of(tmp_path / "out").replace("&#39;", "'")
+    assert page.index(sentence) < page.index("How good the pair is")
 
 
 def test_the_voltage_explains_nearly_all_of_a_stage(annotated, tmp_path):

@@ -1,6 +1,7 @@
 """Whole sweeps: one table whoever runs them and however often they are interrupted."""
 
 import errno
+import hashlib
 import html
 import json
 import os
@@ -16,10 +17,12 @@ from collections import namedtuple
 from io import BytesIO
 from pathlib import Path
 
+import jsonschema
 import polars as pl
 import pytest
 from foreign_fmu import build_foreign
 from polars.testing import assert_frame_equal
+from test_cli import html_of
 
 import it2hys
 from it2hys.cli import main
@@ -27,6 +30,7 @@ from it2hys.errors import InputError
 from it2hys.sweeps import parse_sweep, read_sweep, run_sweep, store, sweep, worker
 from it2hys.sweeps.cases import make_plan
 
+SCHEMA = json.loads((Path(__file__).parents[2] / "docs" / "sweep_report.schema.json").read_text())
 SCENARIO = """
 title = "Sweeps under test"
 seed = 3
@@ -102,7 +106,7 @@ def assert_same(directory, expected):
     table = pl.read_parquet(directory / "results.parquet")
     assert_frame_equal(table, expected, check_exact=True)
     left = {path.name for path in directory.iterdir() if not path.name.startswith("figure")}
-    assert left == {"results.parquet", "report.html"}
+    assert left == {"results.parquet", "report.html", "report.json"}
 
 
 # --- whoever runs it ---------------------------------------------------------------------------
@@ -469,12 +473,37 @@ def test_the_report_is_drawn_from_the_table_alone(tmp_path):
     path.unlink()
     moved = tmp_path / "away" / "results.parquet"
     assert main(["sweep", str(moved), "-o", str(tmp_path / "again"), "--quiet"]) == 0
-    first = {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir() if p.suffix != ".parquet"}
-    again = {p.name: p.read_bytes() for p in (tmp_path / "again").iterdir()}
+    first, again = (
+        {p.name: p.read_bytes() for p in (tmp_path / name).glob("*.png")} for name in ("out", "again")
+    )
     assert first == again
     kinds = ["1_heat_map", "2_lines", "3_loops", "4_time_course", "5_distribution"]
-    assert set(again) == {"report.html", *(f"figure_{kind}.png" for kind in kinds)}
+    assert set(again) == {f"figure_{kind}.png" for kind in kinds}
     assert all(len(content) > 8000 for content in again.values())
+    # but for when it was drawn
+    first, again = (
+        re.sub(r'<div class="about">.*?</div>', "", html_of(tmp_path / name))
+        for name in ("out", "again")
+    )
+    assert first == again
+
+
+def test_a_sweep_says_what_it_was_made_by_and_of(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text(SCENARIO + FIGURES, encoding="utf-8")
+    out = tmp_path / "out"
+    assert main(["sweep", str(path), "-o", str(out), "--workers", "0", "--quiet"]) == 0
+    report = json.loads((out / "report.json").read_text(encoding="utf-8"))
+    jsonschema.validate(report, SCHEMA)
+    assert report["command"].startswith(f"it2hys sweep {path}") and report["seed"] is not None
+    (entry,) = [i for i in report["inputs"] if i["name"] == "s.toml"]
+    assert entry["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
+    assert entry["sha256"] in html_of(out)
+    assert (report["cases"], report["failed"]) == (CASES, 0)
+    (out / "report.html").unlink()
+    assert main(["report", str(out), "--quiet"]) == 0
+    assert json.loads((out / "report.json").read_text(encoding="utf-8")) == report
+    assert entry["sha256"] in html_of(out)
 
 
 def test_a_file_that_is_no_table_is_named(tmp_path, capsys):

@@ -19,7 +19,10 @@ PACKAGE = Path(it2hys.__file__).parent
 PARAMETERS = {re.sub(r"\[\d+\]", "", n) for n, v in load_table().parameters().items() if v.effect}
 PARAMETERS |= {c["variable"] for group, c in load_table().counts.items() if group in EFFECTS}
 #: Names that are no effect's where they stand, and what they are.
-OTHERS = {("records/unused.py", "load"): "a word for a force in the header of a record"}
+OTHERS = {
+    ("records/unused.py", "load"): "a word for a force in the header of a record",
+    ("reports/courses.py", "load"): "a function of numpy",
+}
 
 
 def product() -> list[Path]:

@@ -5,16 +5,19 @@ import pytest
 from conftest import TS
 from effects import with_effects
 
-from it2hys.identification.evaluation import evaluate
+from it2hys.identification.evaluation import as_identification, evaluate
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS
 from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.records import Record
-from it2hys.reports.identification_report import record_section
+from it2hys.reports.details import details
+from it2hys.reports.summary import record_json, summary
 
 #: Of what a record can show by itself: the rest needs other channels, or begins at time 0.
 SHOWN = [e for e in EFFECTS if e not in ("drift", "load")]
 SAMPLES = 2000
+#: What a report has beside what it says of a result.
+PLAIN = {"sections": [], "inputs": [], "seed": None, "version": "0"}
 
 
 def record_of(parameters: ParameterSet, high: float = 90.0) -> Record:
@@ -53,11 +56,12 @@ def test_samples_beyond_the_range_are_counted():
 
 def test_the_report_says_how_many_samples_of_a_record_are_beyond_the_model():
     parameters, record = table_1(), record_of(table_1(), 140.0)
-    (result,) = evaluate(parameters, [record])
-    count = np.count_nonzero(result.out_of_range)
-    text = " ".join(record_section(record, result, parameters).text)
+    results = evaluate(parameters, [record])
+    count = np.count_nonzero(results[0].out_of_range)
+    report = summary(as_identification(parameters, results), [record]) | PLAIN
+    text = " ".join(t for section in details(report) for t in section.text)
     assert f"{count} of {SAMPLES} samples are beyond what the model holds for, 0 to 110 V" in text
     assert "to 140 V" in text
     within = record_of(table_1(), 100.0)
     (result,) = evaluate(parameters, [within])
-    assert "beyond" not in " ".join(record_section(within, result, parameters).text)
+    assert record_json(within, result, parameters)["out_of_range"] is None

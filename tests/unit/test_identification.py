@@ -38,7 +38,7 @@ from it2hys.model import compiled
 from it2hys.model.it2 import usability_function
 from it2hys.model.parameters import table_1
 from it2hys.records import Record
-from it2hys.reports.identification_report import write_identification
+from it2hys.reports.pair_report import write_report
 from it2hys.stand import Stand, excitations
 
 TABLE_1 = table_1().rules
@@ -497,7 +497,7 @@ def test_a_fit_that_is_stopped_says_so_and_writes_nothing(tmp_path):
     assert not found.converged
     assert "limit of iterations" in found.message
     with pytest.raises(InputError, match="did not converge"):
-        write_identification(found, [train], tmp_path / "out")
+        write_report(found, [train], tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import polars as pl
 import pytest
+from browser import Browser, needs_browser
 from conftest import run_python
 from matplotlib.collections import PathCollection, QuadMesh
 
@@ -210,7 +211,7 @@ def test_messages_are_whole_and_counted_one_by_one(tmp_path):
     make_table(tmp_path / "r.parquet", [{**FREQUENCY, "count": 9}], lambda f: f, said)
     report, counts = write_sweep_report(tmp_path / "r.parquet", tmp_path)
     page = report.read_text(encoding="utf-8")
-    cells = re.findall(r"<tr><td[^>]*>(.*?)</td><td>(\d+)</td><td>(\d+)</td></tr>", page)
+    cells = re.findall(r"<tr><td[^>]*>(.*?)</td><td[^>]*>(\d+)</td><td[^>]*>(\d+)</td></tr>", page)
     assert counts.failed == 0
     assert {text for text, *_ in cells if len(text) < 100} == {
         "plant (IT2Plant): fmi2DoStep to … s: beyond … m",
@@ -219,6 +220,39 @@ def test_messages_are_whole_and_counted_one_by_one(tmp_path):
     assert {tuple(numbers) for _, *numbers in cells} == {("9", "0")}
     (cut,) = [text for text, *_ in cells if len(text) > 100]
     assert 550 < len(cut) < 610 and cut.endswith("stretch …") and cut.startswith("inverse (Model): ")
+
+
+@needs_browser
+def test_every_kind_of_figure_can_be_looked_into(tmp_path):
+    """Points, cells, lines with bands, bars and curves are drawn from what matplotlib was given."""
+    (tmp_path / "drawn").mkdir()
+    (tmp_path / "grid").mkdir()
+    trace = {"kind": "time course", "value": "plant.displacement", "by": "f"}
+    line = {k: v for k, v in LINES.items() if k != "by"}
+    bars = {"kind": "distribution", "value": "top"}
+    points = {"kind": "heat map", "x": "high", "y": "f", "value": "top", "y_scale": "log"}
+    frame, _ = make_table(
+        tmp_path / "drawn/r.parquet", DRAWN, samples=500, kept=20, figure=[points, line, bars, trace]
+    )
+    make_table(tmp_path / "grid/r.parquet", grid(4, 3), figure=[points, line])
+    counts = """Bokeh.documents.map((d) => Array.from(d._all_models.values())
+      .filter((m) => m.type === "GlyphRenderer")
+      .map((m) => m.glyph.type + " " + m.data_source.get_length()))"""
+    with Browser() as browser:
+        for name, expected in (
+            ("drawn", [{"Scatter 500"}, {"Scatter 500"}, {"Quad"}, {"Line 20"}]),
+            ("grid", [{"Quad 12"}, {"Line 3", "Patch"}]),
+        ):
+            write_sweep_report(tmp_path / name / "r.parquet", tmp_path / name)
+            browser.open(tmp_path / name / "report.html")
+            browser.run("document.querySelectorAll('details').forEach((d) => { d.open = true; }); 0")
+            browser.until(f"window.Bokeh && Bokeh.documents.length === {len(expected)}")
+            browser.until("Bokeh.documents.every((d) => d.is_idle)")
+            for found, kinds in zip(browser.run(counts), expected, strict=True):
+                assert all(any(f.startswith(kind) for f in found) for kind in kinds), (found, kinds)
+            assert browser.errors == []
+    report = json.loads((tmp_path / "drawn/report.json").read_text(encoding="utf-8"))
+    assert report["axes"][0]["high"] == pytest.approx(frame["high"].max())
 
 
 MEASURE = """

@@ -15,7 +15,7 @@ from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.statistics import FEWEST
 from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench
 from it2hys.diagnosis.next_experiment import deciding_experiment
-from it2hys.diagnosis.outcome import Diagnosis, Stage
+from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.selection import Node, Search
@@ -34,6 +34,7 @@ from it2hys.identification.preparation import (
     prepare,
 )
 from it2hys.identification.result import Identification
+from it2hys.identification.stage_figures import stage_figures
 from it2hys.identification.starts import clues
 from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.identification.uncertainty import assess
@@ -360,7 +361,9 @@ class _Session:
         judged = [within(t, self._extent.voltage) for t in traces if t.role != "test"]
         base = self._on_whole(base, bench)
         left = self._left_over(whole, fit.model, judged, len(self._train))
+        before = self._judgements(base, bench, traces)
         after = self._judgements(fit.model, bench, traces)
+        uncertainty = assess(fit)
         return Diagnosis(
             parameters=parameters,
             base=self._parameters(base, "before"),
@@ -371,11 +374,13 @@ class _Session:
             indistinguishable=groups,
             experiments=tuple(deciding_experiment(group) for group in groups),
             noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
-            before=self._judgements(base, bench, traces),
+            before=before,
             after=after,
             evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
-            stages=self._stages(search, node, fit, bench),
-            intervals=assess(fit).intervals,
+            stages=self._stages(search, node, fit, bench, before, after, traces),
+            intervals=uncertainty.intervals,
+            undetermined=uncertainty.undetermined,
+            stage_figures=stage_figures(fit, uncertainty),
             warnings=(*bound_sentences(fit, named), *self._findings(after), *self._warnings),
             seconds=self._seconds,
         )
@@ -398,7 +403,7 @@ class _Session:
         seen = self._left_over(bench, model, traces, 0) if traces else None
         if seen is None or not seen.significant:
             return []
-        return ["On the test records, which decided nothing: " + " ".join(seen.sentences)]
+        return [f"{ON_TEST_RECORDS}, which decided nothing: " + " ".join(seen.sentences)]
 
     def _parameters(self, model: Model, name: str) -> ParameterSet:
         """Return the model as a parameter set that begins at rest.
@@ -423,30 +428,46 @@ class _Session:
     def _judgements(self, model: Model, bench: Bench, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
         return judge_records(bench, model, self._parameters(model, "judged"), traces)
 
-    def _stages(self, search: Search, node: Node, fit: ChainFit, bench: Bench) -> tuple[Stage, ...]:
+    def _stages(
+        self,
+        search: Search,
+        node: Node,
+        fit: ChainFit,
+        bench: Bench,
+        before: tuple[Judgement, ...],
+        after: tuple[Judgement, ...],
+        traces: Sequence[Trace],
+    ) -> tuple[Stage, ...]:
         """Return the first model, those after each addition if there are any, and the last."""
         searched = list(zip(self._windows, self._searched(), strict=True))
         order = [e for e in node.fit.model.effects if e in node.effects]
-        stages = [self._stage("before", search.root, searched)]
+        stages = [self._stage("before", search.root, searched, before)]
         for count in range(1, len(order)):
             found = [n for n in search.nodes.values() if n.effects == frozenset(order[:count])]
             if found:
                 best = min(found, key=lambda n: n.rms)
-                stages.append(self._stage(" + ".join(order[:count]), best, searched))
+                judged = self._judgements(self._on_whole(best.fit.model, bench), bench, traces)
+                stages.append(self._stage(" + ".join(order[:count]), best, searched, judged))
         if order:
             deciding = None if self._is_whole else bench.deciding
             last = Node(node.added, fit, bench.errors(fit.model, deciding))
             whole = list(zip(self._whole, self._all_fitted, strict=True))
-            stages.append(self._stage(" + ".join(order), last, whole))
+            stages.append(self._stage(" + ".join(order), last, whole, after))
         return tuple(stages)
 
-    def _stage(self, label: str, node: Node, parts: Sequence[tuple[Window, Trace]]) -> Stage:
+    def _stage(
+        self,
+        label: str,
+        node: Node,
+        parts: Sequence[tuple[Window, Trace]],
+        judgements: tuple[Judgement, ...],
+    ) -> Stage:
         """Return what a model leaves of the training records, as far as parts of them show it."""
         residuals = [np.full(len(r), np.nan) for r in self._train]
         for i, (window, t) in enumerate(parts):
             error = np.where(t.judged, t.y - node.fit.model.predict(t, i), np.nan)
             residuals[window.record][window.first : window.first + len(window)] = error
-        return Stage(label, residuals, node.rms)
+        return Stage(label, residuals, node.rms, judgements)
 
 
 def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple[str, ...]:

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from it2hys.identification.judgement import Judgement
+from it2hys.identification.stage_figures import StageFigure
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
 
 _CURVE_POINTS = 201
+#: What is said of test records begins with.
+ON_TEST_RECORDS = "On the test records"
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,14 @@ class Evidence:
     held_out_p_value : float
     accepted : bool
     why : str
+        The verdict with its reason, as a sentence.
+    reason : str
+        The reason alone, the same words for all effects that it holds for; empty for an effect that was
+        added.
+    beside : tuple of str
+        Effects that the model had when this one was added to it, those of the first model left out.
+    error_before, error_after : float
+        On the records that decide, m; NaN if not tried.
     """
 
     effect: str
@@ -40,6 +51,10 @@ class Evidence:
     held_out_p_value: float
     accepted: bool
     why: str
+    reason: str = ""
+    beside: tuple[str, ...] = ()
+    error_before: float = np.nan
+    error_after: float = np.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,11 +68,14 @@ class Stage:
         Measured minus model on each training record, m; NaN where no error counts.
     e_rms : float
         Error on the records that decide, m.
+    judgements : tuple of Judgement
+        How the model and its inverse do on all records, in their order: what a step is worth.
     """
 
     label: str
     residuals: list[np.ndarray]
     e_rms: float
+    judgements: tuple[Judgement, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +107,10 @@ class Diagnosis:
     stages : tuple of Stage
     intervals : dict of str to (float, float)
         95 % intervals by FMU parameter name, SI units; NaN for a parameter held at a bound.
+    undetermined : tuple of str
+        Parameters of rules that the records do not determine.
+    stage_figures : tuple of StageFigure
+        What the records do determine: gain, widths of loops, time constants.
     warnings : tuple of str
     seconds : dict of str to float
         Duration of each phase, s.
@@ -110,6 +132,8 @@ class Diagnosis:
     evidence: tuple[Evidence, ...]
     stages: tuple[Stage, ...]
     intervals: dict[str, tuple[float, float]]
+    undetermined: tuple[str, ...]
+    stage_figures: tuple[StageFigure, ...]
     warnings: tuple[str, ...]
     seconds: dict[str, float]
     has_sensor_curve: bool = False

@@ -71,15 +71,29 @@ def evidence_of(verdict: Verdict, left: Clues) -> tuple[Evidence, ...]:
 
 def _evidence_on(effect: str, verdict: Verdict, left: Clues) -> Evidence:
     signature, trial = EVIDENCE[effect].signature(left), _trial_of(effect, verdict)
-    return Evidence(
+    reason = _untried(effect, verdict, left) if trial is None else _reason(effect, trial, verdict)
+    known = Evidence(
         effect,
         np.nan if signature is None else signature.statistic,
         np.nan if signature is None else signature.p_value,
         "" if signature is None else signature.text,
-        np.nan if trial is None else trial.comparison.gain,
-        np.nan if trial is None else trial.comparison.p_value,
+        np.nan,
+        np.nan,
         effect in verdict.named,
-        _untried(effect, verdict, left) if trial is None else _why(effect, trial, verdict),
+        reason,
+        reason,
+    )
+    if trial is None:
+        return known
+    c = trial.comparison
+    return replace(
+        known,
+        held_out_gain=c.gain,
+        held_out_p_value=c.p_value,
+        why=_why(effect, trial, verdict, reason),
+        beside=tuple(sorted(trial.base)),
+        error_before=c.before,
+        error_after=c.after,
     )
 
 
@@ -132,39 +146,43 @@ def _untried(effect: str, verdict: Verdict, left: Clues) -> str:
             "not tried: the training records hold one amplitude at one frequency, which cannot "
             f"tell it from {others} and from the core's own phase lag"
         )
-    return "not tried: no start of a fit with it stays finite, or the channel is constant"
+    return "not tried: from no initial guess does a run with it stay finite, or its channel is constant"
 
 
-def _why(effect: str, trial: Trial, verdict: Verdict) -> str:
-    """Return the reason for the verdict on an effect that was tried, in a sentence."""
+def _why(effect: str, trial: Trial, verdict: Verdict, reason: str) -> str:
+    """Return the verdict on an effect that was tried, in a sentence."""
     c = trial.comparison
     fall = (
-        f"changes the error on what decides from {1e6 * c.before:.4g} to {1e6 * c.after:.4g} µm "
-        f"({change_in_percent(-c.gain)} %, p = {c.p_value:.2g})"
+        f"changes the error on the records that decide from {1e6 * c.before:.4g} to "
+        f"{1e6 * c.after:.4g} µm ({change_in_percent(-c.gain)} %, p = {c.p_value:.2g})"
     )
     if effect in verdict.named:
         return f"adding it {fall}"
+    if any(effect in group for group in verdict.groups):
+        return f"adding it {fall}, but {reason}"
+    base = " + ".join(["the model", *sorted(trial.base)])
+    return f"added to {base} it {fall}{', but ' if trial.accepted else ': '}{reason}"
+
+
+def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
+    """Return why an effect that was tried was not added; nothing where it was."""
+    if effect in verdict.named:
+        return ""
     rivals = [g for g in verdict.groups if effect in g]
     if rivals:
-        others = ", ".join(e for e in rivals[0] if e != effect)
-        return f"adding it {fall}, but these records cannot tell it from {others}"
-    base = " + ".join(["the model", *sorted(trial.base)])
+        return "these records cannot tell it from " + ", ".join(e for e in rivals[0] if e != effect)
     if trial.accepted:
-        return f"added to {base} it {fall}, but other effects explain that better"
-    return f"added to {base} it {fall}: {_reason(trial)}"
-
-
-def _reason(trial: Trial) -> str:
+        return "other effects explain that better"
     c = trial.comparison
     is_chance = c.p_value > LEVEL
     if not is_chance and trial.sampling:
         return "it acts within a sample, no more than a delay or how the signals were sampled would"
     if not is_chance and c.gain > SEARCH.clear_gain:
-        return "a small part of what is left over, and not in the way in which this effect would"
-    reason = "no more than chance" if is_chance else "too little to speak of"
+        return "it takes away a small part of the residual, and lacks this effect's signature"
+    reason = "indistinguishable from chance" if is_chance else "below the required gain"
     if trial.fitted > SEARCH.plain:
         reason += (
-            f", though it takes away {100 * trial.fitted:.0f} % of the error on the training records; "
-            "the records that decide have to show what those do"
+            f", though it takes away {100 * trial.fitted:.0f} % of the error on the training records: "
+            "add validation records that show what those do"
         )
     return reason

@@ -1,7 +1,7 @@
 """Running a scenario: records from the stand, a model, tracking, and a report beside the paper."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from it2hys.diagnosis import RULES, Diagnosis, diagnose
@@ -15,19 +15,19 @@ from it2hys.experiments.feedforward import (
 )
 from it2hys.experiments.scenario import RecordEntry, Scenario, read_scenario
 from it2hys.experiments.scenario_files import find_scenario
-from it2hys.fmu.packaging import make_directory, package
-from it2hys.identification import Judgement, Options, identify
-from it2hys.identification.evaluation import evaluate
+from it2hys.fmu.packaging import make_directory
+from it2hys.identification import Identification, Judgement, Options, identify
+from it2hys.identification.evaluation import as_identification, evaluate
 from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.records import Record, write_record
 from it2hys.records.figures_of_merit import Errors
-from it2hys.reports.diagnosis_report import ADVICE as DIAGNOSIS_ADVICE
-from it2hys.reports.diagnosis_report import change, found, labels, overview_section, write_diagnosis
+from it2hys.reports.answers import ROLES, advice, found, verdict
 from it2hys.reports.figures import Compared
-from it2hys.reports.identification_report import ADVICE, record_section, write_identification
-from it2hys.reports.judged import ROLES, UM
-from it2hys.reports.page import NONE, Section, Table, write_report
-from it2hys.reports.verdict import Judged, model_verdict, straight_line, straight_line_errors
+from it2hys.reports.page import NONE, Answer, Section, Table
+from it2hys.reports.pair_report import write_report
+from it2hys.reports.provenance import Provenance
+from it2hys.reports.summary import Result, model_names, summary
+from it2hys.reports.verdict import Judged, percent, straight_line, straight_line_errors
 from it2hys.support.progress import Progress, part, progress_bar
 
 REASON = (
@@ -37,11 +37,9 @@ REASON = (
     "own past output alone: one state without a memory of turning points, whose loop is phase lag and "
     "grows with frequency, where the stand's loop hardly does. Hence the gap between the two."
 )
-#: What to do where a model that belongs to another specimen is of no use.
-_OTHER_SPECIMEN = (
-    "These parameters belong to another specimen: `it2hys identify` with records of the stage itself "
-    "gives its own, and `it2hys diagnose` the effects that they lack."
-)
+UM = 1e6
+#: What the page calls what a scenario shows.
+_QUESTION = "What the scenario shows"
 #: What the model before a diagnosis is called.
 START = "paper's model"
 #: Where a run leaves its records, as CSV.
@@ -93,17 +91,20 @@ def run_scenario(
     InputError
         If the scenario is not usable.
     """
-    scenario = read_scenario(find_scenario(name))
+    file = find_scenario(name)
+    scenario = read_scenario(file)
     directory = Path(directory or Path("out") / scenario.name)
     with progress_bar(quiet) as progress:
-        return _Run(scenario, directory, progress, workers).run()
+        return _Run(scenario, file, directory, progress, workers).run()
 
 
 class _Run:
     """One run of a scenario: what its parts hand on to each other."""
 
-    def __init__(self, scenario: Scenario, directory: Path, progress: Progress, workers: int):
-        self._scenario, self._directory = scenario, directory
+    def __init__(
+        self, scenario: Scenario, file: Path, directory: Path, progress: Progress, workers: int
+    ):
+        self._scenario, self._file, self._directory = scenario, file, directory
         self._progress, self._workers = progress, workers
         self._records: list[Record] = []
         self._introduction = [scenario.text] if scenario.text else []
@@ -120,34 +121,18 @@ class _Run:
             "identified": self._with_identification,
             "diagnosed": self._with_diagnosis,
         }[scenario.model]
-        tables, texts, report = model()
         folder = make_directory(self._directory / RECORDS)
-        for record in self._records:
-            write_record(folder / f"{record.name}.csv", record)
+        self._records = [_written(record, folder) for record in self._records]
+        tables, texts, report = model()
         return Outcome(tables, texts, report, _command(scenario), folder)
 
     def _with_table_1(self) -> tuple[list[Table], list[str], Path]:
-        scenario, records, parameters = self._scenario, self._records, table_1()
-        results = evaluate(parameters, records)
-        verdict = model_verdict(results, straight_line_errors(records, results), _OTHER_SPECIMEN)
-        tracked = self._track({"Table 1": parameters}, results)
-        texts = [*verdict, *_tracking_texts(tracked, "" if verdict else _OTHER_SPECIMEN)]
-        sections = [
-            Section("Table 1 as published", [*texts, *self._introduction]),
-            comparison(scenario.records, results),
-            *(
-                record_section(r, result, parameters)
-                for r, result in zip(records, results, strict=True)
-            ),
-            *_tracking_sections(tracked),
-            own_records(scenario),
-        ]
-        package(parameters, make_directory(self._directory))
-        report = write_report(self._directory, scenario.title, sections, part(self._progress, 0.5, 1.0))
-        return [table for section in sections for table in section.tables], texts, report
+        parameters = table_1()
+        evaluated = as_identification(parameters, evaluate(parameters, self._records))
+        return self._without_effects(evaluated, "Table 1")
 
     def _with_identification(self) -> tuple[list[Table], list[str], Path]:
-        scenario, records = self._scenario, self._records
+        scenario = self._scenario
         roles = self._by_role()
         identification = identify(
             *roles, scenario.rules, Options(seed=scenario.seed), part(self._progress, 0.0, 0.4)
@@ -158,27 +143,22 @@ class _Run:
             compared.append(
                 compare_estimators(roles[0], scenario.rules or RULES, scenario.seed, progress)
             )
-        models = {"identified model": identification.parameters}
-        tracked = self._track(models, identification.records)
-        lines = straight_line_errors(records, identification.records)
-        verdict = model_verdict(identification.records, lines, ADVICE)
-        texts = _tracking_texts(tracked, "" if verdict else ADVICE)
-        sections = [
-            comparison(scenario.records, identification.records),
-            *_tracking_sections(tracked),
-            *compared,
-        ]
-        report = write_identification(
-            identification,
-            records,
-            self._directory,
-            scenario.title,
-            [*sections, own_records(scenario)],
-            [*texts, *self._introduction],
-            part(self._progress, 0.85, 1.0),
-        )
+        return self._without_effects(identification, "identified model", compared)
+
+    def _without_effects(
+        self, found: Identification, name: str, more: Sequence[Section] = ()
+    ) -> tuple[list[Table], list[str], Path]:
+        """Track and report with a model that has no effects."""
+        scenario = self._scenario
+        tracked = self._track({name: found.parameters}, found.records)
+        report = summary(found, self._records)
+        first = verdict(report)
+        texts = _tracking_texts(tracked, "" if first else advice(report))
+        beside = comparison(scenario.records, found.records)
+        sections = [beside, *_tracking_sections(tracked), *more]
+        page = self._write(found, Answer(_QUESTION, texts, None, self._introduction), sections)
         tables = [table for section in sections for table in section.tables]
-        return tables, [*verdict, *texts], report
+        return tables, [*first, *texts], page
 
     def _with_diagnosis(self) -> tuple[list[Table], list[str], Path]:
         scenario, records = self._scenario, self._records
@@ -189,30 +169,46 @@ class _Run:
             progress=part(self._progress, 0.0, 0.8),
             workers=self._workers,
         )
-        models = zip(labels(diagnosis, START), (diagnosis.base, diagnosis.parameters), strict=True)
-        tracked = self._track(dict(models), diagnosis.after)
+        names = model_names(diagnosis, START)
+        models = dict(zip(names.values(), (diagnosis.base, diagnosis.parameters), strict=True))
+        tracked = self._track(models, diagnosis.after)
         lines = straight_line_errors(records, diagnosis.after)
-        verdict = model_verdict(diagnosis.after, lines, DIAGNOSIS_ADVICE)
-        tracking = _tracking_texts(tracked, "" if verdict else DIAGNOSIS_ADVICE)
-        texts = [*verdict, *tracking, found(diagnosis, START)]
+        report = summary(diagnosis, records, START)
+        first = verdict(report)
+        texts = _tracking_texts(tracked, "" if first else advice(report))
         table = before_and_after(scenario.records, diagnosis, lines, tracked)
-        report = write_diagnosis(
+        page = self._write(
             diagnosis,
-            records,
+            Answer(_QUESTION, texts, table, self._introduction),
+            _tracking_sections(tracked),
+            _drawn(tracked),
+            {"tracking": feedforward_json(tracked)} if tracked else {},
+        )
+        return [table], [*first, *texts, *found(report)], page
+
+    def _write(
+        self,
+        result: Result,
+        lead: Answer,
+        sections: Sequence[Section],
+        tracked: Compared | None = None,
+        more: Mapping[str, object] | None = None,
+    ) -> Path:
+        """Write the report, with what the scenario shows at its top."""
+        scenario = self._scenario
+        return write_report(
+            result,
+            self._records,
             self._directory,
             scenario.title,
-            first=[
-                overview_section(
-                    diagnosis, records, [*texts, *self._introduction], _drawn(tracked), START
-                ),
-                Section("", tables=[table]),
-            ],
-            feedforward=feedforward_section(tracked) if tracked else None,
-            extra=[own_records(scenario)],
-            more={"tracking": feedforward_json(tracked)} if tracked else {},
-            progress=part(self._progress, 0.85, 1.0),
+            Provenance(f"it2hys run {scenario.name}", scenario.seed, (self._file,)),
+            lead,
+            tracked,
+            [*sections, own_records(scenario)],
+            more,
+            START,
+            part(self._progress, 0.85, 1.0),
         )
-        return [table], texts, report
 
     def _by_role(self) -> list[list[Record]]:
         """Return the training, validation and test records."""
@@ -227,6 +223,13 @@ class _Run:
         return track_on_stand(self._scenario, models, line, part(self._progress, 0.8, 0.85))
 
 
+def _written(record: Record, folder: Path) -> Record:
+    """Write a record as CSV, and return it with its file."""
+    path = folder / f"{record.name}.csv"
+    write_record(path, record)
+    return replace(record, path=path)
+
+
 def _tracking_texts(tracked: Feedforward | None, advice: str) -> list[str]:
     return conclusion(tracked, advice) if tracked else []
 
@@ -239,7 +242,7 @@ def _drawn(tracked: Feedforward | None) -> Compared | None:
     if not tracked:
         return None
     before, after = tracked.inverse.values()
-    title = f"Tracking error e_mr: {change(before.errors.e_mr, after.errors.e_mr)}"
+    title = f"Tracking error: {percent(before.errors.e_mr)} → {percent(after.errors.e_mr)}"
     courses = (after.voltage, tracked.reference, before.displacement, after.displacement)
     return Compared(title, tracked.time, *courses)
 
@@ -285,7 +288,7 @@ def before_and_after(
             values = (100 * before.e_mr, 100 * after.e_mr, published, 100 * line.e_mr, None)
             rows.append([f"free run of {entry.name}, e_mr %", *(_figure(v, 2) for v in values)])
     return Table(
-        ["", *labels(diagnosis, START), "published", "straight line", "none"],
+        ["", *model_names(diagnosis, START).values(), "published", "straight line", "none"],
         rows,
         "Straight line: as model and as proportional feedforward. None: feedforward by the data sheet.",
     )

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, StrictBool, StrictFloat, StrictInt, model_validator
 
 from it2hys.errors import InputError
-from it2hys.reports.identification_report import ROLES
+from it2hys.reports.answers import ROLES
 from it2hys.stand import PARTS as STAND_PARTS
 from it2hys.stand import Stand, excitations
 from it2hys.support.keys import read_toml

@@ -10,6 +10,7 @@ from it2hys.identification.criterion import Model
 from it2hys.identification.effect_coordinates import BY_RECORD
 from it2hys.identification.judgement import Judgement, judge_records
 from it2hys.identification.preparation import check_sample_times, data_scaling, prepare
+from it2hys.identification.result import Identification
 from it2hys.identification.starts import Starts
 from it2hys.identification.traces import extent_of, to_trace
 from it2hys.model.chain import active_effects
@@ -55,3 +56,23 @@ def evaluate(
     starts = Starts(traces, data_scaling(prepared), extent_of(records))
     begun = starts.fit_own(given, traces)
     return judge_records(starts, begun, parameters, [starts.with_lead_in(begun, t) for t in traces])
+
+
+def as_identification(parameters: ParameterSet, judgements: tuple[Judgement, ...]) -> Identification:
+    """Return a given model and its errors as reports take an identified one: nothing was fitted."""
+    return Identification(
+        parameters=parameters,
+        records=judgements,
+        noise_rms=float(np.sqrt(np.mean([j.noise**2 for j in judgements]))),
+        intervals={},
+        condition=np.nan,
+        undetermined=(),
+        stage_figures=(),
+        warnings=(),
+        converged=True,
+        message="",
+        contraction=np.nan,
+        starts=(),
+        orders=(),
+        seconds={},
+    )

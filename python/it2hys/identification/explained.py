@@ -9,17 +9,10 @@ lower bound of what the voltage explains.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.signal import lfilter
 
 from it2hys.policy import NOISE
-
-if TYPE_CHECKING:
-    from it2hys.identification.judgement import Judgement
-
 
 #: Samples that are looked at, in the middle of a longer record.
 _MOST = 20_000
@@ -98,20 +91,21 @@ def explained_by_model(displacement: np.ndarray, reading: np.ndarray, used: np.n
     return float(max(0.0, 1.0 - error / power))
 
 
-def low_shares(judgements: Sequence[Judgement]) -> list[str]:
-    """Return a sentence for each record of which the voltage explains little."""
+def low_share(name: str, *shares: float) -> list[str]:
+    """Return a sentence on a record of which the voltage explains little, or nothing.
+
+    Parameters
+    ----------
+    name : str
+        Of the record.
+    *shares : float
+        That a model and a generous predictor explain.
+    """
+    if not all(share < NOISE.explained for share in shares):
+        return []
     return [
-        _sentence(j)
-        for j in judgements
-        if j.voltage_share < NOISE.explained and j.explained < NOISE.explained
-    ]
-
-
-def _sentence(judgement: Judgement) -> str:
-    share = max(judgement.voltage_share, judgement.explained)
-    return (
-        f"The voltage explains {100 * share:.2g} % of the displacement of record '{judgement.name}', "
+        f"The voltage explains {100 * max(shares):.2g} % of the displacement of record '{name}', "
         "whatever its lag, memory or curve: the rest is noise, or something else moves the stage as "
         "well, which no model of the voltage can know. If another axis, a force or heat was at work, "
         "hold it still or record it (force_N, temperature_degC)."
-    )
+    ]

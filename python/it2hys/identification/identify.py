@@ -31,6 +31,7 @@ from it2hys.identification.result import (
     OrderTrial,
 )
 from it2hys.identification.rule_search import RuleFit, fit_rules, refit, shake
+from it2hys.identification.stage_figures import stage_figures
 from it2hys.identification.starts import Starts
 from it2hys.identification.traces import extent_of, guess_offsets, plain_trace, to_trace
 from it2hys.identification.uncertainty import assess
@@ -268,6 +269,7 @@ class _Session:
             intervals={**uncertainty.intervals, **uncertainty.starts},
             condition=uncertainty.condition,
             undetermined=uncertainty.undetermined,
+            stage_figures=stage_figures(fit, uncertainty),
             warnings=(
                 *self._findings(results),
                 *self._warnings(fit, usable),

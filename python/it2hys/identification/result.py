@@ -12,6 +12,7 @@ from it2hys.model.parameters import ParameterSet
 
 if TYPE_CHECKING:
     from it2hys.identification.judgement import Judgement
+    from it2hys.identification.stage_figures import StageFigure
 
 
 #: What may minimise (23), see `solvers`; the first is the default.
@@ -118,6 +119,8 @@ class Identification:
         Condition number of the Jacobian by coordinates in units of a plausible interval.
     undetermined : tuple of str
         Parameters that the data do not determine; `warnings` say which of them only together.
+    stage_figures : tuple of StageFigure
+        What the data do determine: gain, widths of loops, time constant.
     warnings : tuple of str
         What a user of the model should know, as sentences.
     converged : bool
@@ -143,6 +146,7 @@ class Identification:
     intervals: dict[str, tuple[float, float]]
     condition: float
     undetermined: tuple[str, ...]
+    stage_figures: tuple[StageFigure, ...]
     warnings: tuple[str, ...]
     converged: bool
     message: str
@@ -157,6 +161,9 @@ class Identification:
 
     @property
     def error_over_noise(self) -> float:
-        """Free-run error of the training records over their noise: 1 where nothing is missing."""
-        results = self.by_role("train")
+        """Free-run error of the training records over their noise: 1 where nothing is missing.
+
+        Of all records where none was fitted.
+        """
+        results = self.by_role("train") or self.records
         return float(np.sqrt(np.mean([r.e_rms**2 for r in results]))) / self.noise_rms

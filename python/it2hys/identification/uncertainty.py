@@ -17,6 +17,8 @@ NORMAL_95 = 1.959964
 _RANK_TOLERANCE = 1e-9
 #: Share of a coordinate in a direction that the records do not show, from which on it is lost with it.
 _LOST = 0.1
+#: The same of a figure's gradient: less of it is rounding.
+_UNSEEN = 0.01
 #: Half widths of the 95 % interval beyond which a rule's coordinate counts as undetermined: a
 #: factor of e in a deviation, half the range for a centre or q3, half the usual size of q1 and q2.
 _PLAUSIBLE = {"sigmaLower": 1.0, "sigmaUpper": 1.0, "centre": 1.0, "q1": 0.5, "q2": 0.5, "q3": 1.0}
@@ -42,6 +44,12 @@ class Uncertainty:
     groups : tuple of tuple of str
         The undetermined parameters, those together that can change together without changing the
         fit.
+    spreads : ndarray, shape (P, K)
+        A root of the coordinates' covariance; rows of 0 for those at a bound.
+    unseen : ndarray, shape (P, U)
+        Directions of the coordinates that the records do not show.
+    units : ndarray, shape (P,)
+        Change of every coordinate that is as large as a plausible interval.
     """
 
     intervals: dict[str, tuple[float, float]]
@@ -49,6 +57,18 @@ class Uncertainty:
     condition: float
     undetermined: tuple[str, ...]
     groups: tuple[tuple[str, ...], ...]
+    spreads: np.ndarray
+    unseen: np.ndarray
+    units: np.ndarray
+
+    def deviation(self, gradient: np.ndarray) -> float:
+        """Return the standard deviation of a figure by its gradient by the coordinates, (P,).
+
+        NaN where it depends on what the records do not show.
+        """
+        if np.linalg.norm(gradient @ self.unseen) > _UNSEEN * np.linalg.norm(gradient * self.units):
+            return float("nan")
+        return float(np.linalg.norm(gradient @ self.spreads))
 
     def sentences(self) -> list[str]:
         """Return what is not determined, in words."""
@@ -83,7 +103,8 @@ def assess(fit: ChainFit) -> Uncertainty:
     criterion, point = fit.criterion, fit.minimum.coordinates
     jacobian, residual = criterion.jacobian(point)
     free = np.flatnonzero((point > criterion.lower) & (point < criterion.upper))
-    units = _plausible_units(criterion, point)[free]
+    every_unit = _plausible_units(criterion, point)
+    units = every_unit[free]
     scaled = jacobian[:, free] * units
     factor = np.linalg.qr(scaled, mode="r")
     _, singular, directions = np.linalg.svd(factor, full_matrices=False)
@@ -96,6 +117,8 @@ def assess(fit: ChainFit) -> Uncertainty:
     values, vectors = np.linalg.eigh(meat)
     spreads = transform @ (vectors * np.sqrt(np.maximum(values, 0.0)))
     covariance[np.ix_(free, free)] = spreads @ spreads.T
+    root, unseen = np.zeros((len(point), len(values))), np.zeros((len(point), sum(~kept)))
+    root[free], unseen[free] = spreads, units[:, None] * directions[~kept].T
     lost = free[np.any(np.abs(directions[~kept]) > _LOST, axis=0)]
     covariance[lost, lost] = np.nan
     rules = _of_rules(criterion, point, covariance)
@@ -110,6 +133,9 @@ def assess(fit: ChainFit) -> Uncertainty:
         _condition(factor[:, free < criterion.rule_size + len(criterion.common)]),
         undetermined,
         _groups(weak[:, : criterion.rule_size], undetermined),
+        root,
+        unseen,
+        every_unit,
     )
 
 

@@ -1,6 +1,6 @@
 """Figures as a control engineer would put them in a paper.
 
-Every function returns a matplotlib figure; lengths are drawn in um, the error always on an axis of
+Every function returns a matplotlib figure; lengths are drawn in µm, the error always on an axis of
 its own. Long records are thinned to what the picture can show, extremes kept.
 """
 
@@ -13,9 +13,10 @@ import matplotlib
 matplotlib.use("Agg")
 
 import numpy as np
-import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from it2hys.reports.courses import amplitude_density
 
 # broad and pale: what lies on it does not hide it
 MEASURED = {"color": "0.72", "linewidth": 2.6, "solid_capstyle": "round"}
@@ -40,8 +41,6 @@ _RISING = {"color": "#b2182b", "linestyle": "none", "marker": ".", "markersize":
 _FALLING = {"color": "#2166ac", "linestyle": "none", "marker": ".", "markersize": 1.2}
 _HELD = {"color": "0.55", "linestyle": "none", "marker": ".", "markersize": 1.2}
 _FLOOR = {"color": "0.2", "linewidth": 1.0, "linestyle": ":", "zorder": 3}
-#: A spectrum is the mean of segments of such a share of the record, half overlapping.
-_SEGMENTS = 4
 LARGEST_COUNT = 20_000
 #: Characters on a line of a legend within small axes.
 _LEGEND_WIDTH = 18
@@ -270,9 +269,11 @@ def overview(record: Compared, tracked: Compared | None, names: tuple[str, str])
     names : (str, str)
         Of the models before and after, in the legend.
     """
-    figure = Figure(figsize=(9.6, 2.55))
     shown = [record, tracked] if tracked else [record]
-    loop, *errors = figure.subplots(1, 1 + len(shown), width_ratios=[1.0, *(1.15 for _ in shown)])
+    figure = Figure(figsize=(6.4, 2.2 * len(shown) + 0.8))
+    grid = figure.add_gridspec(len(shown), 2)
+    loop = figure.add_subplot(grid[:, 0])
+    errors = [figure.add_subplot(grid[row, 1]) for row in range(len(shown))]
     loop.plot(*_thin(record.target * UM, record.voltage)[::-1], label="measured", **MEASURED)
     for when, name, style in zip(("before", "after"), names, (_BEFORE, _AFTER), strict=True):
         label = textwrap.fill(name, _LEGEND_WIDTH)
@@ -282,7 +283,7 @@ def overview(record: Compared, tracked: Compared | None, names: tuple[str, str])
             axis.plot(*_thin(error, compared.time)[::-1], **style)
     loop.set(xlabel="voltage in V", ylabel="displacement in µm")
     loop.set_title("Hysteresis loop", loc="left", fontsize=10)
-    loop.legend(loc="upper left", borderaxespad=0.1, handlelength=1.2)
+    loop.legend(loc="upper left", borderaxespad=0.1, handlelength=1.2, fontsize=8)
     for axis, compared in zip(errors, shown, strict=True):
         axis.set(xlabel="time in s", ylabel="error in µm")
         axis.set_title(compared.title, loc="left", fontsize=10)
@@ -335,7 +336,8 @@ def residual_views(
     ):
         residual_thin, time_thin = _thin(residual * UM, time)
         course.plot(time_thin, residual_thin, label=name, **style)
-        spectrum.loglog(*_amplitude_density(residual, sample_time), label=name, **style)
+        frequency, density = amplitude_density(residual, sample_time)
+        spectrum.loglog(frequency, density * UM, label=name, **style)
         for branch, label, points in branches:
             if np.any(branch):
                 loop.plot(voltage[branch], residual[branch] * UM, label=label, **points)
@@ -359,11 +361,49 @@ def residual_views(
     return figure
 
 
-def _amplitude_density(residual: np.ndarray, sample_time: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies, Hz, and the one-sided amplitude density, um/sqrt(Hz); NaN as 0."""
-    known = np.isfinite(residual)
-    filled = np.where(known, residual - np.mean(residual[known]), 0.0)
-    segment = max(8, len(filled) // _SEGMENTS)
-    frequency, power = scipy.signal.welch(filled, 1.0 / sample_time, nperseg=segment)
-    # neither the mean nor, at the Nyquist frequency, half a line
-    return frequency[1:-1], np.sqrt(power[1:-1]) * UM
+class Fall(NamedTuple):
+    """An error that falls from model to model, down to the noise.
+
+    `label` says what it is of, with its unit; `steps` are the names of the models and their errors, the
+    first model's first, in that unit; `noise` is the floor, NaN where it is not known.
+    """
+
+    label: str
+    steps: list[tuple[str, float]]
+    noise: float
+
+
+@_styled
+def waterfall(falls: list[Fall]) -> Figure:
+    """Draw how the error falls from the first model through every effect down to the noise.
+
+    Parameters
+    ----------
+    falls : list of Fall
+        One panel each: of the plant and of its inverse.
+    """
+    figure = Figure(figsize=(6.4, 3.0))
+    for axis, fall in zip(figure.subplots(1, len(falls), squeeze=False)[0], falls, strict=True):
+        (first, height), *steps = fall.steps
+        bars = [(first, 0.0, height, _BEFORE["color"])]
+        for name, error in steps:
+            # an effect that makes this error larger is drawn so
+            colour = "#6baed6" if error <= height else "#b2182b"
+            bars.append((name, min(error, height), max(error, height), colour))
+            height = error
+        bars.append(("now", 0.0, height, _AFTER["color"]))
+        if np.isfinite(fall.noise):
+            bars.append(("noise", 0.0, fall.noise, "0.55"))
+        for place, (_, low, high, colour) in enumerate(bars):
+            axis.bar(place, high - low, bottom=low, color=colour, width=0.7)
+            shown = high - low if 0 < place <= len(steps) else high
+            sign = "" if not 0 < place <= len(steps) else ("−" if colour == "#6baed6" else "+")
+            axis.text(place, high, f"{sign}{shown:.2g}", ha="center", va="bottom", fontsize=7)
+        for place, error in enumerate(e for _, e in fall.steps):
+            axis.plot([place + 0.35, place + 0.65], [error, error], color="0.5", linewidth=0.7)
+        names = [textwrap.fill(name, 12) for name, *_ in bars]
+        axis.set_xticks(range(len(bars)), names, rotation=90 if len(bars) > 5 else 0, fontsize=7)
+        axis.grid(axis="x", visible=False)
+        axis.margins(y=0.12)
+        axis.set_title(fall.label, loc="left", fontsize=9)
+    return figure

@@ -12,18 +12,23 @@ from it2hys.records.figures_of_merit import Errors, errors
 
 UM = 1e6
 #: Roles in the order in which they count: what was not fitted says more than what was.
-_COUNTING = ("test", "validation", "train")
+COUNTING = ("test", "validation", "train")
 #: Records that a sentence names.
 _NAMED = 3
 
 
-class Judged(Protocol):
-    """How a model does on one record: what both kinds of results have."""
+class Compared(Protocol):
+    """The errors of a model on one record."""
 
     name: str
     role: str
     e_mr: float
     e_rms: float
+
+
+class Judged(Compared, Protocol):
+    """How a model does on one record: what both kinds of results have."""
+
     offset: float
     used: np.ndarray
 
@@ -48,7 +53,7 @@ def straight_line(records: Sequence[Record], results: Sequence[Judged]) -> tuple
     pairs = _judged_samples(records, results)
     train = [pair for pair, s in zip(pairs, results, strict=True) if s.role == "train"] or pairs
     centred = train
-    if _has_offsets(results):
+    if has_offsets(results):
         centred = [(x - x.mean(), y - y.mean()) for x, y in train]
     slope = np.polyfit(*_joined(centred), 1)[0]
     x, y = _joined(train)
@@ -58,14 +63,15 @@ def straight_line(records: Sequence[Record], results: Sequence[Judged]) -> tuple
 def straight_line_errors(records: Sequence[Record], results: Sequence[Judged]) -> list[Errors]:
     """Return the errors of `straight_line` on the samples on which the model is judged, by record."""
     slope, offset = straight_line(records, results)
-    own = _has_offsets(results)
+    own = has_offsets(results)
     return [
         errors(y, slope * x + (np.mean(y - slope * x) if own else offset))
         for x, y in _judged_samples(records, results)
     ]
 
 
-def _has_offsets(results: Sequence[Judged]) -> bool:
+def has_offsets(results: Sequence[Judged]) -> bool:
+    """Return whether a constant between records and model was fitted."""
     return any(result.offset != 0.0 for result in results)
 
 
@@ -80,15 +86,15 @@ def _joined(pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray,
     return np.concatenate(x), np.concatenate(y)
 
 
-def judging_role(results: Sequence[Judged]) -> str:
+def judging_role(results: Sequence[Compared]) -> str:
     """Return the role of the records that count: test; where there is none, validation or training."""
     roles = {result.role for result in results}
-    return next(role for role in _COUNTING if role in roles)
+    return next(role for role in COUNTING if role in roles)
 
 
 def no_better_than_a_line(
-    results: Sequence[Judged], lines: Sequence[Errors]
-) -> list[tuple[Judged, Errors]]:
+    results: Sequence[Compared], lines: Sequence[Errors]
+) -> list[tuple[Compared, Errors]]:
     """Return those of the records that count on which an error of the model is not below the line's."""
     role = judging_role(results)
     return [
@@ -98,12 +104,12 @@ def no_better_than_a_line(
     ]
 
 
-def model_verdict(results: Sequence[Judged], lines: Sequence[Errors], advice: str) -> list[str]:
+def model_verdict(results: Sequence[Compared], lines: Sequence[Errors], advice: str) -> list[str]:
     """Return a sentence that says so if the model does no better than a straight line.
 
     Parameters
     ----------
-    results : sequence of Judged
+    results : sequence of Compared
     lines : sequence of Errors
         Of `straight_line_errors`.
     advice : str

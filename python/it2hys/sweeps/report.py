@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import polars as pl
 
 from it2hys.fmu.packaging import make_directory
-from it2hys.reports.page import Picture, Section, Table, write_report
+from it2hys.reports.answers import counted
+from it2hys.reports.browsable import browsable
+from it2hys.reports.details import inputs_section
+from it2hys.reports.interactive import as_json
+from it2hys.reports.page import Answer, Page, Picture, Section, Table, View, write_page
+from it2hys.reports.provenance import Provenance, about
+from it2hys.support.files import write_atomically
 from it2hys.sweeps.plots import Columns, draw
 from it2hys.sweeps.store import read_metadata
 from it2hys.sweeps.worker import MESSAGES_APART
+
+if TYPE_CHECKING:
+    from bokeh.models import Model
 
 #: Failed cases and messages that a page lists, and characters of one; the table has all.
 LARGEST_LIST = 20
@@ -60,15 +71,19 @@ class Counts:
         return text
 
 
-def write_sweep_report(results: Path, directory: Path) -> tuple[Path, Counts]:
-    """Write `report.html` and its figures.
+def write_sweep_report(
+    results: Path, directory: Path, provenance: Provenance | None = None
+) -> tuple[Path, Counts]:
+    """Write `report.html`, its figures and `report.json`.
 
     Parameters
     ----------
     results : path
-        The table of a sweep; nothing else is read.
+        The table of a sweep; of an earlier `report.json` beside it, where the sweep came from.
     directory : path
         For the report; made if it does not exist.
+    provenance : Provenance, optional
+        Where the sweep comes from.
 
     Returns
     -------
@@ -85,19 +100,115 @@ def write_sweep_report(results: Path, directory: Path) -> tuple[Path, Counts]:
     metadata = read_metadata(results)
     rows = pl.scan_parquet(results)  # read column by column: a table may be larger than memory
     columns = Columns(rows, metadata)
-    failed = rows.filter(pl.col("status") != "ok")
     counts = Counts.of_table(rows)
-    text = [metadata["text"]] if metadata["text"] else []
-    text.append(
-        f"{counts.text}. Everything here is drawn from {results.name}, whose rows are the cases."
-    )
-    sections = [Section("Results", text, [_summary(columns)], _pictures(metadata, columns))]
+    origin = _origin(results, provenance)
+    table = _summary(columns)
+    drawn = list(_figures(metadata, columns))
+    directory = make_directory(directory)
+    report = {
+        "title": metadata["title"],
+        **origin,
+        "kind": "sweep",
+        "text": metadata["text"],
+        **asdict(counts),
+        "axes": [axis | _ends(axis["name"], columns) for axis in metadata["axes"]],
+        "variants": [name for name in metadata["variants"] if name],
+        "metrics": [
+            dict(zip(("metric", "variant", "cases", *_SHARES), row, strict=True)) for row in table.rows
+        ],
+    }
+    write_atomically(directory / "report.json", (json.dumps(report, indent=1) + "\n").encode())
+    pictures = [picture for picture, _ in drawn]
+    details = [Section("All figures for papers", [], [], pictures[1:])] if len(pictures) > 1 else []
     if counts.failed:
-        sections.append(_failures(failed, metadata))
+        details.append(_failures(rows.filter(pl.col("status") != "ok"), metadata))
     said = _messages(columns.rows)
     if said is not None:
-        sections.append(said)
-    return write_report(make_directory(directory), metadata["title"], sections), counts
+        details.append(said)
+    details.append(inputs_section(report))
+    page = Page(
+        metadata["title"],
+        about(report),
+        _answers(report, columns, counts, table, results),
+        pictures[:1],
+        [View(p.caption.rstrip(".") or p.name, as_json(view)) for p, view in drawn],
+        details=details,
+    )
+    return write_page(directory, page), counts
+
+
+#: Columns that the place of an extreme is named by.
+_NAMED = 3
+#: Shares of the cases below the figures of a metric, and what they are called.
+_SHARES = {"least": 0, "5 %": 5, "median": 50, "95 %": 95, "greatest": 100}
+
+
+def _origin(results: Path, provenance: Provenance | None) -> dict:
+    """Return where a sweep comes from; of one that is drawn again, what was known when it ran."""
+    if provenance is not None:
+        return provenance.entries()
+    known = Provenance().entries()
+    try:
+        stored = json.loads((results.parent / "report.json").read_text(encoding="utf-8"))
+        return {name: stored[name] for name in known}
+    except (OSError, ValueError, KeyError, TypeError):
+        return known
+
+
+def _ends(name: str, columns: Columns) -> dict:
+    """Return the least and the greatest value of an axis, as people read it."""
+    ends = columns.rows.select(low=pl.col(name).min(), high=pl.col(name).max()).collect().row(0)
+    scale = columns.scale(name)
+    low, high = (None if end is None else float(end) * scale for end in ends)
+    return {"low": low, "high": high, "label": columns.label(name)}
+
+
+def _answers(
+    report: dict, columns: Columns, counts: Counts, table: Table, results: Path
+) -> list[Answer]:
+    """Return what was run, what came of it, and what is to be looked after."""
+    axes = ", ".join(_spanned(axis) for axis in report["axes"])
+    run = [report["text"]] if report["text"] else []
+    run.append(f"{counted(counts.cases, 'case')} over {axes}." if axes else f"{counts.cases} cases.")
+    if report["variants"]:
+        run.append(f"Variants: {', '.join(report['variants'])}.")
+    sound = "No case failed, and the FMUs warned of nothing."
+    is_sound = not (counts.failed or counts.warned)
+    return [
+        Answer("What was run", run),
+        Answer("What came of it", list(_extremes(columns)), table),
+        Answer("What failed or was warned of", [sound if is_sound else f"{counts.text}."]),
+        Answer(
+            "Where the cases are",
+            [f"In {results.name}, a row for every case. All here is drawn from it."],
+        ),
+    ]
+
+
+def _spanned(axis: dict) -> str:
+    """Return an axis and the values that it has."""
+    if axis["low"] is None:
+        return axis["label"]
+    return f"{axis['label']} from {axis['low']:.4g} to {axis['high']:.4g}"
+
+
+def _extremes(columns: Columns) -> Iterator[str]:
+    """Yield a sentence on every metric: where it is least and greatest."""
+    axes = [axis["name"] for axis in columns.metadata["axes"]]
+    for metric in columns.metadata["metrics"]:
+        name = metric["name"]
+        ordered = columns.rows.filter(pl.col(name).is_finite()).select("case", name, *axes).sort(name)
+        ends = [ordered.head(1).collect(), ordered.tail(1).collect()]
+        if not len(ends[0]):
+            continue
+        words = []
+        for end in ends:
+            row = end.row(0, named=True)
+            at = [f"{a} = {row[a] * columns.scale(a):.4g}" for a in axes if row[a] is not None]
+            # more of them are no sentence; the table has the case
+            place = ", ".join([*(at if len(at) <= _NAMED else []), f"case {row['case']}"])
+            words.append(f"{row[name] * columns.scale(name):.4g} ({place})")
+        yield f"{columns.label(name)}: from {words[0]} to {words[1]}."
 
 
 def _summary(columns: Columns) -> Table:
@@ -107,22 +218,23 @@ def _summary(columns: Columns) -> Table:
         for name, part in columns.variants(found):
             values = columns.values(metric["name"], part)
             if len(values):
-                shares = np.percentile(values, [0, 5, 50, 95, 100])
+                shares = np.percentile(values, list(_SHARES.values()))
                 numbers = [f"{v:.4g}" for v in shares]
                 rows.append([columns.label(metric["name"]), name or "–", str(len(values)), *numbers])
-    head = ["metric", "variant", "cases", "least", "5 %", "median", "95 %", "greatest"]
+    head = ["metric", "variant", "cases", *_SHARES]
     return Table(head, rows, "Metrics over all cases that have them")
 
 
-def _pictures(metadata: dict, columns: Columns) -> list[Picture]:
-    pictures = []
+def _figures(metadata: dict, columns: Columns) -> Iterator[tuple[Picture, Model]]:
+    """Yield every figure as a picture and as one to look into."""
     for number, entry in enumerate(metadata["figures"] or default_figures(metadata), start=1):
         drawn = draw(entry, columns)
         if drawn is not None:
             figure, text = drawn
             name = f"figure_{number}_{entry['kind'].replace(' ', '_')}"
-            pictures.append(Picture(name, figure, f"{entry['title']} {text}".strip()))
-    return pictures
+            title = entry["title"] or figure.get_suptitle()
+            caption = " ".join([f"{title.rstrip('.')}.", text]).strip()
+            yield Picture(name, figure, caption), browsable(figure)
 
 
 def default_figures(metadata: dict) -> Iterator[dict]:

@@ -287,6 +287,12 @@ class SweepScenario(Table):
     keep_every: StrictInt = Field(1, ge=1)
     figures: tuple[FigureEntry, ...] = Field((), alias="figure")
 
+    @property
+    def fmu_files(self) -> list[Path]:
+        """The FMUs that are files; ours go by their names."""
+        paths = (self.folder / fmu.source for fmu in self.fmus)
+        return [path for path in paths if path.is_file()]
+
 
 def is_sweep(table: Mapping) -> bool:
     """Tell whether a scenario's TOML is a sweep: it names FMUs."""

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
@@ -18,6 +19,9 @@ from it2hys.sweeps.pool import Crash, Dask, Processes, ThisProcess, Workers
 from it2hys.sweeps.schema import SweepScenario
 from it2hys.sweeps.store import Store
 from it2hys.sweeps.worker import failure, format_rows
+
+if TYPE_CHECKING:
+    from it2hys.reports.provenance import Provenance
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,7 @@ def run_sweep(
     dask: str | None = None,
     restart: bool = False,
     quiet: bool = False,
+    provenance: Provenance | None = None,
 ) -> SweepOutcome:
     """Run all cases of a scenario, or those that an interrupted run has left.
 
@@ -60,6 +65,8 @@ def run_sweep(
         Discard what the directory holds.
     quiet : bool
         Show no progress bar.
+    provenance : Provenance, optional
+        Where the sweep comes from, for its report.
 
     Raises
     ------
@@ -74,7 +81,7 @@ def run_sweep(
     store.tidy()
     from it2hys.sweeps.report import write_sweep_report  # with matplotlib, which workers do not need
 
-    report, counts = write_sweep_report(store.results, store.directory)
+    report, counts = write_sweep_report(store.results, store.directory, provenance)
     return SweepOutcome(
         store.results,
         report,

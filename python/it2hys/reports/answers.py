@@ -1,0 +1,341 @@
+"""What a report says at its top, in words: the five questions that its reader has.
+
+All is said from `report.json` alone, so that a page that is drawn again says the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from it2hys.diagnosis.outcome import ON_TEST_RECORDS
+from it2hys.identification.explained import low_share
+from it2hys.records.figures_of_merit import Errors, noise_size, small_figure, times_the_noise
+from it2hys.records.record import INVERTED
+from it2hys.reports.page import NONE, Answer, Table
+from it2hys.reports.summary import FAR_ABOVE_NOISE, judged_records, pooled
+from it2hys.reports.verdict import model_verdict
+
+UM = 1e6
+ROLES = {"train": "training", "validation": "validation", "test": "test"}
+#: What to do where the model, or its inverse, is of no use.
+DIAGNOSE = (
+    "Do not rely on it: `it2hys diagnose` with the same records looks for the effects that it lacks, "
+    "and adds them."
+)
+MORE_RECORDS = (
+    "Do not rely on it: see what is not explained, and give `it2hys diagnose` records of other kinds, "
+    "too: slow and fast, with holds, with small loops."
+)
+OTHER_SPECIMEN = (
+    "These parameters belong to another specimen: `it2hys identify` with records of the stage itself "
+    "gives its own, and `it2hys diagnose` the effects that they lack."
+)
+_ADVICE = {"identification": DIAGNOSE, "diagnosis": MORE_RECORDS, "evaluation": OTHER_SPECIMEN}
+_NO_MEMORY = (
+    "This model has one state, which remembers no turning points: its loop is phase lag, which grows "
+    "with frequency, where a piezo's loop hardly does. One step ahead, where the model is given the "
+    "measured y(k-1), its error is much smaller: that value is nearly the answer."
+)
+#: An inverse is called worse than another from this ratio of their errors on.
+_WORSE = 1.05
+
+
+def answers(report: Mapping) -> list[Answer]:
+    """Return the answers with which a page begins."""
+    return [
+        Answer("What was found", [*verdict(report), *found(report)]),
+        Answer("How good the pair is", [_judged_on(report)], quality_table(report), _quality(report)),
+        Answer("Use as feedforward", feedforward(report)),
+        Answer("What is not explained", unexplained(report)),
+        Answer("What to measure next", next_measurements(report)),
+    ]
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """How a model does on one record, as `verdict` takes it."""
+
+    name: str
+    role: str
+    e_mr: float
+    e_rms: float
+
+
+def verdict(report: Mapping) -> list[str]:
+    """Return a sentence that says so where a model is of no use, and of what the voltage explains."""
+    after = report["error"]["after"]
+    results = [
+        _Judged(n, e["role"], e["e_mr_percent"] / 100, e["e_rms_um"] / UM) for n, e in after.items()
+    ]
+    lines = [
+        Errors(line["e_mr_percent"] / 100, line["e_rms_um"] / UM)
+        for line in (report["straight_line"][n] for n in after)
+    ]
+    return [*model_verdict(results, lines, advice(report)), *_low_shares(report)]
+
+
+def advice(report: Mapping) -> str:
+    """Return what to do where the model is of no use."""
+    return _ADVICE[report["kind"]]
+
+
+def _low_shares(report: Mapping) -> list[str]:
+    """Return a sentence for each record of which the voltage explains little."""
+    shares = {
+        name: (entry["voltage_explains_percent"], entry["explained_percent"])
+        for name, entry in report["error"]["after"].items()
+    }
+    known = {n: [s / 100 for s in pair] for n, pair in shares.items() if None not in pair}
+    return [text for name, pair in known.items() for text in low_share(name, *pair)]
+
+
+def found(report: Mapping) -> list[str]:
+    """Return which model was found, and which effects it has."""
+    roles = [entry["role"] for entry in report["error"]["after"].values()]
+    records = counted(roles.count("train"), "training record")
+    if report["kind"] == "evaluation":
+        return [
+            f"Nothing was fitted: {report['names']['after']} is judged on "
+            f"{counted(len(roles), 'record')}."
+        ]
+    if report["kind"] == "identification":
+        return [
+            f"The interval type-2 fuzzy model with {counted(report['rules'], 'rule')} was identified "
+            f"on {records}."
+        ]
+    start = f"the {report['names']['before']}"
+    if report["declared"]:
+        start += f" with {', '.join(report['declared'])} declared"
+    if not report["effects"]:
+        return [f"No effect was found that {start} lacks."]
+    *others, last = (f"{effect} ({report['meanings'][effect]})" for effect in report["effects"])
+    named = f"{', '.join(others)} and {last}" if others else last
+    return [f"Found and added to {start}: {named}."]
+
+
+def _judged_on(report: Mapping) -> str:
+    """Return on which records the errors at the top are taken."""
+    names = judged_records(report)
+    role = ROLES[report["error"]["after"][names[0]]["role"]]
+    listed = ", ".join(names)
+    count = f"the {role} record {listed}" if len(names) == 1 else f"the {role} records {listed}"
+    which = {
+        "test": "which decided nothing",
+        "validation": "which decided what was added, and were not fitted",
+        "training": "which were fitted: give a test record to see how it does on another",
+    }[role]
+    which = which.replace("were", "was") if len(names) == 1 else which
+    return f"Errors on {count}, {which}. The plant is driven by the voltage alone (free run)."
+
+
+def quality_table(report: Mapping) -> Table:
+    """Return plant and inverse before and after, on the records that count, beside the noise."""
+    before, after = report["error"]["before"], report["error"]["after"]
+    names = judged_records(report)
+    travel = max(after[n]["range_um"] for n in names)
+    noise = pooled(report, after, "noise_rms_um")
+    noise_volts = pooled(report, after, "inverse_noise_rms_V")
+
+    def size(errors: Mapping) -> str:
+        rms = pooled(report, errors, "e_rms_um")
+        return f"{micrometres(rms)} ({_share(rms / travel)})"
+
+    def worst(errors: Mapping) -> str:
+        return _share(max(errors[n]["e_mr_percent"] for n in names) / 100)
+
+    def volts(errors: Mapping) -> str:
+        error, um = (pooled(report, errors, f"inverse_e_rms_{u}") for u in ("V", "um"))
+        return f"{figure(error)} V ({micrometres(um)})" if np.isfinite(error) else NONE
+
+    rows = [
+        ["plant, rms error (of range)", size(before), size(after), f"{micrometres(noise)}"],
+        ["plant, largest error e_mr", worst(before), worst(after), NONE],
+        ["inverse, rms error", volts(before), volts(after),
+         f"{figure(noise_volts)} V" if np.isfinite(noise_volts) else NONE],
+    ]  # fmt: skip
+    head = ["", f"before: {report['names']['before']}", f"now: {report['names']['after']}", "noise"]
+    return Table(head, rows)
+
+
+def _quality(report: Mapping) -> list[str]:
+    """Return in words how far the error is above the noise, and where the largest one is."""
+    after, names = report["error"]["after"], judged_records(report)
+    noise = pooled(report, after, "noise_rms_um")
+    error = pooled(report, after, "e_rms_um")
+    worst = max(names, key=lambda n: after[n]["e_mr_percent"])
+    texts = [
+        f"The plant's error is {times_the_noise(error / noise)} ({noise_size(noise / UM)}). The "
+        f"largest one is in record {worst} at {after[worst]['e_mr_at_s']:.6g} s."
+    ]
+    if report["kind"] == "identification":
+        train = [e["e_rms_um"] for e in after.values() if e["role"] == "train"]
+        texts += _of_training(float(np.sqrt(np.mean(np.square(train)))) / report["noise_rms_um"])
+    return texts
+
+
+def _of_training(ratio: float) -> list[str]:
+    """Return whether the training records show that the paper's model is enough."""
+    if ratio > FAR_ABOVE_NOISE:
+        return [
+            f"On the training records the error is {times_the_noise(ratio)}, far above it: the records "
+            f"contain something that this model does not describe. {_NO_MEMORY}"
+        ]
+    return [
+        f"On the training records the error is {times_the_noise(ratio)}: the model explains what can "
+        "be explained."
+    ]
+
+
+def feedforward(report: Mapping) -> list[str]:
+    """Return whether the inverse can be used as feedforward, how well, over which range and band."""
+    before, after = report["error"]["before"], report["error"]["after"]
+    names = judged_records(report)
+    error = pooled(report, after, "inverse_e_rms_um")
+    line = pooled(report, report["straight_line"], "e_rms_um")
+    first = pooled(report, before, "inverse_e_rms_um")
+    if not np.isfinite(error):
+        return ["It cannot be told: the inverse could not be judged on these records."]
+    (low, high), (bottom, top) = report["range"]["displacement_um"], report["range"]["voltage_V"]
+    band = min(after[n]["inverse_band_Hz"] for n in names)
+    travel = max(after[n]["range_um"] for n in names)
+    size = f"{micrometres(error)} rms, {_share(error / travel)} of the range"
+    if error >= line:
+        return [
+            f"No: fed with the measured displacement, the inverse is off by {size}; a straight line "
+            f"would be by {micrometres(line)}. {advice(report)}"
+        ]
+    texts = [
+        f"Yes, for references from {figure(low)} to {figure(high)} µm ({bottom:.4g} to {top:.4g} V) "
+        f"and up to {band:.3g} Hz: expect a tracking error of {size}. A straight line as feedforward "
+        f"would have {micrometres(line)}."
+    ]
+    if report["kind"] == "diagnosis" and error > _WORSE * first:
+        texts.append(
+            f"The inverse of the {report['names']['before']} is the better one by this measure, with "
+            f"{micrometres(first)}."
+        )
+    latency = max(after[n]["inverse_delay_s"] for n in names)
+    if latency > 0.0:
+        texts.append(
+            f"The stage follows {1e3 * latency:.3g} ms after the voltage; no inverse makes up for that "
+            "dead time, and the figures leave it out."
+        )
+    clamped = max(after[n]["inverse_clamped_percent"] or 0.0 for n in names)
+    if clamped > 0.0:
+        texts.append(f"The inverse's voltage was clamped in up to {clamped:.2g} % of the samples.")
+    texts.append(
+        "This was measured without the rig: the inverse is fed with the displacement that was "
+        "measured, and its voltage compared with the one that was applied."
+    )
+    return texts
+
+
+def unexplained(report: Mapping) -> list[str]:
+    """Return what is left that the model does not account for."""
+    if report["kind"] != "diagnosis":
+        if report["unexplained"]:
+            return ["More than noise is left of the records. `it2hys diagnose` looks into it."]
+        return ["What is left of the records is about as large as their noise."]
+    texts = [
+        f"{', '.join(group)}: these records cannot tell them apart, so none of them is named or added."
+        for group in report["indistinguishable"]
+    ]
+    if report["unexplained"]:
+        head = "A significant residual is left that no effect of the catalogue accounts for."
+    else:
+        head = "On the records that were fitted or decided, what is left is noise."
+    # the first sentence is the verdict, the details describe it
+    texts.append(" ".join([head, *report["left_over"][:1]]))
+    if any(text.startswith(ON_TEST_RECORDS) for text in report["left_over"]):
+        texts.append("On the test records more than noise is left; the details describe it.")
+    return [*texts, *_curve(report)]
+
+
+def _curve(report: Mapping) -> list[str]:
+    """Return what is said of a static curve that is the sensor's."""
+    curve = report.get("sensor_curve")
+    if curve is None:
+        return []
+    if not curve["found"]:
+        return ["The sensor was said to have a static curve, but these records show none."]
+    return [
+        f"The static curve is the sensor's, as --sensor-curve says: it reads up to "
+        f"{curve['bow_um']:.3g} µm off a straight line between the ends of its range. "
+        "sensor_curve.csv holds it. The errors in this report are those of readings. The FMUs are "
+        "without it: their displacement and reference are the stage's own, so take a reading back "
+        "through the curve before you compare."
+    ]
+
+
+def next_measurements(report: Mapping) -> list[str]:
+    """Return which records would tell more."""
+    roles = {entry["role"] for entry in report["error"]["after"].values()}
+    texts = list(report["experiments"])
+    if report["unexplained"]:
+        texts.append(
+            "Records of other kinds would narrow down what is left: slow and fast, with holds, with "
+            "minor loops."
+            if report["kind"] == "diagnosis"
+            else "Nothing yet: run `it2hys diagnose` with the same records first."
+        )
+    if "test" not in roles:
+        texts.append(
+            "A record that is neither fitted nor decides (--test) would say how the pair does on "
+            "references of its own."
+        )
+    if report["warnings"]:
+        texts.append("See the notes in the details: they say what else the records do not show.")
+    return texts or ["Nothing is needed for the range and band above."]
+
+
+def notes(report: Mapping) -> list[str]:
+    """Return warnings, and what was done to records."""
+    inverted = any(entry["displacement_inverted"] for entry in report["records"].values())
+    return [*report["warnings"], *([INVERTED] if inverted else [])]
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun, in the plural unless it is one."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def figure(value: float) -> str:
+    """Return a figure with three significant digits, never as a power of ten where that can be read."""
+    if value == 0.0 or not np.isfinite(value):
+        return "0" if value == 0.0 else NONE
+    digits = 2 - int(np.floor(np.log10(abs(value))))
+    if digits > 6:
+        return f"{value:.2g}"
+    return f"{value:.{max(digits, 0)}f}"
+
+
+def micrometres(value: float) -> str:
+    """Return a length, µm."""
+    return f"{figure(value)} µm"
+
+
+def _share(share: float) -> str:
+    return f"{100 * share:.{2 if share < 0.01 else 1}f} %"
+
+
+def small(value: float | None, pattern: str = "") -> str:
+    """Return a number of `report.json` for a table; a dash where there is none."""
+    if value is None:
+        return NONE
+    return format(value, pattern) if pattern else small_figure(value)
+
+
+def interval(low: float | None, high: float | None, scale: float = 1.0) -> str:
+    """Return a 95 % interval for a table."""
+    if low is None or high is None:
+        return "not determined"
+    digits = decimals_of(scale * (high - low))
+    return f"{scale * low:.{digits}f} to {scale * high:.{digits}f}"
+
+
+def decimals_of(width: float) -> int:
+    """Return the decimals that show two digits of an interval's width."""
+    return int(np.clip(1 - np.floor(np.log10(width)), 0, 12)) if width > 0.0 else 6
