@@ -96,6 +96,11 @@ struct fmu_model {
     unsigned (*tick)(const void *constants, void *state, const void *parameters, const double input[FMU_INPUTS],
                      double time, struct fmu_outputs *);
 
+    /* Runs ticks under one input, at most `count`, up to the first that has findings, and returns how many: the same as
+     * `tick` for each, with a shorter way from one to the next. It may run fewer, or none. NULL: none. */
+    int64_t (*ticks)(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
+                     struct fmu_outputs *);
+
     /* Writes what a finding means; NULL where there are none. */
     void (*explain)(unsigned finding, const void *state, const void *parameters, const double input[FMU_INPUTS],
                     double time, const struct fmu_outputs *, char *text, size_t size);

@@ -87,6 +87,14 @@ static inline void run_tick(struct fmu *fmu, const char *function, const double 
         report(fmu, function, findings, input, time, status);
 }
 
+static inline int64_t run_ticks(struct fmu *fmu, int64_t count)
+{
+    const struct fmu_model *model = fmu->model;
+
+    return model->ticks ? model->ticks(fmu->constants, fmu->state, fmu->now->input, count, &fmu->now->output)
+                        : 0;
+}
+
 /* Runs the ticks up to `end_tick` in place. What a step of one tick costs is the way from the state of the
  * last tick to the next, and each copy between would lengthen it. */
 static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_tick)
@@ -98,8 +106,10 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
     double input[FMU_INPUTS];
 
     if (is_zero(now->slope)) {
-        for (int64_t tick = first_tick; tick < end_tick && status != FMU_DISCARD; tick++)
+        for (int64_t tick = first_tick; tick < end_tick && status != FMU_DISCARD; tick++) {
+            tick += run_ticks(fmu, end_tick - 1 - tick);
             run_tick(fmu, function, now->input, (double)tick * sample_time, &status);
+        }
         return status;
     }
     struct fmu_span span = { .tick = now->clock.tick, .rest = now->clock.rest };

@@ -59,6 +59,29 @@ static unsigned inverse_tick(const void *constants, void *state, const void *par
     return findings;
 }
 
+/* The core alone, within the ranges. */
+static int64_t inverse_ticks(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
+                             struct fmu_outputs *output)
+{
+    const struct chain *chain = constants;
+    const struct it2_range voltages = chain->voltage, displacements = chain->displacement;
+    const double reference = input[IN_REFERENCE];
+    struct chain_state *s = state;
+    int64_t done = 0;
+
+    if (chain->all > 0 || !(reference >= displacements.minimum && reference <= displacements.maximum))
+        return 0;
+    for (; done < count; done++) {
+        const double voltage = it2_solve(&chain->core, s->core.y, reference);
+        if (!(voltage >= voltages.minimum && voltage <= voltages.maximum))
+            break;
+        s->core.y = reference;
+        output->real[OUT_VOLTAGE] = voltage;
+        output->flag[OUT_SATURATED] = 0;
+    }
+    return done;
+}
+
 static void inverse_explain(unsigned finding, const void *state, const void *parameters,
                             const double input[FMU_INPUTS], double time, const struct fmu_outputs *output,
                             char *text, size_t size)
@@ -111,6 +134,7 @@ const struct fmu_model inverse_model = {
     .start = inverse_start,
     .start_tangent = inverse_start_tangent,
     .tick = inverse_tick,
+    .ticks = inverse_ticks,
     .explain = inverse_explain,
     .tick_tangent = inverse_tick_tangent,
 };

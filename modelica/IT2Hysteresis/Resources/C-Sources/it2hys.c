@@ -2428,28 +2428,28 @@ static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real
            (1 - z * z) * (c->cubic + 2 * z * c->quartic);
 }
 
-/* Where z + bow(z) = aim, to the first order in the bow. With d from aim to there, d = -bow, so that
- * |d| <= height / (1 - tilt), where height and tilt are the largest |bow| and |dbow/dz|; it is off by at most
- * tilt^2 |d| + bend d^2, with half the largest second derivative. */
+/* Where z + bow(z) = aim, to the first order in the bow. */
 static real nonlinearity_guess(const struct nonlinearity_parameters *c, real aim)
 {
     return aim - nonlinearity_bow(c, aim) * (1 - nonlinearity_bow_slope(c, aim));
 }
 
-/* How many steps of Newton's method solve a curve from that guess, whatever the aim is, to rounding: each leaves the
- * square of what it finds, times bend by slope. The bounds hold somewhat beyond the ends, too. */
+/* How many steps of Newton's method solve a curve from that guess, whatever the aim is, to rounding; 0 where that is
+ * not sure. From the aim to where z + bow(z) = aim it is d = -bow(z), and the guess is off by at most
+ * tilt^2 |d| + bend d^2: tilt bounds |dbow/dz|, bend half the second derivative. A step leaves the square of what
+ * it finds, times bend / (1 - tilt), where z may be somewhat beyond the ends. */
 static int nonlinearity_steps(const struct nonlinearity_parameters *c)
 {
     const real q = real_fabs(c->quadratic), k = real_fabs(c->cubic), l = real_fabs(c->quartic);
-    const real tilt = 3 * q + 5 * k + 7 * l, bend = q + 4 * k + 10 * l;
-    int steps = 1;
-
-    if (!(tilt <= REAL(0.5)))
-        return 0;
-    const real d = (q + k + l) / (1 - tilt);
+    const real d = q + REAL(0.4) * k + REAL(0.25) * l;
+    const real tilt = 2 * (q + k + l), bend = q + 3 * k + 5 * l;
+    const real tilt_beyond = 3 * q + 5 * k + 7 * l, bend_beyond = q + 4 * k + 10 * l;
     real error = (tilt * tilt + bend * d) * d;
-    for (;; steps++) {
-        error *= bend / (1 - tilt) * error;
+
+    if (!(tilt_beyond <= REAL(0.5) && error <= REAL(0.1)))
+        return 0;
+    for (int steps = 1;; steps++) {
+        error *= bend_beyond / (1 - tilt_beyond) * error;
         if (error <= REAL(0.25) * REAL_EPSILON)
             return steps;
     }
@@ -3784,6 +3784,14 @@ static inline void run_tick(struct fmu *fmu, const char *function, const double 
         report(fmu, function, findings, input, time, status);
 }
 
+static inline int64_t run_ticks(struct fmu *fmu, int64_t count)
+{
+    const struct fmu_model *model = fmu->model;
+
+    return model->ticks ? model->ticks(fmu->constants, fmu->state, fmu->now->input, count, &fmu->now->output)
+                        : 0;
+}
+
 /* Runs the ticks up to `end_tick` in place. What a step of one tick costs is the way from the state of the
  * last tick to the next, and each copy between would lengthen it. */
 static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_tick)
@@ -3795,8 +3803,10 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
     double input[FMU_INPUTS];
 
     if (is_zero(now->slope)) {
-        for (int64_t tick = first_tick; tick < end_tick && status != FMU_DISCARD; tick++)
+        for (int64_t tick = first_tick; tick < end_tick && status != FMU_DISCARD; tick++) {
+            tick += run_ticks(fmu, end_tick - 1 - tick);
             run_tick(fmu, function, now->input, (double)tick * sample_time, &status);
+        }
         return status;
     }
     struct fmu_span span = { .tick = now->clock.tick, .rest = now->clock.rest };
@@ -4869,6 +4879,33 @@ static unsigned plant_tick(const void *constants, void *state, const void *param
     return findings;
 }
 
+/* The core alone, within the ranges: its state stays in a register. */
+static int64_t plant_ticks(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
+                           struct fmu_outputs *output)
+{
+    const struct chain *chain = constants;
+    const struct it2_range voltages = chain->voltage, displacements = chain->displacement;
+    const double voltage = input[IN_VOLTAGE];
+    struct chain_state *s = state;
+    struct it2_state core = s->core;
+    int64_t done = 0;
+
+    if (chain->all > 0 || !(voltage >= voltages.minimum && voltage <= voltages.maximum))
+        return 0;
+    for (; done < count; done++) {
+        const double y = it2_evaluate(&chain->core, core.y, voltage);
+        if (!(y >= displacements.minimum && y <= displacements.maximum))
+            break;
+        core.y = y;
+    }
+    if (done == 0)
+        return 0;
+    s->core = core;
+    output->real[OUT_DISPLACEMENT] = output->real[OUT_MEASURED] = core.y;
+    output->flag[OUT_OUT_OF_RANGE] = 0;
+    return done;
+}
+
 static void plant_explain(unsigned finding, const void *state, const void *parameters,
                           const double input[FMU_INPUTS], double time, const struct fmu_outputs *output,
                           char *text, size_t size)
@@ -4916,6 +4953,7 @@ const struct fmu_model plant_model = {
     .start = plant_start,
     .start_tangent = plant_start_tangent,
     .tick = plant_tick,
+    .ticks = plant_ticks,
     .explain = plant_explain,
     .tick_tangent = plant_tick_tangent,
 };
@@ -4979,6 +5017,29 @@ static unsigned inverse_tick(const void *constants, void *state, const void *par
     return findings;
 }
 
+/* The core alone, within the ranges. */
+static int64_t inverse_ticks(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
+                             struct fmu_outputs *output)
+{
+    const struct chain *chain = constants;
+    const struct it2_range voltages = chain->voltage, displacements = chain->displacement;
+    const double reference = input[IN_REFERENCE];
+    struct chain_state *s = state;
+    int64_t done = 0;
+
+    if (chain->all > 0 || !(reference >= displacements.minimum && reference <= displacements.maximum))
+        return 0;
+    for (; done < count; done++) {
+        const double voltage = it2_solve(&chain->core, s->core.y, reference);
+        if (!(voltage >= voltages.minimum && voltage <= voltages.maximum))
+            break;
+        s->core.y = reference;
+        output->real[OUT_VOLTAGE] = voltage;
+        output->flag[OUT_SATURATED] = 0;
+    }
+    return done;
+}
+
 static void inverse_explain(unsigned finding, const void *state, const void *parameters,
                             const double input[FMU_INPUTS], double time, const struct fmu_outputs *output,
                             char *text, size_t size)
@@ -5031,6 +5092,7 @@ const struct fmu_model inverse_model = {
     .start = inverse_start,
     .start_tangent = inverse_start_tangent,
     .tick = inverse_tick,
+    .ticks = inverse_ticks,
     .explain = inverse_explain,
     .tick_tangent = inverse_tick_tangent,
 };
