@@ -285,15 +285,47 @@ static inline enum fmu_status fmu_start_outputs(struct fmu *fmu, const char *fun
 
 /* --- values and steps -------------------------------------------------------------------------- */
 
-/* Of one base type. fmu_get_real and fmu_set_real are the same for Reals, quickly for a single one. */
+/* Of one base type. */
 enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
                         size_t count, void *values);
 enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
                         size_t count, const void *values);
-enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
-                             double values[]);
-enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
-                             const double values[]);
+
+/* The variable, where it is one Real of this causality that is asked for in a run: then nothing else can be in the
+ * way. NULL otherwise. What an FMI layer costs a tick is in such checks and calls, so here they are in short, where
+ * they are needed. */
+static inline const struct fmu_variable *fmu_one_real(const struct fmu *fmu, enum fmu_causality causality,
+                                                      const unsigned references[], size_t count,
+                                                      const double values[])
+{
+    if (!fmu || count != 1 || !references || !values || fmu->now->phase != FMU_STEP_COMPLETE)
+        return NULL;
+    const struct fmu_variable *v = fmu_find(fmu->model, references[0]);
+    return v && v->base == FMU_REAL && v->causality == causality ? v : NULL;
+}
+
+static inline enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[],
+                                           size_t count, double values[])
+{
+    const struct fmu_variable *v = fmu_one_real(fmu, FMU_OUTPUT, references, count, values);
+
+    if (!v)
+        return fmu_get(fmu, function, FMU_REAL, references, count, values);
+    *values = *(const double *)((const char *)&fmu->now->output + v->offset);
+    return FMU_OK;
+}
+
+static inline enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[],
+                                           size_t count, const double values[])
+{
+    const struct fmu_variable *v = fmu_one_real(fmu, FMU_INPUT, references, count, values);
+
+    if (!v || !isfinite(*values))
+        return fmu_set(fmu, function, FMU_REAL, references, count, values);
+    *(double *)((char *)fmu->now->input + v->offset) = *values;
+    return FMU_OK;
+}
+
 enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function, const unsigned references[],
                                           size_t count, const int order[], const double values[]);
 
