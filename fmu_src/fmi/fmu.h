@@ -84,8 +84,9 @@ struct fmu_model {
 
     /* What is worth its while before many ticks only, and changes their results by no more than rounding: between
      * `prepare` and the first tick. Constants are zeros at first and stay from one run to the next, so that what
-     * was made of the same parameters need not be made again. NULL: nothing. */
-    void (*settle)(void *constants);
+     * was made of the same parameters need not be made again. Returns whether `ticks` has a short way now. NULL:
+     * nothing. */
+    bool (*settle)(void *constants);
 
     /* State and outputs before the first tick; false, and why, where they are not finite. */
     bool (*start)(const void *constants, void *state, const void *parameters, struct fmu_outputs *,
@@ -97,7 +98,7 @@ struct fmu_model {
                      double time, struct fmu_outputs *);
 
     /* Runs ticks under one input, at most `count`, up to the first that has findings, and returns how many: the same as
-     * `tick` for each, with a shorter way from one to the next. It may run fewer, or none. NULL: none. */
+     * `tick` for each, by a shorter way. It may run fewer, or none. Where `settle` has said that there is a way. */
     int64_t (*ticks)(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
                      struct fmu_outputs *);
 
@@ -177,6 +178,7 @@ struct fmu {
     void *start;        /* the parameters that reset returns to */
     size_t used;        /* bytes of the state */
     bool outputs_stale; /* in initialization: a value was set since the outputs were computed */
+    bool short_way;     /* `ticks` is worth its call */
     unsigned categories;
     struct fmu_host host;
     const char *name;
@@ -198,8 +200,7 @@ static inline size_t fmu_snapshot_size(const struct fmu_model *model)
 /* Before ticks; every instance does it, so that all of them give the same bits. */
 static inline void fmu_settle(struct fmu *fmu)
 {
-    if (fmu->model->settle)
-        fmu->model->settle(fmu->constants);
+    fmu->short_way = fmu->model->settle && fmu->model->settle(fmu->constants);
 }
 
 static inline const struct fmu_variable *fmu_find(const struct fmu_model *model, unsigned reference)

@@ -89,10 +89,9 @@ static inline void run_tick(struct fmu *fmu, const char *function, const double 
 
 static inline int64_t run_ticks(struct fmu *fmu, int64_t count)
 {
-    const struct fmu_model *model = fmu->model;
+    struct fmu_snapshot *now = fmu->now;
 
-    return model->ticks ? model->ticks(fmu->constants, fmu->state, fmu->now->input, count, &fmu->now->output)
-                        : 0;
+    return fmu->short_way ? fmu->model->ticks(fmu->constants, fmu->state, now->input, count, &now->output) : 0;
 }
 
 /* Runs the ticks up to `end_tick` in place. What a step of one tick costs is the way from the state of the
@@ -179,6 +178,10 @@ static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, do
     const double tick_time = (double)now->clock.tick * fmu_sample_time(fmu);
 
     copy_state(fmu->before, fmu->state, fmu->used);
+    if (run_ticks(fmu, 1) == 1) {
+        finish_tick(fmu, FMU_OK, time + step);
+        return FMU_OK;
+    }
     const unsigned findings =
         fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
     if (findings)

@@ -59,7 +59,7 @@ static unsigned inverse_tick(const void *constants, void *state, const void *par
     return findings;
 }
 
-/* The core alone, within the ranges. */
+/* Without effects, within the ranges. */
 static int64_t inverse_ticks(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
                              struct fmu_outputs *output)
 {
@@ -69,7 +69,7 @@ static int64_t inverse_ticks(const void *constants, void *state, const double in
     struct chain_state *s = state;
     int64_t done = 0;
 
-    if (chain->all > 0 || !(reference >= displacements.minimum && reference <= displacements.maximum))
+    if (!(reference >= displacements.minimum && reference <= displacements.maximum))
         return 0;
     for (; done < count; done++) {
         const double voltage = it2_solve(&chain->core, s->core.y, reference);

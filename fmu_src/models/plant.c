@@ -59,7 +59,7 @@ static unsigned plant_tick(const void *constants, void *state, const void *param
     return findings;
 }
 
-/* The core alone, within the ranges: its state stays in a register. */
+/* Without effects, within the ranges: the core's state stays in a register. */
 static int64_t plant_ticks(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
                            struct fmu_outputs *output)
 {
@@ -70,7 +70,7 @@ static int64_t plant_ticks(const void *constants, void *state, const double inpu
     struct it2_state core = s->core;
     int64_t done = 0;
 
-    if (chain->all > 0 || !(voltage >= voltages.minimum && voltage <= voltages.maximum))
+    if (!(voltage >= voltages.minimum && voltage <= voltages.maximum))
         return 0;
     for (; done < count; done++) {
         const double y = it2_evaluate(&chain->core, core.y, voltage);

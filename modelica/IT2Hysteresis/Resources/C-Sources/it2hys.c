@@ -3637,35 +3637,6 @@ enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base bas
     return FMU_OK;
 }
 
-/* Is one Real asked for, of this causality, in one of these phases? Then nothing else can be in the way.
- * What an FMI layer costs a tick is in such checks, so here they are once more in short. */
-static inline bool one_real(const struct fmu *fmu, unsigned phases, enum fmu_causality causality,
-                            const unsigned references[], size_t count, const double values[])
-{
-    if (!fmu || count != 1 || !references || !values || !((unsigned)fmu->now->phase & phases))
-        return false;
-    const struct fmu_variable *v = fmu_find(fmu->model, references[0]);
-    return v && v->base == FMU_REAL && v->causality == causality;
-}
-
-enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
-                             double values[])
-{
-    if (!one_real(fmu, FMU_STEP_COMPLETE, FMU_OUTPUT, references, count, values))
-        return fmu_get(fmu, function, FMU_REAL, references, count, values);
-    *values = *(const double *)((const char *)&fmu->now->output + accepted(fmu, references[0])->offset);
-    return FMU_OK;
-}
-
-enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
-                             const double values[])
-{
-    if (!one_real(fmu, FMU_STEP_COMPLETE, FMU_INPUT, references, count, values) || !isfinite(*values))
-        return fmu_set(fmu, function, FMU_REAL, references, count, values);
-    *(double *)((char *)fmu->now->input + accepted(fmu, references[0])->offset) = *values;
-    return FMU_OK;
-}
-
 enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function, const unsigned references[],
                                           size_t count, const int order[], const double values[])
 {
@@ -3786,10 +3757,9 @@ static inline void run_tick(struct fmu *fmu, const char *function, const double 
 
 static inline int64_t run_ticks(struct fmu *fmu, int64_t count)
 {
-    const struct fmu_model *model = fmu->model;
+    struct fmu_snapshot *now = fmu->now;
 
-    return model->ticks ? model->ticks(fmu->constants, fmu->state, fmu->now->input, count, &fmu->now->output)
-                        : 0;
+    return fmu->short_way ? fmu->model->ticks(fmu->constants, fmu->state, now->input, count, &now->output) : 0;
 }
 
 /* Runs the ticks up to `end_tick` in place. What a step of one tick costs is the way from the state of the
@@ -3876,6 +3846,10 @@ static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, do
     const double tick_time = (double)now->clock.tick * fmu_sample_time(fmu);
 
     copy_state(fmu->before, fmu->state, fmu->used);
+    if (run_ticks(fmu, 1) == 1) {
+        finish_tick(fmu, FMU_OK, time + step);
+        return FMU_OK;
+    }
     const unsigned findings =
         fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
     if (findings)
@@ -4807,11 +4781,12 @@ bool actuator_check(const struct fmu_model *model, const void *parameters, char 
     return fmu_within_bounds(model, parameters, message, size) && chain_check(parameters, message, size);
 }
 
-void actuator_settle(void *constants)
+bool actuator_settle(void *constants)
 {
     struct actuator *actuator = constants;
 
     it2_tabulate(&actuator->chain.core, &actuator->table);
+    return actuator->chain.all == 0;
 }
 
 /* --- plant.c --- */
@@ -4879,7 +4854,7 @@ static unsigned plant_tick(const void *constants, void *state, const void *param
     return findings;
 }
 
-/* The core alone, within the ranges: its state stays in a register. */
+/* Without effects, within the ranges: the core's state stays in a register. */
 static int64_t plant_ticks(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
                            struct fmu_outputs *output)
 {
@@ -4890,7 +4865,7 @@ static int64_t plant_ticks(const void *constants, void *state, const double inpu
     struct it2_state core = s->core;
     int64_t done = 0;
 
-    if (chain->all > 0 || !(voltage >= voltages.minimum && voltage <= voltages.maximum))
+    if (!(voltage >= voltages.minimum && voltage <= voltages.maximum))
         return 0;
     for (; done < count; done++) {
         const double y = it2_evaluate(&chain->core, core.y, voltage);
@@ -5017,7 +4992,7 @@ static unsigned inverse_tick(const void *constants, void *state, const void *par
     return findings;
 }
 
-/* The core alone, within the ranges. */
+/* Without effects, within the ranges. */
 static int64_t inverse_ticks(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
                              struct fmu_outputs *output)
 {
@@ -5027,7 +5002,7 @@ static int64_t inverse_ticks(const void *constants, void *state, const double in
     struct chain_state *s = state;
     int64_t done = 0;
 
-    if (chain->all > 0 || !(reference >= displacements.minimum && reference <= displacements.maximum))
+    if (!(reference >= displacements.minimum && reference <= displacements.maximum))
         return 0;
     for (; done < count; done++) {
         const double voltage = it2_solve(&chain->core, s->core.y, reference);
