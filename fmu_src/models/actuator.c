@@ -11,6 +11,5 @@ bool actuator_settle(void *constants)
 {
     struct actuator *actuator = constants;
 
-    it2_tabulate(&actuator->chain.core, &actuator->table);
-    return actuator->chain.all == 0;
+    return it2_tabulate(&actuator->chain.core, &actuator->table) && actuator->chain.all == 0;
 }
