@@ -59,6 +59,8 @@ NOTHING = "nothing"
 #: Shares of the records of some 40,000 samples in all, and the effects in them, of the table of growth.
 SHARES = (0.25, 0.5, 1.0)
 GROWING = ((), ("creep",), ("play", "creep"))
+#: Whole training records of it, the first of them alone, for the growth in records.
+RECORDS = (3, 5)
 #: Seed of the case that grows.
 SEED = 7000
 
@@ -445,32 +447,38 @@ def _text(effects: Sequence[str]) -> str:
 
 
 def measure_growth() -> list[dict]:
-    """Print how the time of one diagnosis grows with samples and with effects; one process."""
+    """Print how the time of one diagnosis grows with samples, effects and records; one process."""
     results = []
     for effects in GROWING:
         case = Case(SEED, "growing", effects)
-        for share in SHARES:
-            train = [_cut(record, share) for record in (*case.train, *case.test)]
+        whole = [*case.train, *case.test]
+        for share, count in [*((s, len(whole)) for s in SHARES), *((1.0, n) for n in RECORDS)]:
+            train = [_cut(record, share) for record in whole[:count]]
             validation = [_cut(record, share) for record in case.validation]
-            start = time.perf_counter()
+            start, busy = time.perf_counter(), time.process_time()
             found = diagnose(train, validation)
             results.append(
                 {
                     "there": list(effects),
                     "named": list(found.effects),
+                    "records": len(train) + len(validation),
                     "samples": sum(len(r) for r in [*train, *validation]),
                     "seconds": time.perf_counter() - start,
+                    "cpu_seconds": time.process_time() - busy,
                     "search_seconds": found.seconds["search"],
                 }
             )
     rows = [
         (
-            _text(r["there"]), _text(r["named"]), f"{r['samples']}", f"{r['seconds']:.0f}",
-            f"{r['search_seconds']:.0f}", f"{1e6 * r['seconds'] / r['samples']:.0f}",
+            _text(r["there"]), _text(r["named"]), f"{r['records']}", f"{r['samples']}",
+            f"{r['seconds']:.0f}", f"{r['search_seconds']:.0f}", f"{r['cpu_seconds']:.0f}",
+            f"{1e6 * r['cpu_seconds'] / r['samples']:.0f}",
         )
         for r in results
     ]  # fmt: skip
-    header = ("there", "named", "samples", "seconds", "of them search", "us a sample")
+    header = (
+        "there", "named", "records", "samples", "seconds", "of them search", "CPU s", "CPU us a sample",
+    )  # fmt: skip
     table("How the time of one diagnosis grows, one process", header, rows)
     return results
 

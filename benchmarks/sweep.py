@@ -19,7 +19,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
+from unittest.mock import patch
 
 import fmpy
 import numpy as np
@@ -27,10 +29,11 @@ import polars as pl
 from fmpy import fmi2
 from polars.testing import assert_frame_equal
 
+from it2hys.cosimulation.stepping import System
 from it2hys.fmu.packaging import package
 from it2hys.model.parameters import table_1
 from it2hys.stand import excitations
-from it2hys.sweeps import parse_sweep, read_sweep, run_sweep
+from it2hys.sweeps import parse_sweep, read_sweep, run_sweep, worker
 from it2hys.sweeps.cases import make_plan
 from it2hys.sweeps.worker import install, run_cases
 
@@ -38,6 +41,8 @@ TICKS, SAMPLE_TIME = 10_000, 1e-4
 ROUNDS = 7
 #: Cases in one turn: of the sweep and the bare loop, and of FMPy's loop, which is so much slower.
 CASES, FEW = 300, 2
+#: Cases of a whole sweep whose time is divided.
+WHOLE = 10_000
 START = {"initialDisplacement": 0.7e-6}
 KILLS = 20
 #: Seconds in which workers are ready, for sweeps that begin at one moment.
@@ -59,6 +64,7 @@ def main() -> None:
     bare_loop = Path(sys.argv[1]) if len(sys.argv) > 1 else None
     begin = time.perf_counter()
     compare_throughput(bare_loop)
+    divide_time()
     compare_workers()
     compare_sizes()
     compare_memory()
@@ -193,6 +199,57 @@ def bare_command(bare_loop: Path, folder: Path) -> list[str]:
 def bare_seconds(command: list[str]) -> float:
     """Return the processor time that the bare loop prints."""
     return float(subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()[0])
+
+
+# --- where the time goes ---------------------------------------------------------------------------
+
+
+def divide_time() -> None:
+    """Print where the time of a whole sweep goes, and that of a case in a worker."""
+    workers = os.cpu_count() or 1
+    whole = finish(start("whole", WHOLE, TICKS, workers))[0]
+    running = finish(start("wall", WHOLE, TICKS, workers, time.monotonic() + START_UP))[0]
+    table(
+        f"A whole sweep of {WHOLE} scenarios of {TICKS} ticks, {workers} workers: {whole:.1f} s",
+        ["", "s", "share"],
+        [
+            ["first to last case", f"{running:.2f}", f"{running / whole:.0%}"],
+            ["workers' start, table, report", f"{whole - running:.2f}", f"{1 - running / whole:.0%}"],
+        ],
+    )
+    spent = time_of_parts()
+    each = {part: 1e6 * value / CASES for part, value in spent.items()}
+    rows = [[part, f"{us:.0f}", f"{us / each['all']:.0%}"] for part, us in each.items()]
+    table("A case in a worker, processor time", ["", "us", "share"], rows)
+
+
+def time_of_parts() -> dict[str, float]:
+    """Return the processor time of the parts of cases in one process, s."""
+    plan = make_plan(parse_sweep(scenario(CASES, TICKS)))
+    install(plan)
+    run_cases(plan.fingerprint, range(2))
+    spent = dict.fromkeys(("FMUs' steps", "initialization", "signals", "metrics", "table"), 0.0)
+
+    def timed(part: str, function: Callable) -> Callable:
+        def call(*arguments: object, **options: object) -> object:
+            begin = time.process_time()
+            try:
+                return function(*arguments, **options)
+            finally:
+                spent[part] += time.process_time() - begin
+
+        return call
+
+    kinds = {n: replace(k, function=timed("metrics", k.function)) for n, k in worker.KINDS.items()}
+    with (
+        patch.object(System, "run", timed("FMUs' steps", System.run)),
+        patch.object(System, "initialize", timed("initialization", System.initialize)),
+        patch.object(worker.Runner, "_signal", timed("signals", worker.Runner._signal)),
+        patch.object(worker, "format_rows", timed("table", worker.format_rows)),
+        patch.object(worker, "KINDS", kinds),
+    ):
+        everything = seconds(lambda: [run_cases(plan.fingerprint, chunk) for chunk in plan.chunks()])
+    return {**spent, "rest": everything - sum(spent.values()), "all": everything}
 
 
 # --- workers and sizes -----------------------------------------------------------------------------

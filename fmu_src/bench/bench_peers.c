@@ -24,6 +24,10 @@
 
 #define SAMPLES 256
 
+/* Back to the beginning every so often: Dahlquist's x decays to numbers too small to be normal, which
+ * are slow, and a long time no longer is a multiple of the step. */
+enum { TICKS_PER_RUN = 1000, LONG_STEP = CHUNK_MULTIPLE };
+
 /* An FMU, and what it is given: a sine from `low` to `high`. */
 struct subject {
     const char *name;
@@ -36,6 +40,7 @@ struct subject {
     fmi2ValueReference input, output;
     bool has_input;
     double step_size, low, high;
+    double value[TICKS_PER_RUN];
 };
 
 /* Voltage and displacement; reference and voltage. */
@@ -55,29 +60,32 @@ static volatile double sink; /* keeps results alive */
 
 /* What is measured, and what against. */
 static struct subject *measured, *other;
-static long ticks_per_step;
+static int ticks_per_step;
 
-/* Back to the beginning every so often: Dahlquist's x decays to numbers too small to be normal, which
- * are slow, and a long time no longer is a multiple of the step. */
-enum { TICKS_PER_RUN = 1000, LONG_STEP = CHUNK_MULTIPLE };
-
-static void run(struct subject *s, long ticks, long per_step)
+/* Returns how many steps are refused. */
+static long run_once(struct subject *s, int ticks, int per_step)
 {
-    const double step_size = (double)per_step * s->step_size;
+    const double step_size = per_step * s->step_size;
     double value = 0.0;
     long refused = 0;
 
-    for (long k = 0; k < ticks; k += per_step) {
-        const int n = (int)(k % TICKS_PER_RUN);
-        if (n == 0)
-            s->set_state(s->component, s->beginning);
-        value = s->low + (s->high - s->low) * wave[n % SAMPLES];
+    s->set_state(s->component, s->beginning);
+    for (int n = 0; n < ticks; n += per_step) {
         if (s->has_input)
-            s->set(s->component, &s->input, 1, &value);
+            s->set(s->component, &s->input, 1, &s->value[n]);
         refused += s->step(s->component, n * s->step_size, step_size, fmi2True) > fmi2Warning;
         s->get(s->component, &s->output, 1, &value);
     }
     sink = value;
+    return refused;
+}
+
+static void run(struct subject *s, long ticks, int per_step)
+{
+    long refused = 0;
+
+    for (long k = 0; k < ticks; k += TICKS_PER_RUN)
+        refused += run_once(s, ticks - k < TICKS_PER_RUN ? (int)(ticks - k) : TICKS_PER_RUN, per_step);
     if (refused) {
         fprintf(stderr, "bench_peers: %s refuses %ld steps\n", s->name, refused);
         exit(1);
@@ -211,6 +219,8 @@ static void open_subject(struct subject *s, const char *path, const char *guid, 
     find(library, "fmi2Instantiate", &instantiate);
     s->component = instantiate("bench", fmi2CoSimulation, guid, NULL, &host, fmi2False, fmi2False);
     s->step_size = step_size;
+    for (int n = 0; n < TICKS_PER_RUN; n++)
+        s->value[n] = s->low + (s->high - s->low) * wave[n % SAMPLES];
     begin(s, library);
 }
 
@@ -329,9 +339,9 @@ static const char *verdict(double value, double target)
     return target <= 0.0 ? "" : value <= target ? "met" : "missed";
 }
 
-static void print(const char *name, long per_step, const char *against, struct comparison c, double target)
+static void print(const char *name, int per_step, const char *against, struct comparison c, double target)
 {
-    printf("%-22s %10ld %8.1f   %-16s %8.1f %8.2f", name, per_step, c.a, against, c.b, c.ratio);
+    printf("%-22s %10d %8.1f   %-16s %8.1f %8.2f", name, per_step, c.a, against, c.b, c.ratio);
     if (target > 0.0)
         printf("   <= %-5.2f %s", target, verdict(c.ratio, target));
     putchar('\n');
@@ -339,7 +349,7 @@ static void print(const char *name, long per_step, const char *against, struct c
 }
 
 /* Against each peer's tick; the target is of the faster. */
-static void against_peers(struct subject *s, long per_step, double target)
+static void against_peers(struct subject *s, int per_step, double target)
 {
     measured = s, ticks_per_step = per_step;
     for (int i = 0; i < peer_count; i++) {
@@ -379,8 +389,9 @@ int main(int count, char **argument)
     open_own(&layer, argument[3], FMU_TABLE_HASH_PLANT);
     for (int i = 4; i < count; i += 3)
         open_peer(argument[i], argument[i + 1], argument[i + 2]);
-    struct subject plant_with_all = with_effects(plant, &plant_model);
-    struct subject inverse_with_all = with_effects(inverse, &inverse_model);
+    static struct subject plant_with_all, inverse_with_all;
+    plant_with_all = with_effects(plant, &plant_model);
+    inverse_with_all = with_effects(inverse, &inverse_model);
 
     printf("\nA tick: nanoseconds of A, per tick, and of B, median of A/B, and the target.\n\n"
            "%-22s %10s %8s   %-16s %8s %8s   target\n",

@@ -1,6 +1,7 @@
 #include "hum.h"
 
 #include "chain.h"
+#include "sine.h"
 
 static bool hum_check(const struct chain_parameters *p, char *message, size_t size)
 {
@@ -28,7 +29,7 @@ static real hum_step(const void *constants, void *state, real y, const struct ch
     const struct hum *hum = constants;
 
     (void)state;
-    return y + hum->amplitude * real_sin(TWO_PI * hum->frequency * around->time + hum->phase);
+    return y + hum->amplitude * sine(TWO_PI * hum->frequency * around->time + hum->phase);
 }
 
 static void hum_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
@@ -46,7 +47,7 @@ static real hum_by_parameters(const void *constants, const void *d_constants, co
     const real d_phase = TWO_PI * d->frequency * around->time + d->phase;
 
     (void)state, (void)y, (void)d_state, (void)stride;
-    return d->amplitude * real_sin(phase) + hum->amplitude * real_cos(phase) * d_phase;
+    return d->amplitude * sine(phase) + hum->amplitude * real_cos(phase) * d_phase;
 }
 
 const struct stage hum_stage = {

@@ -43,30 +43,30 @@ static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real
     return -2 * z * nonlinearity_inner(c, z) + (1 - z * z) * by_z;
 }
 
-/* Where z + bow(z) = aim, to the first order in the bow. With d from aim to there, d = -bow, so that
- * |d| <= height / (1 - tilt), where height and tilt are the largest |bow| and |dbow/dz|; it is off by at most
- * tilt^2 |d| + bend d^2, with half the largest second derivative. */
+/* Where z + bow(z) = aim, to the first order in the bow. */
 static real nonlinearity_guess(const struct nonlinearity_parameters *c, real aim)
 {
     return aim - nonlinearity_bow(c, aim) * (1 - nonlinearity_bow_slope(c, aim));
 }
 
-/* How many steps of Newton's method solve a curve from that guess, whatever the aim is, to rounding: each leaves the
- * square of what it finds, times bend by slope. The bounds hold up to |z| = 1.3. */
+/* How many steps of Newton's method solve a curve from that guess, whatever the aim is, to rounding; 0 where that is
+ * not sure. From the aim to where z + bow(z) = aim it is d = -bow(z), and the guess is off by at most
+ * tilt^2 |d| + bend d^2: tilt bounds |dbow/dz|, bend half the second derivative. A step leaves the square of what
+ * it finds, times bend / (1 - tilt), where z may be somewhat beyond the ends, up to |z| = 1.3. */
 static int nonlinearity_steps(const struct nonlinearity_parameters *c)
 {
     const real q = real_fabs(c->quadratic), k = real_fabs(c->cubic), l = real_fabs(c->quartic);
     const real m = real_fabs(c->quintic), n = real_fabs(c->sextic);
-    const real tilt = 3 * q + 5 * k + 7 * l + 10 * m + 14 * n;
-    const real bend = q + 4 * k + 10 * l + 19 * m + 33 * n;
-    int steps = 1;
-
-    if (!(tilt <= REAL(0.5)))
-        return 0;
-    const real d = (q + k + l + m + n) / (1 - tilt);
+    const real d = q + REAL(0.4) * k + REAL(0.25) * l + REAL(0.19) * m + REAL(0.15) * n;
+    const real tilt = 2 * (q + k + l + m + n), bend = q + 3 * k + 5 * l + 7 * m + 9 * n;
+    const real tilt_beyond = 3 * q + 5 * k + 7 * l + 10 * m + 14 * n;
+    const real bend_beyond = q + 4 * k + 10 * l + 19 * m + 33 * n;
     real error = (tilt * tilt + bend * d) * d;
-    for (;; steps++) {
-        error *= bend / (1 - tilt) * error;
+
+    if (!(tilt_beyond <= REAL(0.5) && error <= REAL(0.1)))
+        return 0;
+    for (int steps = 1;; steps++) {
+        error *= bend_beyond / (1 - tilt_beyond) * error;
         if (error <= REAL(0.25) * REAL_EPSILON)
             return steps;
     }

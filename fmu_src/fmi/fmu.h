@@ -89,8 +89,9 @@ struct fmu_model {
 
     /* What is worth its while before many ticks only, and changes their results by no more than rounding: between
      * `prepare` and the first tick. Constants are zeros at first and stay from one run to the next, so that what
-     * was made of the same parameters need not be made again. NULL: nothing. */
-    void (*settle)(void *constants);
+     * was made of the same parameters need not be made again. Returns whether `ticks` has a short way now. NULL:
+     * nothing. */
+    bool (*settle)(void *constants);
 
     /* State and outputs before the first tick; false, and why, where they are not finite. */
     bool (*start)(const void *constants, void *state, const void *parameters, struct fmu_outputs *,
@@ -100,6 +101,11 @@ struct fmu_model {
      * finite, outputs stay as they were. */
     unsigned (*tick)(const void *constants, void *state, const void *parameters, const double input[FMU_INPUTS],
                      double time, struct fmu_outputs *);
+
+    /* Runs ticks under one input, at most `count`, up to the first that has findings, and returns how many: the same as
+     * `tick` for each, by a shorter way. It may run fewer, or none. Where `settle` has said that there is a way. */
+    int64_t (*ticks)(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
+                     struct fmu_outputs *);
 
     /* Writes what a finding means; NULL where there are none. */
     void (*explain)(unsigned finding, const void *state, const void *parameters, const double input[FMU_INPUTS],
@@ -188,6 +194,7 @@ struct fmu {
     void *start;        /* the parameters that reset returns to */
     size_t used;        /* bytes of the state */
     bool outputs_stale; /* in initialization: a value was set since the outputs were computed */
+    bool short_way;     /* `ticks` is worth its call */
     unsigned categories;
     struct fmu_host host;
     const char *name;
@@ -209,8 +216,7 @@ static inline size_t fmu_snapshot_size(const struct fmu_model *model)
 /* Before ticks; every instance does it, so that all of them give the same bits. */
 static inline void fmu_settle(struct fmu *fmu)
 {
-    if (fmu->model->settle)
-        fmu->model->settle(fmu->constants);
+    fmu->short_way = fmu->model->settle && fmu->model->settle(fmu->constants);
 }
 
 static inline const struct fmu_variable *fmu_find(const struct fmu_model *model, unsigned reference)
@@ -300,15 +306,47 @@ static inline enum fmu_status fmu_start_outputs(struct fmu *fmu, const char *fun
 bool fmu_null_arrays(const struct fmu *fmu, const char *function, const void *references, const void *values,
                      size_t count);
 
-/* Of one base type. fmu_get_real and fmu_set_real are the same for Reals, quickly for a single one. */
+/* Of one base type. */
 enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
                         size_t count, void *values);
 enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
                         size_t count, const void *values);
-enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
-                             double values[]);
-enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
-                             const double values[]);
+
+/* The variable, where it is one Real of this causality that is asked for in a run: then nothing else can be in the
+ * way. NULL otherwise. What an FMI layer costs a tick is in such checks and calls, so here they are in short, where
+ * they are needed. */
+static inline const struct fmu_variable *fmu_one_real(const struct fmu *fmu, enum fmu_causality causality,
+                                                      const unsigned references[], size_t count,
+                                                      const double values[])
+{
+    if (!fmu || count != 1 || !references || !values || fmu->now->phase != FMU_STEP_COMPLETE)
+        return NULL;
+    const struct fmu_variable *v = fmu_find(fmu->model, references[0]);
+    return v && v->base == FMU_REAL && v->causality == causality ? v : NULL;
+}
+
+static inline enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[],
+                                           size_t count, double values[])
+{
+    const struct fmu_variable *v = fmu_one_real(fmu, FMU_OUTPUT, references, count, values);
+
+    if (!v)
+        return fmu_get(fmu, function, FMU_REAL, references, count, values);
+    *values = *(const double *)((const char *)&fmu->now->output + v->offset);
+    return FMU_OK;
+}
+
+static inline enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[],
+                                           size_t count, const double values[])
+{
+    const struct fmu_variable *v = fmu_one_real(fmu, FMU_INPUT, references, count, values);
+
+    if (!v || !isfinite(*values))
+        return fmu_set(fmu, function, FMU_REAL, references, count, values);
+    *(double *)((char *)fmu->now->input + v->offset) = *values;
+    return FMU_OK;
+}
+
 enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function, const unsigned references[],
                                           size_t count, const int order[], const double values[]);
 

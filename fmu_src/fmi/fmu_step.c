@@ -87,6 +87,13 @@ static inline void run_tick(struct fmu *fmu, const char *function, const double 
         report(fmu, function, findings, input, time, status);
 }
 
+static inline int64_t run_ticks(struct fmu *fmu, int64_t count)
+{
+    struct fmu_snapshot *now = fmu->now;
+
+    return fmu->short_way ? fmu->model->ticks(fmu->constants, fmu->state, now->input, count, &now->output) : 0;
+}
+
 /* Runs the ticks up to `end_tick` in place. What a step of one tick costs is the way from the state of the
  * last tick to the next, and each copy between would lengthen it. */
 static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_tick)
@@ -98,8 +105,10 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
     double input[FMU_INPUTS];
 
     if (is_zero(now->slope)) {
-        for (int64_t tick = first_tick; tick < end_tick && status != FMU_DISCARD; tick++)
+        for (int64_t tick = first_tick; tick < end_tick && status != FMU_DISCARD; tick++) {
+            tick += run_ticks(fmu, end_tick - 1 - tick);
             run_tick(fmu, function, now->input, (double)tick * sample_time, &status);
+        }
         return status;
     }
     struct fmu_span span = { .tick = now->clock.tick, .rest = now->clock.rest };
@@ -169,6 +178,10 @@ static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, do
     const double tick_time = (double)now->clock.tick * fmu_sample_time(fmu);
 
     copy_state(fmu->before, fmu->state, fmu->used);
+    if (run_ticks(fmu, 1) == 1) {
+        finish_tick(fmu, FMU_OK, time + step);
+        return FMU_OK;
+    }
     const unsigned findings =
         fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
     if (findings)

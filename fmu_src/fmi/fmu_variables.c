@@ -213,35 +213,6 @@ enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base bas
     return FMU_OK;
 }
 
-/* Is one Real asked for, of this causality, in one of these phases? Then nothing else can be in the way.
- * What an FMI layer costs a tick is in such checks, so here they are once more in short. */
-static inline bool one_real(const struct fmu *fmu, unsigned phases, enum fmu_causality causality,
-                            const unsigned references[], size_t count, const double values[])
-{
-    if (!fmu || count != 1 || !references || !values || !((unsigned)fmu->now->phase & phases))
-        return false;
-    const struct fmu_variable *v = fmu_find(fmu->model, references[0]);
-    return v && v->base == FMU_REAL && v->causality == causality;
-}
-
-enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
-                             double values[])
-{
-    if (!one_real(fmu, FMU_STEP_COMPLETE, FMU_OUTPUT, references, count, values))
-        return fmu_get(fmu, function, FMU_REAL, references, count, values);
-    *values = *(const double *)((const char *)&fmu->now->output + accepted(fmu, references[0])->offset);
-    return FMU_OK;
-}
-
-enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
-                             const double values[])
-{
-    if (!one_real(fmu, FMU_STEP_COMPLETE, FMU_INPUT, references, count, values) || !isfinite(*values))
-        return fmu_set(fmu, function, FMU_REAL, references, count, values);
-    *(double *)((char *)fmu->now->input + accepted(fmu, references[0])->offset) = *values;
-    return FMU_OK;
-}
-
 enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function, const unsigned references[],
                                           size_t count, const int order[], const double values[])
 {

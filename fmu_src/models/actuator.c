@@ -7,9 +7,9 @@ bool actuator_check(const struct fmu_model *model, const void *parameters, char 
     return fmu_within_bounds(model, parameters, message, size) && chain_check(parameters, message, size);
 }
 
-void actuator_settle(void *constants)
+bool actuator_settle(void *constants)
 {
     struct actuator *actuator = constants;
 
-    it2_tabulate(&actuator->chain.core, &actuator->table);
+    return it2_tabulate(&actuator->chain.core, &actuator->table) && actuator->chain.all == 0;
 }

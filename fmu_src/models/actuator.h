@@ -20,7 +20,7 @@ struct actuator {
     struct it2_table table;
 };
 
-void actuator_settle(void *constants);
+bool actuator_settle(void *constants);
 
 bool actuator_check(const struct fmu_model *model, const void *parameters, char *message, size_t size);
 

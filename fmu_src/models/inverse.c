@@ -60,6 +60,28 @@ static unsigned inverse_tick(const void *constants, void *state, const void *par
     return findings;
 }
 
+/* Within the ranges, by the table: a short way, in which nothing is called. */
+static int64_t inverse_ticks(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
+                             struct fmu_outputs *output)
+{
+    const struct chain *chain = constants;
+    const double reference = input[IN_REFERENCE];
+    struct chain_state *s = state;
+    int64_t done = 0;
+
+    if (!it2_is_plain(&chain->core, reference) || !it2_is_plain(&chain->core, s->core.y))
+        return 0;
+    for (; done < count; done++) {
+        const double voltage = it2_look_up_inverse(chain->core.table, s->core.y, reference);
+        if (!(voltage >= chain->voltage.minimum && voltage <= chain->voltage.maximum))
+            break;
+        s->core.y = reference;
+        output->real[OUT_VOLTAGE] = voltage;
+        output->flag[OUT_SATURATED] = 0;
+    }
+    return done;
+}
+
 static void inverse_explain(unsigned finding, const void *state, const void *parameters,
                             const double input[FMU_INPUTS], double time, const struct fmu_outputs *output,
                             char *text, size_t size)
@@ -112,6 +134,7 @@ const struct fmu_model inverse_model = {
     .start = inverse_start,
     .start_tangent = inverse_start_tangent,
     .tick = inverse_tick,
+    .ticks = inverse_ticks,
     .explain = inverse_explain,
     .tick_tangent = inverse_tick_tangent,
 };

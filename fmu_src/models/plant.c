@@ -60,6 +60,33 @@ static unsigned plant_tick(const void *constants, void *state, const void *param
     return findings;
 }
 
+/* Within the ranges, by the table: a short way, in which nothing is called. */
+static int64_t plant_ticks(const void *constants, void *state, const double input[FMU_INPUTS], int64_t count,
+                           struct fmu_outputs *output)
+{
+    const struct chain *chain = constants;
+    const double voltage = input[IN_VOLTAGE];
+    struct chain_state *s = state;
+    double y = s->core.y;
+    int64_t done = 0;
+
+    if (!(voltage >= chain->voltage.minimum && voltage <= chain->voltage.maximum) ||
+        !it2_is_plain(&chain->core, y))
+        return 0;
+    for (; done < count; done++) {
+        const double next = it2_look_up_step(chain->core.table, y, voltage);
+        if (!it2_is_plain(&chain->core, next))
+            break;
+        y = next;
+    }
+    if (done == 0)
+        return 0;
+    s->core.y = y;
+    output->real[OUT_DISPLACEMENT] = output->real[OUT_MEASURED] = y;
+    output->flag[OUT_OUT_OF_RANGE] = 0;
+    return done;
+}
+
 static void plant_explain(unsigned finding, const void *state, const void *parameters,
                           const double input[FMU_INPUTS], double time, const struct fmu_outputs *output,
                           char *text, size_t size)
@@ -107,6 +134,7 @@ const struct fmu_model plant_model = {
     .start = plant_start,
     .start_tangent = plant_start_tangent,
     .tick = plant_tick,
+    .ticks = plant_ticks,
     .explain = plant_explain,
     .tick_tangent = plant_tick_tangent,
 };

@@ -57,6 +57,9 @@ EXPORT int64_t it2core_stepper_run(const struct stepper_slave *slaves, int32_t s
                                    double *const *records, int32_t record_count, int64_t first_step,
                                    int64_t steps, double step_size, struct stepper_fault *fault);
 
+/* Reads the outputs of a slave into their slots; returns the status. */
+EXPORT int32_t it2core_stepper_read(const struct stepper_slave *slave, double *slots);
+
 /* Who listens to an instance: its component environment. */
 struct stepper_listener {
     void (*hear)(int status, const char *text);
@@ -158,6 +161,11 @@ static fmi2Status get_outputs(const struct stepper_slave *slave, double *slots)
         reference += count;
     }
     return status;
+}
+
+int32_t it2core_stepper_read(const struct stepper_slave *slave, double *slots)
+{
+    return (int32_t)get_outputs(slave, slots);
 }
 
 /* One step of one slave; returns the call that ended the run, or -1. */

@@ -53,6 +53,35 @@ static void any_step_same_ticks(const struct fmi2_api *m)
     }
 }
 
+/* Under an input that is held, the ticks of a long step are those of short ones, bit for bit, whether they find
+ * something or not: within the ranges, beyond them, on the way out and on the way back. */
+static void held_input_same_ticks(const struct fmi2_api *m)
+{
+    static const double volts[] = { 50.0, 109.0, 111.0, 135.0, 60.0, -0.5, -40.0, 20.0, 0.0, 110.0 };
+    static const double um[] = { 5.0, 15.9, 16.0, 17.0, 7.0, 0.01, -3.0, 0.0, 4.0, 9.0 };
+    static const int lengths[] = { 1, 2, 3, 17, 100, 1000 };
+    const char *flag = m->kind == FMU_PLANT ? "outOfRange" : "saturated";
+    fmi2Component a = make_running(m, 0.0), b = make_running(m, 0.0);
+    int tick = 0, raised = 0, turns = 0;
+
+    for (size_t i = 0; i < 60; i++) {
+        const double input = m->kind == FMU_PLANT ? volts[i % 10] : 1e-6 * um[i % 10];
+        const int length = lengths[i % 6];
+        CHECK(set_real(m, a, input_of(m), input) == fmi2OK && set_real(m, b, input_of(m), input) == fmi2OK);
+        for (int k = 0; k < length; k++)
+            CHECK(m->DoStep(a, (tick + k) * TS, TS, fmi2True) <= fmi2Warning);
+        CHECK(m->DoStep(b, tick * TS, length * TS, fmi2True) <= fmi2Warning);
+        tick += length;
+        CHECK(get_real(m, a, output_of(m)) == get_real(m, b, output_of(m)));
+        CHECK(get_boolean(m, a, flag) == get_boolean(m, b, flag));
+        raised += get_boolean(m, b, flag);
+        turns++;
+    }
+    CHECK(raised > 5 && raised < turns - 5);
+    m->FreeInstance(a);
+    m->FreeInstance(b);
+}
+
 /* The input at each tick is the one at its own time: voltage = time, seen by the counting model. */
 static void ticks_see_their_own_time(double start, double step, int steps)
 {
@@ -322,6 +351,7 @@ static void voltage_limit(void)
 static void of_model(const struct fmi2_api *m)
 {
     any_step_same_ticks(m);
+    held_input_same_ticks(m);
     empty_steps(m);
     impossible_steps(m);
     stop_time(m);

@@ -50,6 +50,7 @@ class Slave:
         self.warned = False
         self._stack = ExitStack()
         self._fmu, self._used = None, False
+        self._sample_time: float | None = None
         try:
             self._open()
             self.initialize(start_values)
@@ -144,6 +145,7 @@ class Slave:
         """Enter initialization mode: outputs can be read, inputs be set, until `ready`."""
         self.messages.clear()
         self.warned = False
+        self._sample_time = None
         with self._explained():
             if self._fmu is None:
                 self._instantiate()
@@ -180,11 +182,14 @@ class Slave:
     @property
     def sample_time(self) -> float | None:
         """The parameter `sampleTime` in s; None for an FMU that has none."""
-        return self.get("sampleTime") if "sampleTime" in self.variables else None
+        if self._sample_time is None and "sampleTime" in self.variables:
+            self._sample_time = self.get("sampleTime")
+        return self._sample_time
 
     def set(self, values: Mapping) -> None:
         """Set variables by name; those of one type together."""
         by_type: dict[str, tuple[list, list]] = {}
+        self._sample_time = None if "sampleTime" in values else self._sample_time
         for name, value in values.items():
             variable = self.variable(name)
             base = BASE.get(variable.type, variable.type)

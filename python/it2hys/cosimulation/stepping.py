@@ -19,7 +19,8 @@ from it2hys.errors import InputError
 from it2hys.model.compiled import library_function
 
 BASES = ("Real", "Integer", "Boolean")
-CALLS = ("its inputs could not be set", "fmi2DoStep failed", "its outputs could not be read")
+READING = "its outputs could not be read"
+CALLS = ("its inputs could not be set", "fmi2DoStep failed", READING)
 STATUS = {2: "fmi2Discard", 3: "fmi2Error", 4: "fmi2Fatal", 5: "fmi2Pending (steps in the background)"}
 _ADDRESS = ctypes.c_void_p
 
@@ -70,6 +71,14 @@ def _run() -> ctypes._CFuncPtr:
         ctypes.c_int32, ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.POINTER(_Fault),
     ]  # fmt: skip
     return run
+
+
+@cache
+def _read() -> ctypes._CFuncPtr:
+    read = library_function("it2core_stepper_read")
+    read.restype = ctypes.c_int32
+    read.argtypes = [_ADDRESS, _ADDRESS]
+    return read
 
 
 class System:
@@ -163,22 +172,22 @@ class System:
             self._values[self._slots[name]] = value
         for name, slave in self.slaves.items():
             slave.begin((start_values or {}).get(name))
-        for name, slave in self.slaves.items():
+        self._fill()
+        for i, (name, slave) in enumerate(self.slaves.items()):
             variables = [v for group in self._inputs[name] for v in group]
             known = {v: self._connections[f"{name}.{v}"] for v in variables}
             slave.set(
                 {v: c.factor * self._values[self._slots[c.source]] + c.offset for v, c in known.items()}
             )
-            self._read(name, slave)
-        for name, slave in self.slaves.items():
+            self._read_outputs(i, slave)
+        for i, slave in enumerate(self.slaves.values()):
             slave.ready()
-            self._read(name, slave)
-        self._fill()
+            self._read_outputs(i, slave)
 
-    def _read(self, name: str, slave: Slave) -> None:
-        for group in self._outputs[name]:
-            for variable in group:
-                self._values[self._slots[f"{name}.{variable}"]] = slave.get(variable)
+    def _read_outputs(self, i: int, slave: Slave) -> None:
+        status = _read()(ctypes.addressof(self._structures[i]), self._values.ctypes.data)
+        if status > fmi2.fmi2Warning:
+            raise self._explain(_Fault(i, CALLS.index(READING), status), 0.0)
 
     def _fill(self) -> None:
         """Fill the structures with the addresses that the instances have now."""

@@ -91,9 +91,10 @@ def _comparable(y: ArrayLike, y_hat: ArrayLike) -> tuple[np.ndarray, np.ndarray]
     if y.size == 0:
         raise InputError("no samples to compare: both outputs are empty")
     for name, values in (("measured", y), ("model", y_hat)):
-        bad = np.flatnonzero(~np.isfinite(values))
-        if bad.size:
-            raise InputError(f"the {name} output is not finite, first at sample {bad[0]}")
+        finite = np.isfinite(values)
+        if not finite.all():
+            bad = int(np.argmin(finite.ravel()))
+            raise InputError(f"the {name} output is not finite, first at sample {bad}")
     return y, y_hat
 
 

@@ -98,9 +98,10 @@ def loop_area(voltage: np.ndarray, displacement: np.ndarray) -> float:
 
 
 def _finite(values: np.ndarray) -> np.ndarray:
-    bad = np.flatnonzero(~np.isfinite(values))
-    if len(bad):
-        raise InputError(f"the output is not finite, first at sample {bad[0]} of those judged")
+    finite = np.isfinite(values)
+    if not finite.all():
+        bad = int(np.argmin(finite))
+        raise InputError(f"the output is not finite, first at sample {bad} of those judged")
     return values
 
 

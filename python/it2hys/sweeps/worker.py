@@ -126,7 +126,7 @@ class Runner:
         self.plan = plan
         self._stack = ExitStack()
         self._slaves: dict[str, Slave] = {}
-        self._systems: dict[str, System] = {}
+        self._systems: dict[str, tuple[System, list[str]]] = {}
         self._signals: dict[tuple, np.ndarray] = {}
         self._directory = Path(
             self._stack.enter_context(
@@ -161,25 +161,27 @@ class Runner:
             self._slaves[fmu] = self._stack.enter_context(Slave(self._path(fmu)))
         return self._slaves[fmu]
 
-    def _system(self, setup: Setup) -> System:
+    def _system(self, setup: Setup) -> tuple[System, list[str]]:
+        """Return the FMUs of a setup, and which of the recorded outputs are range flags."""
         if setup.name not in self._systems:
             slaves = {name: self._slave(name) for name in setup.fmus}
-            recorded = dict.fromkeys([*self._recorded, *_range_flags(slaves)])
-            self._systems[setup.name] = System(slaves, setup.connections, list(recorded))
+            flags = _range_flags(slaves)
+            recorded = dict.fromkeys([*self._recorded, *flags])
+            self._systems[setup.name] = System(slaves, setup.connections, list(recorded)), flags
         return self._systems[setup.name]
 
     def _run(self, case: int) -> dict:
         plan, values = self.plan, self.plan.values(case)
         setup = plan.setups[plan.variant[case]]
         step, count, skipped = plan.steps(values)
-        system = self._system(setup)
+        system, range_flags = self._system(setup)
         signals = {name: self._signal(name, values, step, count) for name in system.signals}
         system.initialize(
             {name: plan.slave_values(name, values) for name in setup.fmus},
             {name: signal[0] for name, signal in signals.items()},
         )
         records = system.run(signals, count, step)
-        flags = [records[name] != 0 for name in _range_flags(system.slaves)]
+        flags = [records[name] != 0 for name in range_flags]
         row = {
             "status": OK,
             "warned": any(slave.warned for slave in system.slaves.values()),
