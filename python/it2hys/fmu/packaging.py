@@ -138,7 +138,7 @@ def _fmu(
         **{f"sources/{name}": content for name, content in sources.items()},
         BUILD_DESCRIPTION: format_build_description(identifier, c_files, LIBRARIES),
         **platform_binaries(identifier, native, fmi),
-        **documentation_files(model, parameters, (native / "LICENSE").read_bytes()),
+        **documentation_files(model, parameters, (native / "LICENSE").read_bytes(), fmi),
         **picture_files(model),
         **(terminal_files(model, parameters) if terminals else {}),
         **reference_files(model, parameters),
