@@ -283,10 +283,6 @@ static inline enum fmu_status fmu_start_outputs(struct fmu *fmu, const char *fun
 
 /* --- values and steps -------------------------------------------------------------------------- */
 
-/* Says so where there should be values and is no array of them or of their references. */
-bool fmu_null_arrays(const struct fmu *fmu, const char *function, const void *references, const void *values,
-                     size_t count);
-
 /* Of one base type. fmu_get_real and fmu_set_real are the same for Reals, quickly for a single one. */
 enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
                         size_t count, void *values);
@@ -325,6 +321,10 @@ enum fmu_status fmu_adjoint_derivative(struct fmu *fmu, const char *function, co
                                        const double seeds[], double values[]);
 
 /* --- arrays ------------------------------------------------------------------------------------ */
+
+/* Says so where there should be values and is no array of them or of their references. */
+bool fmu_null_arrays(const struct fmu *fmu, const char *function, const void *references, const void *values,
+                     size_t count);
 
 /* Where a host knows arrays, the reference of a group's first element means all in use, and the one behind the
  * table's last means the time. */
