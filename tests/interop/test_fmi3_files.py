@@ -166,6 +166,11 @@ def test_the_terminals_name_variables_that_exist(any_fmu):
     etree.XMLSchema(etree.parse(SCHEMAS / "fmi3TerminalsAndIcons.xsd")).assertValid(root)
     members = [m.get("variableName") for m in root.iter("TerminalMemberVariable")]
     assert members and set(members) <= set(fmu.variables)
+    assert (fmu.directory / "terminalsAndIcons" / "icon.png").is_file()
+    assert {p.name for p in fmu.directory.iterdir()} == {
+        "modelDescription.xml", "binaries", "documentation", "extra", "resources", "sources",
+        "terminalsAndIcons",
+    }  # fmt: skip
 
 
 def test_the_page_speaks_of_this_version(any_fmu, controllers):

@@ -139,7 +139,7 @@ def _fmu(
         BUILD_DESCRIPTION: format_build_description(identifier, c_files, LIBRARIES),
         **platform_binaries(identifier, native, fmi),
         **documentation_files(model, parameters, (native / "LICENSE").read_bytes(), fmi),
-        **picture_files(model),
+        **(picture_files(model) if fmi == 2 else {}),  # FMI 3.0's is with the terminals
         **(terminal_files(model, parameters) if terminals else {}),
         **reference_files(model, parameters),
     }
