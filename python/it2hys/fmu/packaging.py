@@ -160,5 +160,5 @@ def fmu_archive(entries: Mapping[str, bytes]) -> bytes:
 
 def fmu_sources(identifier: str, folder: Path, fmi: int) -> dict[str, bytes]:
     """Return the C files of one FMU, with the functions of one version of FMI."""
-    names = ("it2hys.c", "it2hys.h", f"{identifier}{SUFFIX[fmi]}.c")
+    names = (f"{identifier}{SUFFIX[fmi]}.c", "it2hys.c", "it2hys.h")
     return {name: (folder / name).read_bytes() for name in names}
