@@ -335,6 +335,16 @@ enum fmu_status fmu_get_arrays(struct fmu *fmu, const char *function, const unsi
 enum fmu_status fmu_set_arrays(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
                                const double values[], size_t value_count);
 
+/* Is it one scalar that is meant, as most often? */
+static inline bool fmu_one_scalar(const struct fmu *fmu, const unsigned references[], size_t count,
+                                  size_t value_count)
+{
+    if (!fmu || count != 1 || value_count != 1 || !references)
+        return false;
+    const struct fmu_variable *v = fmu_find(fmu->model, references[0]);
+    return v && v->index == 0;
+}
+
 /* A derivative of fmu.h by arrays: of `seeds` and `values` each has as many as its variables together. */
 typedef enum fmu_status fmu_derivative(struct fmu *, const char *function, const unsigned unknowns[],
                                        size_t unknown_count, const unsigned knowns[], size_t known_count,
