@@ -129,12 +129,16 @@ fmi3Status fmi3Reset(fmi3Instance c)
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 values[],
                           size_t m)
 {
+    if (fmu_one_scalar(c, vr, n, m))
+        return (fmi3Status)fmu_get_real(c, "fmi3GetFloat64", vr, n, values);
     return (fmi3Status)fmu_get_arrays(c, "fmi3GetFloat64", vr, n, values, m);
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 values[],
                           size_t m)
 {
+    if (fmu_one_scalar(c, vr, n, m))
+        return (fmi3Status)fmu_set_real(c, "fmi3SetFloat64", vr, n, values);
     return (fmi3Status)fmu_set_arrays(c, "fmi3SetFloat64", vr, n, values, m);
 }
 

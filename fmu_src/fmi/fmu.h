@@ -377,6 +377,10 @@ enum fmu_status fmu_adjoint_derivative(struct fmu *fmu, const char *function, co
 
 /* --- arrays ------------------------------------------------------------------------------------ */
 
+/* Says so where there should be values and is no array of them or of their references. */
+bool fmu_null_arrays(const struct fmu *fmu, const char *function, const void *references, const void *values,
+                     size_t count);
+
 /* Where a host knows arrays, the reference of a group's first element means all in use, and the one behind the
  * table's last means the time. */
 enum fmu_status fmu_enter_configuration(struct fmu *fmu, const char *function);
@@ -385,6 +389,16 @@ enum fmu_status fmu_get_arrays(struct fmu *fmu, const char *function, const unsi
                                double values[], size_t value_count);
 enum fmu_status fmu_set_arrays(struct fmu *fmu, const char *function, const unsigned references[], size_t count,
                                const double values[], size_t value_count);
+
+/* Is it one scalar that is meant, as most often? */
+static inline bool fmu_one_scalar(const struct fmu *fmu, const unsigned references[], size_t count,
+                                  size_t value_count)
+{
+    if (!fmu || count != 1 || value_count != 1 || !references)
+        return false;
+    const struct fmu_variable *v = fmu_find(fmu->model, references[0]);
+    return v && v->index == 0;
+}
 
 /* A derivative of fmu.h by arrays: of `seeds` and `values` each has as many as its variables together. */
 typedef enum fmu_status fmu_derivative(struct fmu *, const char *function, const unsigned unknowns[],

@@ -122,18 +122,30 @@ static enum fmu_status step_in_pieces(struct pieces *step, struct fmu_ending *en
     return step->status;
 }
 
+/* Could the host's part make this step another one? It is asked at ticks behind the step's beginning only, and a
+ * step with one tick cannot end sooner than it does. */
+static bool has_pieces(struct pieces *step)
+{
+    const struct fmu *fmu = step->fmu;
+    const struct fmu_clock *clock = &fmu->now->clock;
+    const double sample_time = fmu_sample_time(fmu);
+    struct fmu_clock end;
+
+    if (fmu->now->phase != FMU_STEP_COMPLETE || !(fmu->host.update || fmu->host.ends_early) ||
+        !fmu_clock_step(clock, sample_time, step->start, step->end - step->start, &end) ||
+        !fmu_clock_step(clock, sample_time, step->start, 0.0, &step->begin))
+        return false;
+    const int64_t ticks = end.next_tick - step->begin.next_tick;
+    return ticks > 1 || (ticks == 1 && fmu->host.update && time_of(step, step->begin.next_tick) > step->start);
+}
+
 enum fmu_status fmu_do_updated_step(struct fmu *fmu, const char *function, double time, double step,
                                     struct fmu_ending *ending)
 {
     struct pieces pieces = { .fmu = fmu, .function = function, .start = time, .end = time + step };
-    struct fmu_clock end;
 
     *ending = (struct fmu_ending){ .time = time };
-    const bool in_pieces = fmu && fmu->now->phase == FMU_STEP_COMPLETE &&
-                           (fmu->host.update || fmu->host.ends_early) &&
-                           fmu_clock_step(&fmu->now->clock, fmu_sample_time(fmu), time, 0.0, &pieces.begin) &&
-                           fmu_clock_step(&fmu->now->clock, fmu_sample_time(fmu), time, step, &end);
-    if (!in_pieces) {
+    if (!fmu || !has_pieces(&pieces)) {
         const enum fmu_status status = fmu_do_step(fmu, function, time, step);
         if (status <= FMU_WARNING)
             ending->time = fmu->now->clock.time;

@@ -175,8 +175,8 @@ def test_the_wheel_holds_what_it_needs(wheel):
     for platform, suffix in BINARIES.items():
         assert {f"binaries/{platform}/{fmu}.{suffix}" for fmu in FMUS} <= native
     for folder, own in {
-        "sources": {"IT2Plant.c", "IT2Inverse.c"},
-        "controller": {"PIController.c"},
+        "sources": {"IT2Plant.c", "IT2Inverse.c", "IT2Plant_fmi3.c", "IT2Inverse_fmi3.c"},
+        "controller": {"PIController.c", "PIController_fmi3.c"},
         "embedded": set(),
     }.items():
         expected = {f"{folder}/{name}" for name in ("it2hys.c", "it2hys.h", *own)}

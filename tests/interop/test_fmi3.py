@@ -366,6 +366,72 @@ def test_derivatives_by_arrays_before_the_first_tick(of_fmi3):
             assert instance.status_of(instance.fmu.getAdjointDerivative, of, by, [1.0], count) == ERROR
 
 
+# --- calls in their order ----------------------------------------------------------------------
+
+PHASES = ("instantiated", "configuration", "initialization", "step", "terminated")
+
+
+def in_phase(instance: Instance, phase: str) -> Instance:
+    """Take a new instance to a phase."""
+    if phase == "configuration":
+        instance.fmu.enterConfigurationMode()
+    elif phase != "instantiated":
+        instance.assign(at_rest(instance.unpacked.model))
+        instance.fmu.enterInitializationMode()
+    if phase in ("step", "terminated"):
+        instance.fmu.exitInitializationMode()
+    if phase == "terminated":
+        instance.fmu.terminate()
+    return instance
+
+
+def derivative(instance: Instance) -> list[float]:
+    model = instance.unpacked.model
+    of, by = instance.reference(OUTPUT[model]), instance.reference(INPUT[model])
+    return instance.fmu.getDirectionalDerivative([of], [by], [1.0])
+
+
+EVERYWHERE, BEFORE = set(PHASES), {"instantiated", "initialization"}
+# What the standard's state machine for co-simulation allows, and where.
+CALLS = {
+    "enter configuration": (lambda i: i.fmu.enterConfigurationMode(), {"instantiated"}),
+    "exit configuration": (lambda i: i.fmu.exitConfigurationMode(), {"configuration"}),
+    "enter initialization": (lambda i: i.fmu.enterInitializationMode(), {"instantiated"}),
+    "exit initialization": (lambda i: i.fmu.exitInitializationMode(), {"initialization"}),
+    "step": (lambda i: i.step(0.0, TS), {"step"}),
+    "terminate": (lambda i: i.fmu.terminate(), {"step"}),
+    "reset": (lambda i: i.fmu.reset(), EVERYWHERE),
+    "get a parameter": (lambda i: i.get("sampleTime"), EVERYWHERE),
+    "get an array": (lambda i: i.get("rule.centre", 3), EVERYWHERE),
+    "get a length": (lambda i: i.get("ruleCount"), EVERYWHERE),
+    "get the time": (lambda i: i.get("time"), EVERYWHERE),
+    "get an output": (lambda i: i.get(OUTPUT[i.unpacked.model]), EVERYWHERE),
+    "set an input": (lambda i: i.assign({INPUT[i.unpacked.model]: 0.0}), BEFORE | {"step"}),
+    "set a parameter": (lambda i: i.assign({"initialDisplacement": 0.0}), BEFORE),
+    "set an array": (lambda i: i.assign({"rule.q1": [0.5] * 3}), BEFORE),
+    "set a length": (lambda i: i.assign({"ruleCount": 3}), {"configuration"}),
+    "get a state": (lambda i: i.fmu.freeFMUState(i.fmu.getFMUState()), EVERYWHERE),
+    "get a derivative": (derivative, {"initialization", "step", "terminated"}),
+    "set logging": (lambda i: i.fmu.setDebugLogging(True, ["logAll"]), EVERYWHERE),
+}
+
+
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("call", CALLS)
+def test_a_call_is_accepted_where_the_standard_allows_it_and_nowhere_else(fmu, call, phase):
+    function, allowed = CALLS[call]
+    with Instance(fmu) as instance:
+        in_phase(instance, phase).messages.clear()
+        try:
+            function(instance)
+            accepted = True
+        except fmpy.fmi1.FMICallException as error:
+            accepted = False
+            assert error.status == ERROR
+            assert instance.messages[-1][0] == ERROR
+        assert accepted == (phase in allowed), instance.messages
+
+
 # --- what is not there -------------------------------------------------------------------------
 
 

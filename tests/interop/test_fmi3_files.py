@@ -166,6 +166,20 @@ def test_the_terminals_name_variables_that_exist(any_fmu):
     etree.XMLSchema(etree.parse(SCHEMAS / "fmi3TerminalsAndIcons.xsd")).assertValid(root)
     members = [m.get("variableName") for m in root.iter("TerminalMemberVariable")]
     assert members and set(members) <= set(fmu.variables)
+    assert (fmu.directory / "terminalsAndIcons" / "icon.png").is_file()
+    assert {p.name for p in fmu.directory.iterdir()} == {
+        "modelDescription.xml", "binaries", "documentation", "extra", "resources", "sources",
+        "terminalsAndIcons",
+    }  # fmt: skip
+
+
+def test_the_page_speaks_of_this_version(any_fmu, controllers):
+    for fmu in (any_fmu[1], controllers[1]):
+        page = (fmu.directory / "documentation" / "index.html").read_text(encoding="utf-8")
+        assert "fmi3DoStep" in page and "intermediate update" in page
+        assert "fmi2" not in page and "FMI 2" not in page
+    page = (controllers[0].directory / "documentation" / "index.html").read_text(encoding="utf-8")
+    assert "fmi2DoStep" in page and "fmi3" not in page
 
 
 def test_platforms_are_tuples(any_fmu):

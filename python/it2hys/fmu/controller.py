@@ -26,7 +26,7 @@ CROSSOVER = 0.1
 def controller_fmu(fmi: int = 2) -> bytes:
     """Return PIController.fmu of a version of FMI, 2 or 3."""
     native = compiled.native_directory()
-    page = render("controller.html", variables=load_controller().variables)
+    page = render("controller.html", fmi=fmi, variables=load_controller().variables)
     sources = fmu_sources(IDENTIFIER, native / "controller", fmi)
     c_files = [name for name in sources if name.endswith(".c")]
     return fmu_archive(

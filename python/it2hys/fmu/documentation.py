@@ -11,12 +11,15 @@ from it2hys.model.stages import BEFORE_CORE, BEHIND_CORE, READING
 from it2hys.model.variables import Variable, load_table
 
 
-def documentation_files(model: str, parameters: ParameterSet, licence: bytes) -> dict[str, bytes]:
+def documentation_files(
+    model: str, parameters: ParameterSet, licence: bytes, fmi: int = 2
+) -> dict[str, bytes]:
     """Return the files of `documentation/` by their path in the FMU."""
     variables = load_table().of_model(model, parameters.counts)
     page = render(
         "documentation.html",
         model=model,
+        fmi=fmi,
         identifier=IDENTIFIERS[model],
         parameters=parameters,
         before=_words(BEFORE_CORE),

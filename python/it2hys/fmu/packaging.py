@@ -138,8 +138,8 @@ def _fmu(
         **{f"sources/{name}": content for name, content in sources.items()},
         BUILD_DESCRIPTION: format_build_description(identifier, c_files, LIBRARIES),
         **platform_binaries(identifier, native, fmi),
-        **documentation_files(model, parameters, (native / "LICENSE").read_bytes()),
-        **picture_files(model),
+        **documentation_files(model, parameters, (native / "LICENSE").read_bytes(), fmi),
+        **(picture_files(model) if fmi == 2 else {}),  # FMI 3.0's is with the terminals
         **(terminal_files(model, parameters) if terminals else {}),
         **reference_files(model, parameters),
     }
@@ -160,5 +160,5 @@ def fmu_archive(entries: Mapping[str, bytes]) -> bytes:
 
 def fmu_sources(identifier: str, folder: Path, fmi: int) -> dict[str, bytes]:
     """Return the C files of one FMU, with the functions of one version of FMI."""
-    names = ("it2hys.c", "it2hys.h", f"{identifier}{SUFFIX[fmi]}.c")
+    names = (f"{identifier}{SUFFIX[fmi]}.c", "it2hys.c", "it2hys.h")
     return {name: (folder / name).read_bytes() for name in names}
