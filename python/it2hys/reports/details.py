@@ -157,8 +157,8 @@ def _evidence(report: Mapping) -> Section:
             f"unlikely by chance (p below {LEVEL:.1g}) that a whole search, of up to {COMPARISONS} "
             f"comparisons, names anything by chance in {100 * SEARCH.budget:.0f} % of the cases at "
             "most.",
-            "There is one exception: a delay, which a slow core imitates in the free run, is added where "
-            "the free run stays as good and the inverse gets better by far.",
+            "There is one exception: a delay, which a slow core imitates in the free run, is added "
+            "where the free run stays as good and the inverse gets better by far.",
         ],
         evidence_tables(report),
     )
