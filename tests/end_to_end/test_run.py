@@ -1,6 +1,7 @@
 """`it2hys run`: what the demo shows, and what a model or an inverse that is of no use is called."""
 
 import base64
+import hashlib
 import json
 import re
 from contextlib import redirect_stderr, redirect_stdout
@@ -8,6 +9,7 @@ from html import unescape
 from io import StringIO
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 from test_cli import FILES, Page, assert_self_contained, html_of, run
@@ -17,6 +19,7 @@ from it2hys.records import read_record, write_record
 from it2hys.stand import Stand, excitations
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
+SCHEMA = json.loads((SCENARIOS.parent / "docs" / "report.schema.json").read_text())
 UM = 1e-6
 # of the table that the demo ends with
 TRACKING = ("tracking on the stand, e_mr %", "tracking on the stand, e_rms µm")
@@ -157,6 +160,23 @@ def test_the_demo_leaves_fmus_report_and_its_records(demo):
     stand = Stand().record(excitations.identification(time), "identification", seed=1)
     record = read_record(demo.directory / "records" / "identification.csv")
     np.testing.assert_allclose(record.displacement, stand.displacement, rtol=1e-12)
+
+
+def test_the_report_names_the_records_beside_it_and_their_hashes(demo):
+    jsonschema.validate(demo.report, SCHEMA)
+    inputs = {entry["name"]: entry for entry in demo.report["inputs"]}
+    assert set(inputs) == {"identification", "sine_20Hz", "sum_100_50Hz", "demo.toml"}
+    for name, entry in inputs.items():
+        if name != "demo.toml":
+            assert entry["file"] == f"records/{name}.csv"
+            content = (demo.directory / entry["file"]).read_bytes()
+            assert entry["sha256"] == hashlib.sha256(content).hexdigest()
+
+
+def test_the_page_of_a_run_is_drawn_again(demo):
+    (demo.directory / "report.html").unlink()
+    assert run("report", demo.directory, "--quiet") == 0
+    assert html_of(demo.directory) == demo.page
 
 
 def test_the_bar_says_what_is_being_done(demo):

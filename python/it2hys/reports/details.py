@@ -113,7 +113,7 @@ def evidence_tables(report: Mapping) -> list[Table]:
     tables = [_evidence_table(added, "Added")] if added else []
     tables += [_evidence_table(g, f"Not added: {reason}") for reason, g in common.items()]
     if alone:
-        tables.append(_evidence_table(alone, "Not added, for a reason of their own", True))
+        tables.append(_evidence_table(alone, "Not added, each for a reason of its own", True))
     return tables
 
 
@@ -156,7 +156,9 @@ def _evidence(report: Mapping) -> Section:
             "bootstrap). An effect is added only if the change is large enough to matter, and so "
             f"unlikely by chance (p below {LEVEL:.1g}) that a whole search, of up to {COMPARISONS} "
             f"comparisons, names anything by chance in {100 * SEARCH.budget:.0f} % of the cases at "
-            "most."
+            "most.",
+            "There is one exception: a delay, which a slow core imitates in the free run, is added "
+            "where the free run stays as good and the inverse gets better by far.",
         ],
         evidence_tables(report),
     )

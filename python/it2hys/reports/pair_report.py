@@ -109,7 +109,7 @@ def write_report(
     roles = [j.role for j in judgements_of(result)]
     report = {
         "title": title or ("Diagnosis" if isinstance(result, Diagnosis) else "Identification"),
-        **(provenance or Provenance()).entries(records, roles),
+        **(provenance or Provenance()).entries(records, roles, directory),
         **summary(result, records, start),
         **(more or {}),
     }

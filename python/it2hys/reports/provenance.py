@@ -40,7 +40,12 @@ class Provenance:
         """Return the provenance of a command line's arguments, those behind the program's name."""
         return cls(shlex.join(["it2hys", *arguments]), seed, tuple(files))
 
-    def entries(self, records: Sequence[Record] = (), roles: Sequence[str] = ()) -> dict:
+    def entries(
+        self,
+        records: Sequence[Record] = (),
+        roles: Sequence[str] = (),
+        directory: Path | None = None,
+    ) -> dict:
         """Return the keys of `report.json`.
 
         Parameters
@@ -48,13 +53,25 @@ class Provenance:
         records : sequence of Record
         roles : sequence of str
             Theirs.
+        directory : Path, optional
+            Of the report: files in it are named from there.
         """
         inputs = [
-            {"name": r.name, "role": role, "file": _text(r.path), "sha256": file_hash(r.path)}
+            {
+                "name": r.name,
+                "role": role,
+                "file": _text(r.path, directory),
+                "sha256": file_hash(r.path),
+            }
             for r, role in zip(records, roles, strict=True)
         ]
         inputs += [
-            {"name": path.name, "role": "input", "file": _text(path), "sha256": file_hash(path)}
+            {
+                "name": path.name,
+                "role": "input",
+                "file": _text(path, directory),
+                "sha256": file_hash(path),
+            }
             for path in self.files
         ]
         return {
@@ -66,7 +83,9 @@ class Provenance:
         }
 
 
-def _text(path: Path | None) -> str | None:
+def _text(path: Path | None, directory: Path | None) -> str | None:
+    if path is not None and directory is not None and path.is_relative_to(directory):
+        path = path.relative_to(directory)
     return None if path is None else path.as_posix()
 
 
