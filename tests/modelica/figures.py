@@ -8,10 +8,10 @@ is drawn of FMUAgainstPureModelica is the pure Modelica.
 
 import numpy as np
 import rumoca
-from library import LIBRARY
+from library import LIBRARY, PREAMBLE
 from matplotlib import rc_context
 from matplotlib.figure import Figure
-from test_simulation import PREAMBLE, compile_model
+from test_simulation import compile_model
 
 from it2hys.reports.figures import MEASURED, MODEL, STYLE, UM, png
 from it2hys.support.files import write_atomically

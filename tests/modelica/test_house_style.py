@@ -2,15 +2,12 @@
 
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
-from library import CLASSES, FILES, HEADER, LIBRARY, html, kind
+from library import CLASSES, EXAMPLES, FILES, HEADER, LIBRARY, REFERENCE, html, kind, stored_path
 from lxml import etree
 
 from it2hys.export.modelica import LIBRARY_VERSION
-
-EXAMPLES = [n for n in CLASSES if n.startswith("IT2Hysteresis.Examples.")]
 
 each_class = pytest.mark.parametrize("name", CLASSES)
 each_example = pytest.mark.parametrize("name", EXAMPLES)
@@ -159,9 +156,6 @@ def test_every_resource_is_used():
     texts = "".join(f.read_text(encoding="utf-8") for f in FILES)
     images = (LIBRARY / "Resources" / "Images").rglob("*.*")
     assert all(f"modelica://IT2Hysteresis/{i.relative_to(LIBRARY).as_posix()}" in texts for i in images)
-    signals = (LIBRARY / "Resources" / "Reference").rglob("*.txt")
-    assert sorted(_example_of(s) for s in signals) == sorted(EXAMPLES)
-
-
-def _example_of(signals: Path) -> str:
-    return ".".join(signals.parent.relative_to(LIBRARY / "Resources" / "Reference").parts)
+    signals = REFERENCE.rglob("*.txt")
+    assert sorted(".".join(s.parent.relative_to(REFERENCE).parts) for s in signals) == sorted(EXAMPLES)
+    assert sorted(REFERENCE.rglob("*.csv")) == sorted(map(stored_path, EXAMPLES))

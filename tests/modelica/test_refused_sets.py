@@ -5,9 +5,9 @@ import re
 from pathlib import Path
 
 import pytest
-from library import CLASSES
+from library import CLASSES, FMU_PLANT, INVERSE, PLANT, model
 from refused import BAD, parameters_of
-from test_simulation import FMU_PLANT, INVERSE, PLANT, model, rumoca, run
+from test_simulation import rumoca, run
 
 from it2hys.export.modelica import field, format_record
 

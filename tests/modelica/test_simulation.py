@@ -19,7 +19,18 @@ from conftest import make_set
 from effects import with_effects
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from library import CLASSES, LIBRARY, kind, values_of
+from library import (
+    CLASSES,
+    FMU_INVERSE,
+    FMU_PLANT,
+    INVERSE,
+    LIBRARY,
+    PLANT,
+    PREAMBLE,
+    kind,
+    model,
+    values_of,
+)
 
 from it2hys.export.modelica import format_record
 from it2hys.model import compiled
@@ -31,11 +42,6 @@ from it2hys.stand.excitations import identification, time_grid, tracking_referen
 rumoca = pytest.importorskip("rumoca", reason="rumoca, the Modelica compiler, is not installed")
 
 STUB = LIBRARY.parents[1] / "tests" / "modelica" / "stub"
-PREAMBLE = "import Modelica.Units.SI;"
-PLANT = "IT2Hysteresis.Blocks.PureModelica.Plant"
-INVERSE = "IT2Hysteresis.Blocks.PureModelica.Inverse"
-FMU_PLANT = "IT2Hysteresis.Blocks.Plant"
-FMU_INVERSE = "IT2Hysteresis.Blocks.Inverse"
 TABLE_1 = "IT2Hysteresis.Parameters.Table1"
 RTOL = 1e-12
 
@@ -128,6 +134,11 @@ def overlaid() -> tempfile.TemporaryDirectory:
         # rumoca knows a block's name in its equations only, not where it declares something
         text = file.read_text(encoding="utf-8")
         file.write_text(text.replace("all.vector, getInstanceName()", "all.vector"), encoding="utf-8")
+    for file in (root / LIBRARY.name / "Examples").glob("*.mo"):
+        # and where an example has an FMU, the same in pure Modelica
+        text = file.read_text(encoding="utf-8")
+        text = re.sub(r"\b(IT2Hysteresis\.Blocks)\.(Plant|Inverse)\b", r"\1.PureModelica.\2", text)
+        file.write_text(text, encoding="utf-8")
     return directory
 
 
@@ -135,11 +146,6 @@ def compile_model(source: str) -> "rumoca.Model":
     """Compile the model M of a source text."""
     session = rumoca.Session(roots=[overlaid().name, str(STUB)])
     return session.loads(source, model="M", filename="M.mo")
-
-
-def model(declarations: str, equations: str = "") -> str:
-    """Return the source of a model M."""
-    return f"model M {PREAMBLE} {declarations} equation {equations} end M;"
 
 
 def run(source: str, ticks: int, sample_time: float = 1e-4) -> Callable[[str], np.ndarray]:
