@@ -73,6 +73,24 @@ def test_the_library_names_its_version_and_what_it_uses():
     )
 
 
+def test_the_release_notes_say_what_the_changelog_says():
+    """Every component, example and command of the changelog's section that is a class is there."""
+    changelog = (LIBRARY.parents[1] / "CHANGELOG.md").read_text(encoding="utf-8")
+    section = changelog.split("### The Modelica library\n")[1].split("\n### ")[0]
+    known = {name.rsplit(".", 1)[-1]: name for name in CLASSES}
+    named = {n for n in re.findall(r"`(\w+)`", section) if n in known}
+    assert {"ChargeAmplifier", "FlexureGuide", "PositionSensor"} <= named
+    links = etree.fromstring(html(CLASSES["IT2Hysteresis.UsersGuide.ReleaseNotes"], "info")[0])
+    linked = {href.rsplit(".", 1)[-1] for href in links.xpath("//a/@href")}
+    assert named - {"Stage"} <= linked
+
+
+def test_the_library_says_when_it_was_made_and_opens_with_its_text():
+    text = without_texts((LIBRARY / "package.mo").read_text(encoding="utf-8"))
+    top = inside(text, "annotation (")
+    assert all(f'{name}=""' in top for name in ("preferredView", "versionDate", "dateModified"))
+
+
 @each_class
 def test_no_vendor_extension_and_no_absolute_path(name):
     text = CLASSES[name].read_text(encoding="utf-8")

@@ -17,8 +17,8 @@ model IntegralFeedback "Feedback around a resonance: integral instead of proport
     annotation (Placement(transformation(extent={{-90,50},{-70,70}})));
   IT2Hysteresis.Components.SampledPI proportional(
     parameters=stage,
-    k=2e6,
-    Ti=4e-3) "Proportional and integral part"
+    k=5e5,
+    Ti=2e-3) "Proportional and integral part"
     annotation (Placement(transformation(extent={{-40,20},{-20,40}})));
   Modelica.Blocks.Math.Add first "Voltage"
     annotation (Placement(transformation(extent={{0,26},{20,46}})));
@@ -58,9 +58,9 @@ equation
     experiment(StopTime=0.2, Interval=1e-4, Tolerance=1e-6),
     Documentation(info="<html>
 <p>
-A stage with little damping rings at 400 Hz, where its gain is 25 times that at rest. A proportional part of the usual size feeds
-that back, and the loop oscillates until the controller's limits end it. An integral part alone falls with the frequency: at 400 Hz
-its loop has a gain below 1, and the displacement settles.
+A stage with little damping rings at 400 Hz, where its gain is 25 times that at rest. A proportional part feeds that back: a quarter of the
+controller's default gain makes it ring for long after every step, and the default gain would make the loop oscillate. An integral part
+alone falls with the frequency: at 400 Hz its loop has a gain below 1, and the displacement settles.
 </p>
 <p>
 <img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/IntegralFeedback.png\" alt=\"Displacement in both loops, and both voltages, over time\"/>

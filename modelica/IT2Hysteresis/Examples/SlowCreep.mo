@@ -38,7 +38,7 @@ equation
     Documentation(info="<html>
 <p>
 A stage goes on after its voltage has stopped, by some percent over minutes. A feedforward without creep therefore leaves it
-on the way: after 150 s at 9 &#181;m it is 0.4 &#181;m too far, and takes as long to come back. The inverse that holds the creep terms takes
+on the way: after 150 s at 9 &#181;m it is 0.7 &#181;m too far, and takes as long to come back. The inverse that holds the creep terms takes
 so much voltage away again that the displacement stays at every tick.
 </p>
 <p>

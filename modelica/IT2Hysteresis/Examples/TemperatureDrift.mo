@@ -63,7 +63,7 @@ equation
     Documentation(info="<html>
 <p>
 Electronics of 2 W heat the frame of a stage for two minutes, by 4 K. The stage drifts by 30 nm/K, the effect
-<a href=\"modelica://IT2Hysteresis.Functions.Effects.drift\">drift</a>: a feedforward that is not told the temperature ends 0.12 &#181;m off. One that
+<a href=\"modelica://IT2Hysteresis.Functions.Effects.drift\">drift</a>: a feedforward that is not told the temperature ends 0.11 &#181;m off. One that
 has the input <code>temperature</code> takes the drift back at every tick.
 </p>
 <p>
