@@ -226,6 +226,12 @@ FIGURES = {
         ),
         (VOLTS, {"inverse.voltage": None}),
     ),
+    "MeasuredRecord": partial(
+        stored,
+        "MeasuredRecord",
+        (MICROMETRES, {"before.displacement": "before", "after.displacement": "after"}),
+        ("error in µm", {"errorBefore.y": "before", "errorAfter.y": "after"}),
+    ),
     "TwoStages": partial(
         stored,
         "TwoStages",
