@@ -79,8 +79,8 @@ def differences(
 ) -> list[str]:
     """Compare a result with the stored one: by share of the span, leaving out 2 % of the times.
 
-    Those are near events, where the moment decides. A signal that is held changes at the very times that are
-    stored: what it is just before or just after is right.
+    Those are near events, where the moment decides. A signal that is held changes at the very times
+    that are stored: what it is just before or just after is right.
     """
     found, moment = [], 0.4 * experiment(name)[1]
     times, stored = stored_result(name)

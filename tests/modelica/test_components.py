@@ -25,6 +25,10 @@ WIRES = (
     "connect(amplifier.n, ground.p); connect(base.flange, actuator.flange_a);"
 )
 BLOCKED = "Modelica.Mechanics.Translational.Components.Fixed tip(s0=actuator.length);"
+FRAMES = "".join(
+    f"Modelica.Mechanics.Translational.Components.Fixed {name}(s0={s0}); "
+    for name, s0 in (("a", 0), ("b", 18e-3))
+)
 HELD = "connect(tip.flange, actuator.flange_b);"
 FREE = ""  # a flange that nothing is connected to has no force
 AT_REST = "s_rel(fixed=true), v_rel(fixed=true), zeta=0.7"
@@ -94,6 +98,69 @@ def test_the_amplifier_keeps_to_its_voltages():
     voltage = at("actuator.v")
     assert voltage.max() == pytest.approx(150.0, rel=1e-6)
     assert voltage.min() > -1e-3
+
+
+def test_the_guide_takes_its_part_of_the_stroke_and_moves_the_platform_by_the_lever():
+    parts = f"{COMPONENTS}.FlexureGuide guide(ratio=-2, c=5e6);"
+    at = run(
+        circuit("min(60, 6e3*time)", "connect(actuator.flange_b, guide.flange_a);", AT_REST, parts), 800
+    )
+    free = compiled.chain_free_run(started_at(0.0), at("actuator.v"))[0]
+    start = started_at(0.0)["initialDisplacement"]
+    # in series with the stack's 20 N/um; the guide is as mounted where the run begins
+    expected = start + (free[-1] - start) * 20.0 / 25.0
+    assert at("actuator.s_rel")[-1] == pytest.approx(expected, rel=1e-3)
+    moved = at("guide.flange_b.s") - at("guide.flange_b.s")[0]
+    assert moved == pytest.approx(
+        -2 * (at("actuator.s_rel") - at("actuator.s_rel")[0]), rel=1e-6, abs=1e-12
+    )
+    assert at("guide.stackForce")[-1] == pytest.approx(200.0 + 5e6 * at("guide.x")[-1], rel=1e-3)
+
+
+def test_energy_goes_into_the_stack_the_flanges_or_the_heat_port():
+    """What the pins give is the change of both stored energies, the work at the flanges, and the loss."""
+    more = "Real given(start=0, fixed=true); Real lost(start=0, fixed=true); Real worked(start=0, fixed=true);"
+    source = circuit("40 - 40*cos(600*time)", FREE, AT_REST + ", G=1e-5, c=2e7", more)
+    rates = (
+        "equation der(given) = actuator.v*actuator.i; der(lost) = actuator.LossPower; "
+        "der(worked) = actuator.f*actuator.v_rel;"
+    )
+    at = run(source.replace("equation", rates, 1), 600)
+    stored = 0.5 * 1.5e-6 * at("actuator.v") ** 2 + 0.5 * 2e7 * at("actuator.s_rel") ** 2
+    balance = at("given") - at("lost") - at("worked")
+    assert balance == pytest.approx(stored - stored[0], abs=2e-3 * np.ptp(stored))
+    periods = at("lost")[[0, 105, 210, 314, 419, 524]]
+    assert (np.diff(periods)[1:] > 0).all(), "a loop takes energy, period by period"
+
+
+def test_the_charge_amplifier_gives_the_charge_and_keeps_to_its_voltages():
+    declarations = CIRCUIT.replace("VoltageAmplifier amplifier(k=1)", "ChargeAmplifier amplifier")
+    equations = f"amplifier.u = if time < 0.02 then 250*time else 20; {WIRES}"
+    at = run(model(declarations.format(changes=AT_REST), equations), 500)
+    drawn = at("actuator.q") - at("actuator.q")[0]
+    early = np.arange(500) < 190
+    assert drawn[early] == pytest.approx(2e-5 * 250 * 1e-4 * np.arange(500)[early], abs=4e-6)
+    assert at("actuator.v").max() < 152.0
+
+
+def test_the_actuators_drift_follows_the_temperature_of_its_heat_port():
+    stage = "T=303.15, stage(driftTemperatureCoefficient=5e-8)"
+    warm = run(circuit("0", FREE, f"{AT_REST}, {stage}"), 40)
+    cold = run(circuit("0", FREE, AT_REST), 40)
+    assert warm("actuator.s_rel") - cold("actuator.s_rel") == pytest.approx(10 * 5e-8, rel=1e-3)
+
+
+@pytest.mark.parametrize("component", ["SampledPI", "StrainGauge"])
+def test_the_sample_time_is_that_of_the_parameter_set(component):
+    source = model(
+        f"parameter IT2Hysteresis.Parameters.Table1 stage(sampleTime=2.5e-4); "
+        f"{COMPONENTS}.{component} part(parameters=stage); Real Ts = part.sampleTime; "
+        + ("" if component == "SampledPI" else FRAMES),
+        {"SampledPI": "part.reference = 1e-6; part.measured = 0;"}.get(
+            component, "connect(a.flange, part.flange_a); connect(b.flange, part.flange_b);"
+        ),
+    )
+    assert run(source, 4, 2.5e-4)("Ts")[-1] == 2.5e-4
 
 
 # --- gauge and controller ----------------------------------------------------------------------------
