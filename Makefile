@@ -2,6 +2,7 @@
 # make test   lint, C tests, the same under sanitizers, valgrind and a static analyzer, Python tests, installation
 # make diagnosis  the diagnosis on simulated stages of seeds that nothing was chosen on (SEEDS=30000, CASES=6): a gate, hours
 # make bench  ratios against peers (REFERENCE_FMUS=their sources), limits and an earlier commit (BEFORE=commit), growth; soak
+# make modelica  the Modelica library's release archive, dist/IT2Hysteresis-VERSION.zip
 # make clean  remove everything that was built
 #
 # Needs Python 3.11 or newer; everything else comes from the package registries.
@@ -48,7 +49,7 @@ $(VDMCHECK)/.fetched $(MAESTRO)/.fetched:
 	done
 	touch $@
 
-.PHONY: help demo test lint ctest hardened pytest installation diagnosis bench clean install
+.PHONY: help demo test lint ctest hardened pytest installation diagnosis bench modelica clean install
 help:
 	@sed -n 's/^# make/make/p' $(firstword $(MAKEFILE_LIST))
 
@@ -117,6 +118,11 @@ bench: $(INSTALLED) ctest
 	$(BIN)/python benchmarks/identification.py
 	$(BIN)/python benchmarks/diagnosis.py --growth
 	$(BIN)/python benchmarks/sweep.py $(CBUILD)/bench/bare_loop
+
+# what OpenModelica says of it, where there is omc: python tests/modelica/omc_acceptance.py
+modelica: $(INSTALLED)
+	@mkdir -p dist
+	$(BIN)/it2hys modelica dist/IT2Hysteresis-$$(sed -n 's/^version = "\(.*\)"/\1/p' pyproject.toml).zip
 
 clean:
 	rm -rf $(VENV) build dist out

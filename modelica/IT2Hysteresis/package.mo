@@ -2,7 +2,10 @@ within ;
 package IT2Hysteresis "Hysteresis of piezoelectric actuators and its inverse"
   extends Modelica.Icons.Package;
   annotation (
+    preferredView="info",
     version="0.1.0",
+    versionDate="2026-11-22",
+    dateModified="2026-11-22 18:00:00Z",
     uses(Modelica(version="4.0.0")),
     Icon(
       coordinateSystem(preserveAspectRatio=true, extent={{-100,-100},{100,100}}),
@@ -24,6 +27,7 @@ that hysteresis with a simplified interval type-2 Takagi-Sugeno fuzzy system and
 form for feedforward.
 </p>
 <ul>
+<li><a href=\"modelica://IT2Hysteresis.UsersGuide.Tutorial\">UsersGuide.Tutorial</a> leads from drag and drop to a closed loop.</li>
 <li><a href=\"modelica://IT2Hysteresis.UsersGuide\">UsersGuide</a> explains the model, its equations and its timing.</li>
 <li><a href=\"modelica://IT2Hysteresis.Examples\">Examples</a> shows it at work.</li>
 <li><a href=\"modelica://IT2Hysteresis.Blocks\">Blocks</a> are what is dragged into a model: plant and inverse, as FMUs or in pure Modelica.</li>

@@ -112,6 +112,13 @@ def _parser() -> argparse.ArgumentParser:
         help="write the systems of inverse, plant and controller as SSP too",
     )
 
+    modelica = _command(
+        commands, "modelica", _modelica, "write the Modelica library, as a folder or an archive"
+    )
+    modelica.add_argument(
+        "path", metavar="PATH", type=Path, help="a directory, or an archive that ends in .zip"
+    )
+
     simulate = _command(commands, "simulate", _simulate, "run an FMU over signals from a CSV")
     simulate.add_argument("fmu", metavar="FMU", type=Path)
     simulate.add_argument("--input", required=True, metavar="U.csv", type=Path)
@@ -288,6 +295,13 @@ def _package(options: argparse.Namespace) -> int:
 
         for path in write_ssp(parameters, options.output, _versions(options)):
             _say(options, path)
+    return 0
+
+
+def _modelica(options: argparse.Namespace) -> int:
+    from it2hys.export.modelica_release import write_release
+
+    _say(options, write_release(options.path))
     return 0
 
 

@@ -2,15 +2,12 @@
 
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
-from library import CLASSES, FILES, HEADER, LIBRARY, html, kind
+from library import CLASSES, EXAMPLES, FILES, HEADER, LIBRARY, REFERENCE, html, kind, stored_path
 from lxml import etree
 
 from it2hys.export.modelica import LIBRARY_VERSION
-
-EXAMPLES = [n for n in CLASSES if n.startswith("IT2Hysteresis.Examples.")]
 
 each_class = pytest.mark.parametrize("name", CLASSES)
 each_example = pytest.mark.parametrize("name", EXAMPLES)
@@ -74,6 +71,24 @@ def test_the_library_names_its_version_and_what_it_uses():
         f"<h4>Version {LIBRARY_VERSION}</h4>"
         in html(CLASSES["IT2Hysteresis.UsersGuide.ReleaseNotes"], "info")[0]
     )
+
+
+def test_the_release_notes_say_what_the_changelog_says():
+    """Every component, example and command of the changelog's section that is a class is there."""
+    changelog = (LIBRARY.parents[1] / "CHANGELOG.md").read_text(encoding="utf-8")
+    section = changelog.split("### The Modelica library\n")[1].split("\n### ")[0]
+    known = {name.rsplit(".", 1)[-1]: name for name in CLASSES}
+    named = {n for n in re.findall(r"`(\w+)`", section) if n in known}
+    assert {"ChargeAmplifier", "FlexureGuide", "PositionSensor"} <= named
+    links = etree.fromstring(html(CLASSES["IT2Hysteresis.UsersGuide.ReleaseNotes"], "info")[0])
+    linked = {href.rsplit(".", 1)[-1] for href in links.xpath("//a/@href")}
+    assert named - {"Stage"} <= linked
+
+
+def test_the_library_says_when_it_was_made_and_opens_with_its_text():
+    text = without_texts((LIBRARY / "package.mo").read_text(encoding="utf-8"))
+    top = inside(text, "annotation (")
+    assert all(f'{name}=""' in top for name in ("preferredView", "versionDate", "dateModified"))
 
 
 @each_class
@@ -159,9 +174,6 @@ def test_every_resource_is_used():
     texts = "".join(f.read_text(encoding="utf-8") for f in FILES)
     images = (LIBRARY / "Resources" / "Images").rglob("*.*")
     assert all(f"modelica://IT2Hysteresis/{i.relative_to(LIBRARY).as_posix()}" in texts for i in images)
-    signals = (LIBRARY / "Resources" / "Reference").rglob("*.txt")
-    assert sorted(_example_of(s) for s in signals) == sorted(EXAMPLES)
-
-
-def _example_of(signals: Path) -> str:
-    return ".".join(signals.parent.relative_to(LIBRARY / "Resources" / "Reference").parts)
+    signals = REFERENCE.rglob("*.txt")
+    assert sorted(".".join(s.parent.relative_to(REFERENCE).parts) for s in signals) == sorted(EXAMPLES)
+    assert sorted(REFERENCE.rglob("*.csv")) == sorted(map(stored_path, EXAMPLES))

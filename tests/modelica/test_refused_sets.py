@@ -5,13 +5,17 @@ import re
 from pathlib import Path
 
 import pytest
-from library import CLASSES
+from conftest import make_set
+from library import CLASSES, FMU_PLANT, INVERSE, PLANT, model
 from refused import BAD, parameters_of
-from test_simulation import FMU_PLANT, INVERSE, PLANT, model, rumoca, run
+from test_simulation import rumoca, run
 
 from it2hys.export.modelica import field, format_record
+from it2hys.model import compiled
+from it2hys.model.parameters import table_1
 
 ROOT = Path(__file__).parents[2]
+FUNCTIONS = "IT2Hysteresis.Functions"
 EXPONENT = re.compile(r"e([+-])0?(\d)\b")
 
 
@@ -47,6 +51,21 @@ def test_an_input_that_is_no_number_is_said_before_anything_else(block):
     )
     with pytest.raises(rumoca.SimulationError, match=f"{kind}: {signal} must be a finite number, not"):
         run(source, 8)
+
+
+@pytest.mark.parametrize("parameters", [table_1(), make_set(5, 5)], ids=["table_1", "five"])
+def test_contraction_and_slope_are_those_of_the_c_core(parameters):
+    rules = "p.ruleSigmaLower, p.ruleSigmaUpper, p.ruleCentre"
+    ends = "p.displacementMin, p.displacementMax"
+    source = format_record(parameters, "Mine") + model(
+        f"parameter Mine p; Real largest[2] = {FUNCTIONS}.contraction({rules}, p.ruleQ1, p.ruleQ2, "
+        f"p.ruleQ3, {ends}); Real slope = {FUNCTIONS}.slope({rules}, p.ruleQ2, 7e-6);"
+    )
+    at = run(source, 2)
+    expected = compiled.contraction(parameters.rules, *parameters.displacement_range)
+    assert at("largest[1]")[0] == pytest.approx(expected, rel=1e-9)
+    by_x = compiled.gradient(parameters.rules, 7e-6, 50.0)[2][0]
+    assert at("slope")[0] == pytest.approx(float(by_x), rel=1e-12)
 
 
 def test_every_message_of_the_c_check_is_one_of_the_pure_check():

@@ -19,7 +19,18 @@ from conftest import make_set
 from effects import with_effects
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from library import CLASSES, LIBRARY, kind, values_of
+from library import (
+    CLASSES,
+    FMU_INVERSE,
+    FMU_PLANT,
+    INVERSE,
+    LIBRARY,
+    PLANT,
+    PREAMBLE,
+    kind,
+    model,
+    values_of,
+)
 
 from it2hys.export.modelica import format_record
 from it2hys.model import compiled
@@ -31,11 +42,6 @@ from it2hys.stand.excitations import identification, time_grid, tracking_referen
 rumoca = pytest.importorskip("rumoca", reason="rumoca, the Modelica compiler, is not installed")
 
 STUB = LIBRARY.parents[1] / "tests" / "modelica" / "stub"
-PREAMBLE = "import Modelica.Units.SI;"
-PLANT = "IT2Hysteresis.Blocks.PureModelica.Plant"
-INVERSE = "IT2Hysteresis.Blocks.PureModelica.Inverse"
-FMU_PLANT = "IT2Hysteresis.Blocks.Plant"
-FMU_INVERSE = "IT2Hysteresis.Blocks.Inverse"
 TABLE_1 = "IT2Hysteresis.Parameters.Table1"
 RTOL = 1e-12
 
@@ -128,18 +134,53 @@ def overlaid() -> tempfile.TemporaryDirectory:
         # rumoca knows a block's name in its equations only, not where it declares something
         text = file.read_text(encoding="utf-8")
         file.write_text(text.replace("all.vector, getInstanceName()", "all.vector"), encoding="utf-8")
+    for file in (root / LIBRARY.name / "Examples").glob("*.mo"):
+        # and where an example has an FMU, the same in pure Modelica
+        text = file.read_text(encoding="utf-8")
+        text = re.sub(r"\b(IT2Hysteresis\.Blocks)\.(Plant|Inverse)\b", r"\1.PureModelica.\2", text)
+        text = TABLE_ON_FILE.sub(f"{INTERNAL_TABLE} measurement", text)
+        file.write_text(text, encoding="utf-8")
+    write_table(root / LIBRARY.name / "Internal")
     return directory
+
+
+#: A table on a file is external C; what stands for it holds the record's values at the ticks.
+TABLE_ON_FILE = re.compile(
+    r"Modelica\.Blocks\.Sources\.CombiTimeTable measurement\((?:.|\n)*?LinearSegments\)"
+)
+INTERNAL_TABLE = "IT2Hysteresis.Internal.RecordedTable"
+
+
+def write_table(directory: Path) -> None:
+    """Write the block that stands for the table of MeasuredRecord into the overlay."""
+    rows = np.loadtxt(LIBRARY / "Resources/Data/sine_20Hz.txt", skiprows=3)
+    columns = ["{" + ", ".join(f"{v:.9g}" for v in column) + "}" for column in rows.T[1:]]
+    (directory / "recordedValue.mo").write_text(
+        "within IT2Hysteresis.Internal;\nfunction recordedValue input Integer k; input Integer column; "
+        "output Real value; protected constant Real "
+        f"voltage[{len(rows)}]={columns[0]}; constant Real displacement[{len(rows)}]={columns[1]}; "
+        "algorithm value := if column == 1 then voltage[k] else displacement[k]; end recordedValue;\n",
+        encoding="utf-8",
+    )
+    (directory / "RecordedTable.mo").write_text(
+        "within IT2Hysteresis.Internal;\nblock RecordedTable "
+        "Modelica.Blocks.Interfaces.RealOutput y[2]; "
+        "protected discrete Integer k(start=0, fixed=true); "
+        "discrete Real voltage(start=0, fixed=true); discrete Real displacement(start=0, fixed=true); "
+        "equation when sample(0, 1e-4) then k = pre(k) + 1; "
+        f"voltage = IT2Hysteresis.Internal.recordedValue(min(pre(k) + 1, {len(rows)}), 1); "
+        f"displacement = IT2Hysteresis.Internal.recordedValue(min(pre(k) + 1, {len(rows)}), 2); "
+        "end when; y[1] = voltage; y[2] = displacement; end RecordedTable;\n",
+        encoding="utf-8",
+    )
+    order = directory / "package.order"
+    order.write_text(order.read_text() + "recordedValue\nRecordedTable\n")
 
 
 def compile_model(source: str) -> "rumoca.Model":
     """Compile the model M of a source text."""
     session = rumoca.Session(roots=[overlaid().name, str(STUB)])
     return session.loads(source, model="M", filename="M.mo")
-
-
-def model(declarations: str, equations: str = "") -> str:
-    """Return the source of a model M."""
-    return f"model M {PREAMBLE} {declarations} equation {equations} end M;"
 
 
 def run(source: str, ticks: int, sample_time: float = 1e-4) -> Callable[[str], np.ndarray]:

@@ -24,6 +24,10 @@ package Blocks "Plant and inverse as input/output blocks"
         Line(points={{72,0},{92,0}}, color={0,0,127})}),
     Documentation(info="<html>
 <p>
+All blocks are sampled, see <a href=\"modelica://IT2Hysteresis.UsersGuide.Timing\">Timing</a>: they hold for the sample time of their
+parameter set, and there is no continuous variant.
+</p>
+<p>
 The plant and its inverse, as the FMUs compute them, see
 <a href=\"modelica://IT2Hysteresis.UsersGuide.ExternalCode\">External code</a>. <a href=\"modelica://IT2Hysteresis.Blocks.PureModelica\">PureModelica</a> holds their
 realisations without external C code.

@@ -16,6 +16,7 @@ model FlexureGuide "Preloaded flexure guide with a lever"
   Modelica.Units.SI.Velocity v(nominal=1e-2) "Its rate";
   Modelica.Units.SI.Force stackForce "Force that presses on what is at flange_a";
 protected
+  discrete Boolean pulled(start=false, fixed=true) "The stack was pulled: said once";
   parameter Modelica.Units.SI.Length s_0(fixed=false) "Where the travel counts from";
   final parameter Modelica.Units.SI.TranslationalDampingConstant d=2*zeta*sqrt(c*m) "Damping constant";
 initial equation
@@ -27,8 +28,9 @@ equation
   m*der(v) = flange_a.f + ratio*flange_b.f - c*x - d*v;
   stackForce = preload + flange_a.f;
   when stackForce < 0 then
-    assert(false, getInstanceName() + ": the stack is pulled, by more than the preload of "
-      + String(preload, significantDigits=6) + " N; a stack must not be.", AssertionLevel.warning);
+    pulled = true;
+    assert(pre(pulled), getInstanceName() + ": the stack is pulled, by more than the preload of "
+      + String(preload, significantDigits=6) + " N; a stack must not be. This is said once.", AssertionLevel.warning);
   end when;
   annotation (
     Icon(

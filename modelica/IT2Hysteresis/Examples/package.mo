@@ -4,7 +4,7 @@ package Examples "Examples"
   annotation (Documentation(info="<html>
 <p>
 Models that simulate as they are and show the library at work. Each has figures that tools which know the standard's
-figure annotations plot by themselves.
+figure annotations plot by themselves. <code>Resources/Reference</code> holds results of a few signals of each, to compare with.
 </p>
 </html>", revisions="<html>
 <ul>

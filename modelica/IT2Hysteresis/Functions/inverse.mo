@@ -12,9 +12,8 @@ function inverse "One step of the inverse, (30)"
   output Modelica.Units.SI.Voltage x "Voltage at this tick, x_inv(k)";
 protected
   Real w[size(s1, 1)]=IT2Hysteresis.Functions.memberships(s1, s2, c, yPrevious) "f_l + F_l";
-  Real k=q2*w "dy_k/dx_k, times the sum of memberships; check refuses sets where it is 0";
 algorithm
-  x := if abs(k) > 0 then (y*sum(w) - (q1*yPrevious + q3)*w)/k else 0;
+  x := (y*sum(w) - (q1*yPrevious + q3)*w)/(if abs(q2*w) > 0 then q2*w else 1);
   annotation (Documentation(info="<html>
 <h4>Syntax</h4>
 <pre>

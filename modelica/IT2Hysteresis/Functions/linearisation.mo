@@ -15,7 +15,6 @@ protected
   Real scale "The largest of them: a common factor of all memberships changes nothing";
   Real w[size(s1, 1)] "f_l + F_l";
   Real v[size(s1, 1)] "Their derivatives by y";
-  Real k "dy_k/dx_k, times the sum of memberships; check refuses sets where it is 0";
   Modelica.Units.SI.Voltage x "Voltage at rest, x_e";
 algorithm
   for l in 1:size(s1, 1) loop
@@ -27,9 +26,8 @@ algorithm
     w[l] := exp(e1[l] - scale) + exp(e2[l] - scale);
     v[l] := -(y - c[l])*(exp(e1[l] - scale)/s1[l]^2 + exp(e2[l] - scale)/s2[l]^2);
   end for;
-  k := q2*w;
-  x := if abs(k) > 0 then (y*sum(w) - (q1*y + q3)*w)/k else 0;
-  rest := {y,x,k/sum(w),(q1*w + (q1*y + q2*x + q3 - fill(y, size(s1, 1)))*v)/sum(w)};
+  x := (y*sum(w) - (q1*y + q3)*w)/(if abs(q2*w) > 0 then q2*w else 1);
+  rest := {y,x,q2*w/sum(w),(q1*w + (q1*y + q2*x + q3 - fill(y, size(s1, 1)))*v)/sum(w)};
   annotation (Documentation(info="<html>
 <h4>Syntax</h4>
 <pre>

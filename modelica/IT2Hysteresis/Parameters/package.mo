@@ -8,7 +8,11 @@ A parameter set is a record that extends <a href=\"modelica://IT2Hysteresis.Para
 writes an identified set as such a record, a class of its own that stands beside the library.
 </p>
 <p>
-The records of this package are generated from the table of variables that the FMUs are generated from; changes belong
+<a href=\"modelica://IT2Hysteresis.Parameters.StageIdentified\">StageIdentified</a> and
+<a href=\"modelica://IT2Hysteresis.Parameters.StageDiagnosed\">StageDiagnosed</a> are such sets, of the simulated stage of <code>it2hys run demo</code>.
+</p>
+<p>
+Base and Table1 are generated from the table of variables that the FMUs are generated from; changes belong
 there.
 </p>
 </html>", revisions="<html>

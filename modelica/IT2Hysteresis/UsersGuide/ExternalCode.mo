@@ -19,6 +19,9 @@ once: the step is then repeated from the state before the tick.</li>
 <li>What an instance logs as an error stops the simulation with its message, by ModelicaFormatError: a parameter
 set that makes no usable model at the initialization, a step without a finite result at its time. What it logs as a
 warning, such as an input that leaves its range, is a warning of the tool, given once in the life of an instance.</li>
+<li><code>it2hys.c</code> and <code>it2hys.h</code> are one amalgamation of all C of the project: the core, its effects, and the layer that the FMUs
+run on. They are generated, and those of a release belong to its records: a library whose parts are of different versions is refused.</li>
+<li>A message begins with the name of the block, and names parameters as the record does.</li>
 <li>The sources are C99 and use the C standard library only. They are those of the FMUs, except for what finds the
 parameter set of a packaged FMU: here it comes from the record.</li>
 </ul>

@@ -4,8 +4,20 @@ class References "References"
   annotation (DocumentationClass=true, Documentation(info="<html>
 <dl>
 <dt>The paper</dt>
-<dd><em>Hysteresis Modelling and Feedforward Control of Piezoelectric Actuator Based on Simplified Interval Type-2 Fuzzy
-System</em>. Equation numbers in this library are the paper's.</dd>
+<dd>P.-Z. Li, D.-F. Zhang, J.-Y. Hu, B. Lennox and F. Arvin: <em>Hysteresis Modelling and Feedforward Control of Piezoelectric
+Actuator Based on Simplified Interval Type-2 Fuzzy System</em>. Sensors 20 (9), 2587, 2020,
+<a href=\"https://doi.org/10.3390/s20092587\">doi:10.3390/s20092587</a>. Equation numbers in this library are the paper's.</dd>
+<dt>Type-2 fuzzy systems</dt>
+<dd>M. Nie and W. W. Tan: <em>Towards an efficient type-reduction method for interval type-2 fuzzy logic systems</em>. IEEE
+International Conference on Fuzzy Systems, 2008, <a href=\"https://doi.org/10.1109/FUZZY.2008.4630559\">doi:10.1109/FUZZY.2008.4630559</a>. The output (10)
+without type reduction.</dd>
+<dt>Play operators</dt>
+<dd>K. Kuhnen: <em>Modeling, identification and compensation of complex hysteretic nonlinearities: a modified
+Prandtl-Ishlinskii approach</em>. European Journal of Control 9 (4), 2003,
+<a href=\"https://doi.org/10.3166/ejc.9.407-418\">doi:10.3166/ejc.9.407-418</a>.</dd>
+<dt>Reciprocal actuators</dt>
+<dd>M. Goldfarb and N. Celanovic: <em>Modeling piezoelectric stack actuators for control of micromanipulation</em>. IEEE Control Systems
+Magazine 17 (3), 1997, <a href=\"https://doi.org/10.1109/37.588158\">doi:10.1109/37.588158</a>.</dd>
 <dt>Modelica</dt>
 <dd><a href=\"https://specification.modelica.org\">Modelica Language Specification</a>, version 3.6</dd>
 <dt>FMI</dt>

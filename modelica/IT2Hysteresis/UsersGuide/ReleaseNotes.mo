@@ -8,8 +8,17 @@ class ReleaseNotes "Release notes"
 <li>The co-simulation FMUs IT2Plant and IT2Inverse as blocks, compiled from their C sources.</li>
 <li>Effects around the fuzzy system: delay, slew limit, saturation, lag, play, load, creep, resonance, drift,
 nonlinearity and hum.</li>
-<li>Components for mechatronic models: a piezo actuator with electrical pins and translational flanges, a voltage
-amplifier and a strain gauge.</li>
+<li>Components for mechatronic models: <a href=\"modelica://IT2Hysteresis.Components.PiezoActuator\">PiezoActuator</a> with
+electrical pins, translational flanges and a heat port, <a href=\"modelica://IT2Hysteresis.Components.VoltageAmplifier\">VoltageAmplifier</a>,
+<a href=\"modelica://IT2Hysteresis.Components.ChargeAmplifier\">ChargeAmplifier</a>, <a href=\"modelica://IT2Hysteresis.Components.FlexureGuide\">FlexureGuide</a>,
+<a href=\"modelica://IT2Hysteresis.Components.StrainGauge\">StrainGauge</a>, <a href=\"modelica://IT2Hysteresis.Components.PositionSensor\">PositionSensor</a> and
+<a href=\"modelica://IT2Hysteresis.Components.SampledPI\">SampledPI</a>. Built from their defaults they begin at rest.</li>
+<li><a href=\"modelica://IT2Hysteresis.Examples\">Examples</a> of feedforward, feedback, creep, temperature and stages of several parts, with stored
+results.</li>
+<li>Elements of a parameter set that are modified in place act. Unusable sets are refused by the pure blocks as by the FMUs,
+with the same words; messages name the block, and the parameters as the records do.</li>
+<li>The pure plant takes a third of the time: it remembers as many voltages as its delay is long.</li>
+<li>Controller and strain gauge take their sample time from the parameter set.</li>
 <li>Parameter records, generated from the table of variables that the FMUs are generated from.</li>
 </ul>
 </html>", revisions="<html>

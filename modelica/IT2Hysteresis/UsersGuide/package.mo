@@ -7,6 +7,7 @@ The library turns the voltage at a piezoelectric actuator into its displacement,
 and a desired displacement into the voltage that yields it.
 </p>
 <ol>
+<li><a href=\"modelica://IT2Hysteresis.UsersGuide.Tutorial\">Tutorial</a>: from drag and drop to a closed loop, in five steps.</li>
 <li><a href=\"modelica://IT2Hysteresis.UsersGuide.Concept\">Concept</a>: a chain of stages, walked forwards and backwards.</li>
 <li><a href=\"modelica://IT2Hysteresis.UsersGuide.Equations\">Equations</a>: the model and its inverse.</li>
 <li><a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">Effects</a>: what surrounds the fuzzy system.</li>

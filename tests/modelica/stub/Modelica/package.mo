@@ -291,6 +291,18 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
       end Add;
     end Math;
 
+    package Discrete
+      block Sampler
+        parameter Real samplePeriod;
+        Interfaces.RealInput u;
+        Interfaces.RealOutput y;
+      equation
+        when sample(0, samplePeriod) then
+          y = u;
+        end when;
+      end Sampler;
+    end Discrete;
+
     package Sources
       block RealExpression
         Interfaces.RealOutput y=0.0;

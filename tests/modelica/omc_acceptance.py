@@ -1,0 +1,338 @@
+"""The library in OpenModelica: what only a Modelica tool can show.
+
+    python tests/modelica/omc_acceptance.py [--msl 4.0.0] [--msl 4.1.0] [--only PART]
+
+Run it where omc (1.25 or later), a C compiler and the Modelica Standard Library 4.0.0 or 4.1.0 are; MSL
+may also be a directory that holds Modelica/package.mo. It checks every class with unit checking on,
+simulates the examples and compares them with the stored results, compares plant and inverse with the
+reference run that the FMUs carry, provokes the messages of bad input, and builds models from defaults
+only. test_omc.py runs the same in pytest. Exit code 0, or 1 with what was found.
+"""
+
+import argparse
+import csv
+import math
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent)]
+
+from combined import COMBINATIONS, PARTS, assert_physical, source_of  # noqa: E402
+from effects import with_effects  # noqa: E402
+from library import (  # noqa: E402
+    CLASSES,
+    EXAMPLES,
+    FMU_INVERSE,
+    FMU_PLANT,
+    INVERSE,
+    LIBRARY,
+    PLANT,
+    comparison_signals,
+    differences,
+    model,
+)
+from refused import BAD, parameters_of  # noqa: E402
+
+from it2hys.export.modelica import format_record  # noqa: E402
+from it2hys.fmu.reference_run import reference_run  # noqa: E402
+from it2hys.model.chain import EFFECTS  # noqa: E402
+from it2hys.model.parameters import ParameterSet, table_1  # noqa: E402
+
+VERSIONS = ("4.0.0", "4.1.0")
+OMC = shutil.which("omc")
+BEGIN, END = "@@begin ", "@@end"
+#: What a log says that must be silent.
+LOUD = re.compile(r"\| *(?:warning|error|assert) *\||\b(?:Warning|Error):", re.IGNORECASE)
+#: Share of the span: the numbers are stored with 16 digits.
+EQUAL = 1e-12
+
+
+class MissingError(Exception):
+    """omc or a version of the standard library is not here."""
+
+
+@dataclass
+class Session:
+    """One version of the standard library, and a directory to work in."""
+
+    msl: str
+    directory: Path
+
+    def load(self) -> str:
+        """Return the commands that load the standard library and this one."""
+        if (Path(self.msl) / "Modelica" / "package.mo").is_file():
+            first = f'loadFile("{(Path(self.msl) / "Modelica" / "package.mo").as_posix()}");'
+        else:
+            first = f'loadModel(Modelica, {{"{self.msl}"}});'
+        return f'{first}\nloadFile("{(LIBRARY / "package.mo").as_posix()}");\n'
+
+    def run(self, commands: dict[str, str], options: str = "") -> dict[str, str]:
+        """Run commands in one omc; return what each printed, by name."""
+        if not OMC:
+            raise MissingError("no omc on the path")
+        self.directory.mkdir(parents=True, exist_ok=True)
+        script = [
+            f'setCommandLineOptions("{options}");' if options else "",
+            self.load(),
+            "getErrorString();",
+        ]
+        for name, command in {"loaded": "getVersion(Modelica);", **commands}.items():
+            script += [
+                f'print("{BEGIN}{name}\\n");',
+                command,
+                "getErrorString();",
+                f'print("{END}\\n");',
+            ]
+        path = self.directory / "session.mos"
+        path.write_text("\n".join(script) + "\n", encoding="utf-8")
+        done = subprocess.run(
+            [OMC, path.name], cwd=self.directory, capture_output=True, text=True, check=False
+        )
+        printed = re.findall(rf"^{BEGIN}(.*?)\n(.*?)^{END}$", done.stdout, re.MULTILINE | re.DOTALL)
+        answers = {name.strip(): text for name, text in printed}
+        if set(answers) != {"loaded", *commands}:
+            raise AssertionError(f"omc ended early: {done.stdout[-2000:]}{done.stderr[-2000:]}")
+        version = re.search(r'"([\d.]*)', answers.pop("loaded"))
+        if not version or not version[1]:
+            raise MissingError(f"the Modelica Standard Library {self.msl} is not installed")
+        return answers
+
+    def simulate(self, source: str, name: str, settings: str = "") -> tuple[str, Path | None]:
+        """Simulate a class, of a source text or of the library.
+
+        Returns what was said, and the CSV, or None where the simulation has not finished.
+        """
+        prefix = re.sub(r"\W", "_", name)
+        load = ""
+        if source:
+            (self.directory / f"{prefix}.mo").write_text(source, encoding="utf-8")
+            load = f'loadFile("{prefix}.mo");\n'
+        command = f'{load}simulate({name}, fileNamePrefix="{prefix}", outputFormat="csv"{settings});'
+        said = self.run({"simulate": command})["simulate"]
+        result = self.directory / f"{prefix}_res.csv"
+        done = "simulation finished successfully" in said and result.is_file()
+        return said, (result if done else None)
+
+
+def read_result(path: Path) -> dict[str, np.ndarray]:
+    """Return the columns of a result."""
+    with path.open(encoding="utf-8", newline="") as file:
+        names, *rows = csv.reader(file)
+    values = np.array([[float(v) for v in row[: len(names)]] for row in rows])
+    return dict(zip(names, values.T, strict=True))
+
+
+def at_ticks(
+    result: dict[str, np.ndarray], ticks: int, sample_time: float
+) -> Callable[[str], np.ndarray]:
+    """Return a function from a variable to its values at the ticks: an event's last ones."""
+    rows = np.searchsorted(result["time"], (np.arange(ticks) + 0.1) * sample_time) - 1
+    return lambda name: result[name][rows]
+
+
+def tick_settings(ticks: int, sample_time: float) -> str:
+    """Return the arguments of `simulate` for so many ticks."""
+    return f", stopTime={(ticks - 1) * sample_time!r}, numberOfIntervals={ticks - 1}, tolerance=1e-8"
+
+
+# --- the parts: each yields what is wrong -------------------------------------------------------------
+
+
+def check_classes(session: Session) -> Iterator[str]:
+    """Check every class, with unit checking on."""
+    session.directory.mkdir(parents=True, exist_ok=True)
+    commands = {name: f"checkModel({name});" for name in CLASSES}
+    for name, said in session.run(commands, "--unitChecking").items():
+        if f"Check of {name} completed successfully" not in said or LOUD.search(said):
+            yield f"checkModel({name}): {said.strip()}"
+
+
+def simulate_examples(session: Session) -> Iterator[str]:
+    """Simulate every example in silence, and compare it with its stored result."""
+    session.directory.mkdir(parents=True, exist_ok=True)
+    for name in EXAMPLES:
+        said, path = session.simulate("", name)
+        if path is None or LOUD.search(said):
+            yield f"{name}: {said.strip()}"
+            continue
+        result = read_result(path)
+        missing = [s for s in comparison_signals(name) if s not in result]
+        if missing:
+            yield f"{name}: {', '.join(missing)} are not in the result"
+        else:
+            yield from differences(name, result["time"], result.__getitem__)
+
+
+def reference_source(block: str, parameters: ParameterSet, inputs: dict[str, np.ndarray]) -> str:
+    """Return a model that hands a block the inputs of the FMU's reference run."""
+    ticks, sample_time = len(inputs["force"]), parameters["sampleTime"]
+    names = list(inputs)
+    # a segment begins half a tick before its tick: which of two events comes first does not matter
+    rows = [
+        f"{(k - 0.5) * sample_time!r}, " + ", ".join(repr(float(inputs[n][k])) for n in names)
+        for k in range(ticks)
+    ]
+    table = "; ".join(rows)
+    wires = " ".join(f"block1.{n} = table1.y[{i}];" for i, n in enumerate(names, 1))
+    return format_record(parameters, "Mine") + model(
+        f"parameter Mine p; {block} block1(parameters=p, useForce=true, useTemperature=true); "
+        f"Modelica.Blocks.Sources.CombiTimeTable table1(table=[{table}], "
+        "smoothness=Modelica.Blocks.Types.Smoothness.ConstantSegments, "
+        "extrapolation=Modelica.Blocks.Types.Extrapolation.HoldLastPoint);",
+        re.sub(r"block1\.(force|temperature) = (.*?);", r"connect(\2, block1.\1);", wires),
+    )
+
+
+def equal_fmu(session: Session) -> Iterator[str]:
+    """Compare plant and inverse, as FMU and pure, with the FMUs' reference run."""
+    session.directory.mkdir(parents=True, exist_ok=True)
+    sets = {"table_1": table_1(), "every effect": with_effects(tuple(EFFECTS), seed=11)}
+    for label, parameters in sets.items():
+        for kind, blocks in (("plant", (FMU_PLANT, PLANT)), ("inverse", (FMU_INVERSE, INVERSE))):
+            inputs, outputs = reference_run(kind, parameters)
+            for block in blocks:
+                yield from unequal(session, f"{block}, {label}", block, parameters, inputs, outputs)
+
+
+def unequal(
+    session: Session, label: str, block: str, parameters: ParameterSet, inputs: dict, outputs: dict
+) -> Iterator[str]:
+    """Compare one block with the reference run; the FMU's master reads a tick at the next one."""
+    ticks = len(inputs["force"])
+    source = reference_source(block, parameters, inputs)
+    said, path = session.simulate(source, "M", tick_settings(ticks, parameters["sampleTime"]))
+    if path is None:
+        yield f"{label}: {said.strip()}"
+        return
+    at = at_ticks(read_result(path), ticks, parameters["sampleTime"])
+    for name, expected in outputs.items():
+        found = at(f"block1.{name}")[:-1]
+        apart = np.abs(found - expected[1:]).max() / max(float(np.ptp(expected)), 1e-300)
+        if name in ("saturated", "outOfRange"):
+            if np.count_nonzero(found != expected[1:]) > 1:
+                yield f"{label}: {name} differs at {np.count_nonzero(found != expected[1:])} ticks"
+        elif not apart <= EQUAL:
+            yield f"{label}: {name} is {apart:.2g} of its span from the reference run"
+
+
+def messages(session: Session) -> Iterator[str]:
+    """Provoke the messages of sets that are refused, of an input that is no number, of a left range."""
+    session.directory.mkdir(parents=True, exist_ok=True)
+    for name, (changes, message) in BAD.items():
+        if any(math.isnan(v) for v in changes.values()) or name == "no sample time":
+            continue  # no literal, and sample(0, 0)
+        record = format_record(parameters_of(changes), "Mine")
+        for block, who in ((FMU_PLANT, "stage (IT2Plant)"), (PLANT, "stage")):
+            source = record + model(
+                f"parameter Mine p; {block} stage(parameters=p);", "stage.voltage = 0;"
+            )
+            said, path = session.simulate(source, "M", ", stopTime=1e-3")
+            if path is not None or f"{who}: {message}." not in " ".join(said.split()):
+                yield f"{block}, {name}: {said.strip()[-600:]}"
+    for block in (FMU_PLANT, PLANT):
+        yield from input_messages(session, block)
+
+
+def input_messages(session: Session, block: str) -> Iterator[str]:
+    """Provoke the messages of a plant's input."""
+    source = model(f"{block} stage;", "stage.voltage = if time > 1.5e-4 then 1e300*1e300 else 10;")
+    said, path = session.simulate(source, "M", ", stopTime=1e-3")
+    if path is not None or "voltage must be a finite number" not in said:
+        yield f"{block}, no number: {said.strip()[-600:]}"
+    source = model(f"{block} stage;", "stage.voltage = 140*sin(300*time);")
+    said, path = session.simulate(source, "M", ", stopTime=0.05")
+    if path is None or said.count("left voltageMin") != 1:
+        yield f"{block}, voltage left its range: said {said.count('left voltageMin')} times"
+
+
+def defaults(session: Session) -> Iterator[str]:
+    """Build every combination from defaults only, the plant and the inverse also as FMUs."""
+    session.directory.mkdir(parents=True, exist_ok=True)
+    for parts in COMBINATIONS:
+        label = "-".join(p.name for p in parts)
+        pure = source_of(parts)
+        for source in dict.fromkeys((pure, pure.replace(".PureModelica", ""))):
+            said, path = session.simulate(source, "M", tick_settings(30, 1e-4))
+            if path is None:
+                yield f"{label}: {said.strip()[-600:]}"
+                continue
+            try:
+                assert_physical(parts, at_ticks(read_result(path), 30, 1e-4))
+            except AssertionError as error:
+                yield f"{label}: {error}"
+    yield from full_range(session)
+
+
+def full_range(session: Session) -> Iterator[str]:
+    """Drive the default actuator by the default amplifier over 0..150 V."""
+    parts = tuple(p for p in PARTS if p.name in ("amplifier", "actuator"))
+    source = source_of(parts).replace("amplifier.u = 0;", "amplifier.u = 5 - 5*cos(125*time);")
+    said, path = session.simulate(source, "M", tick_settings(600, 1e-4))
+    if path is None:
+        yield f"0..150 V: {said.strip()[-600:]}"
+    elif read_result(path)["actuator.s_rel"].max() > 26e-6:
+        yield f"0..150 V: {read_result(path)['actuator.s_rel'].max():g} m"
+
+
+def modifications(session: Session) -> Iterator[str]:
+    """Modify an element of the record in place, and hand over a record of another size."""
+    session.directory.mkdir(parents=True, exist_ok=True)
+    for block in (FMU_PLANT, PLANT):
+        source = model(
+            f"{block} quick; {block} slow(parameters(lagTimeConstant=1e-3));",
+            "quick.voltage = 50; slow.voltage = 50;",
+        )
+        said, path = session.simulate(source, "M", tick_settings(20, 1e-4))
+        if path is None:
+            yield f"{block}, modified in place: {said.strip()[-600:]}"
+            continue
+        at = at_ticks(read_result(path), 20, 1e-4)
+        if not (at("slow.displacement")[1:] < at("quick.displacement")[1:]).all():
+            yield f"{block}: parameters(lagTimeConstant=1e-3) does not act"
+
+
+PARTS_OF_ACCEPTANCE = {
+    "classes": check_classes,
+    "examples": simulate_examples,
+    "equality": equal_fmu,
+    "messages": messages,
+    "defaults": defaults,
+    "modifications": modifications,
+}
+
+
+def main() -> int:
+    """Run all parts, and print what was found."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("--msl", action="append", help="version or directory; default: 4.0.0 and 4.1.0")
+    parser.add_argument("--only", choices=PARTS_OF_ACCEPTANCE, action="append")
+    arguments = parser.parse_args()
+    failed = False
+    for msl in arguments.msl or VERSIONS:
+        for part in arguments.only or PARTS_OF_ACCEPTANCE:
+            with tempfile.TemporaryDirectory() as directory:
+                try:
+                    found = list(PARTS_OF_ACCEPTANCE[part](Session(msl, Path(directory))))
+                except MissingError as missing:
+                    print(f"MSL {msl}, {part}: skipped, {missing}")
+                    continue
+            failed |= bool(found)
+            print(
+                f"MSL {msl}, {part}: {'passed' if not found else f'{len(found)} findings'}", flush=True
+            )
+            for finding in found:
+                print("  " + finding.replace("\n", "\n    "))
+    return int(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,21 @@
+"""Every file of the library in pymoca's parser: another grammar of Modelica than rumoca's."""
+
+import pytest
+from library import CLASSES
+
+parser = pytest.importorskip(
+    "pymoca.parser", reason="pymoca, a second Modelica parser, is not installed"
+)
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_a_class_is_modelica_to_another_parser_too(name):
+    found = parser.parse(CLASSES[name].read_text(encoding="utf-8"))
+    for part in name.split("."):
+        found = found.classes[part]
+    assert found.name == name.rsplit(".", 1)[-1]
+
+
+def test_the_parser_refuses_what_is_no_modelica():
+    with pytest.raises(parser.ModelicaSyntaxError):
+        parser.parse("model M Real x; equation x = ; end M;")
