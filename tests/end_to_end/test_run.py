@@ -38,7 +38,7 @@ class Outcome:
     def __init__(self, directory: Path, *arguments: object) -> None:
         printed, progress = StringIO(), StringIO()
         with redirect_stdout(printed), redirect_stderr(progress):
-            assert run(*arguments, "-o", directory) == 0
+            assert run(*arguments, "-v", "-o", directory) == 0
         self.printed, self.progress = printed.getvalue(), progress.getvalue()
         self.directory = directory
         self.page = (directory / "report.html").read_text(encoding="utf-8")
@@ -158,7 +158,7 @@ def test_the_demo_leaves_fmus_report_and_its_records(demo):
     np.testing.assert_allclose(record.displacement, stand.displacement, rtol=1e-12)
 
 
-def test_the_bar_says_what_is_being_done(demo):
+def test_a_line_of_progress_says_what_is_being_done(demo):
     parts = ("measuring", "the paper's model", "what is missing? model + play", "feedforward", "report")
     places = [demo.progress.index(text) for text in parts]
     assert places == sorted(places)

@@ -1,7 +1,7 @@
 """Running a scenario: records from the stand, a model, tracking, and a report beside the paper."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from it2hys.diagnosis import RULES, Diagnosis, diagnose
@@ -15,7 +15,7 @@ from it2hys.experiments.feedforward import (
 )
 from it2hys.experiments.scenario import RecordEntry, Scenario, read_scenario
 from it2hys.experiments.scenario_files import find_scenario
-from it2hys.fmu.packaging import make_directory, package
+from it2hys.fmu.packaging import package
 from it2hys.identification import Judgement, Options, identify
 from it2hys.identification.evaluation import evaluate
 from it2hys.model.parameters import ParameterSet, table_1
@@ -28,7 +28,9 @@ from it2hys.reports.identification_report import ADVICE, record_section, write_i
 from it2hys.reports.judged import ROLES, UM
 from it2hys.reports.page import NONE, Section, Table, write_report
 from it2hys.reports.verdict import Judged, model_verdict, straight_line, straight_line_errors
-from it2hys.support.progress import Progress, part, progress_bar
+from it2hys.support.files import check_directory, gathered, make_directory
+from it2hys.support.processes import check_workers
+from it2hys.support.progress import Progress, part, silent
 
 REASON = (
     "The published figures were measured on the paper's rig, ours on the simulated stand. The paper "
@@ -73,7 +75,7 @@ class Outcome:
 
 
 def run_scenario(
-    name: str, directory: Path | None = None, quiet: bool = False, workers: int = 1
+    name: str, directory: Path | None = None, progress: Progress = silent, workers: int = 1
 ) -> Outcome:
     """Run a scenario and write its results.
 
@@ -83,8 +85,8 @@ def run_scenario(
         Name or path of the scenario.
     directory : path, optional
         `out/NAME` by default.
-    quiet : bool
-        Show no progress bar.
+    progress : callable
+        Told the share done and what is being done.
     workers : int
         Processes that share the fits of a diagnosis. The result does not depend on it.
 
@@ -95,8 +97,15 @@ def run_scenario(
     """
     scenario = read_scenario(find_scenario(name))
     directory = Path(directory or Path("out") / scenario.name)
-    with progress_bar(quiet) as progress:
-        return _Run(scenario, directory, progress, workers).run()
+    check_workers(workers)
+    check_directory(directory)
+    with gathered(directory) as folder:
+        outcome = _Run(scenario, folder, progress, workers).run()
+    return replace(
+        outcome,
+        report=directory / outcome.report.name,
+        records=directory / outcome.records.name,
+    )
 
 
 class _Run:

@@ -18,10 +18,11 @@ from it2hys.fmu.model_description import (
     add_units,
     add_variables,
 )
-from it2hys.fmu.packaging import BUILD_DESCRIPTION, fmu_archive, package_version, platform_binaries
+from it2hys.fmu.packaging import BUILD_DESCRIPTION, fmu_archive, platform_binaries
 from it2hys.model import compiled
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_controller
+from it2hys.support.version import package_version
 
 IDENTIFIER = "PIController"
 CAPABILITIES = {

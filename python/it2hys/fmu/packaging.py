@@ -6,12 +6,9 @@ The binaries are the same for every parameter set. What differs is modelDescript
 
 import zipfile
 from collections.abc import Mapping
-from importlib.metadata import PackageNotFoundError
-from importlib.metadata import version as installed_version
 from io import BytesIO
 from pathlib import Path
 
-from it2hys.errors import InputError
 from it2hys.fmu.build_description import format_build_description
 from it2hys.fmu.codegen import start_header
 from it2hys.fmu.documentation import documentation_files
@@ -20,7 +17,8 @@ from it2hys.fmu.reference_run import reference_files
 from it2hys.fmu.terminals import picture_files
 from it2hys.model.compiled import native_directory
 from it2hys.model.parameters import ParameterSet, format_ssv
-from it2hys.support.files import write_atomically
+from it2hys.support.files import write_together
+from it2hys.support.version import package_version
 
 # zip entries carry a time; a fixed one makes the same input give the same file
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -38,7 +36,7 @@ def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
     parameters : ParameterSet
         A validated set.
     directory : path
-        Created if it does not exist.
+        Created if it does not exist. All files get there, or none of them.
 
     Returns
     -------
@@ -50,12 +48,9 @@ def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
     InputError
         If the directory cannot be written to.
     """
-    directory = make_directory(directory)
     contents = {f"{identifier}.fmu": fmu for identifier, fmu in package_bytes(parameters).items()}
     contents[PARAMETER_FILE] = format_ssv(parameters).encode()
-    for name, content in contents.items():
-        write_atomically(directory / name, content)
-    return [directory / name for name in contents]
+    return write_together(directory, contents)
 
 
 def package_bytes(parameters: ParameterSet) -> dict[str, bytes]:
@@ -65,24 +60,6 @@ def package_bytes(parameters: ParameterSet) -> dict[str, bytes]:
         identifier: _fmu(model, identifier, parameters, native)
         for model, identifier in IDENTIFIERS.items()
     }
-
-
-def make_directory(directory: str | Path) -> Path:
-    """Create an output directory, or say why it cannot be."""
-    directory = Path(directory)
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{directory}: cannot be made a directory: {error.strerror}") from None
-    return directory
-
-
-def package_version() -> str:
-    """Return the version of the installed package; of the source tree where it runs from there."""
-    try:
-        return installed_version("it2hys")
-    except PackageNotFoundError:
-        return "0.1.0"
 
 
 def _fmu(model: str, identifier: str, parameters: ParameterSet, native: Path) -> bytes:

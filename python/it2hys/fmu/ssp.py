@@ -21,11 +21,11 @@ from lxml import etree
 from it2hys.fmu.controller import IDENTIFIER as CONTROLLER
 from it2hys.fmu.controller import controller_fmu, suitable_gains
 from it2hys.fmu.model_description import DEFAULT_TICKS, IDENTIFIERS
-from it2hys.fmu.packaging import fmu_archive, make_directory, package_bytes
+from it2hys.fmu.packaging import fmu_archive, package_bytes
 from it2hys.model.parameters import ParameterSet, format_ssv
 from it2hys.model.ssv import SSV_NAMESPACE, format_entries
 from it2hys.model.variables import Variable, load_controller, load_table
-from it2hys.support.files import write_atomically
+from it2hys.support.files import write_together
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -157,7 +157,6 @@ def write_ssp(parameters: ParameterSet, directory: str | Path) -> list[Path]:
     InputError
         If the directory cannot be written to.
     """
-    directory = make_directory(directory)
     fmus = {f"{name}.fmu": content for name, content in package_bytes(parameters).items()}
     fmus[CONTROL.fmu] = controller_fmu()
     sets = {
@@ -165,13 +164,11 @@ def write_ssp(parameters: ParameterSet, directory: str | Path) -> list[Path]:
         "controller.ssv": format_controller_ssv(suitable_gains(parameters), parameters.name),
     }
     contents = {
-        directory / f"{name}.ssp": format_ssp(name, fmus, sets, parameters["sampleTime"])
+        f"{name}.ssp": format_ssp(name, fmus, sets, parameters["sampleTime"])
         for system in SYSTEMS
         for name in (system, system + COMPONENTS_ALONE)
     }
-    for path, content in contents.items():
-        write_atomically(path, content)
-    return list(contents)
+    return write_together(directory, contents)
 
 
 def format_ssp(

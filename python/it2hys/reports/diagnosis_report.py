@@ -12,7 +12,7 @@ from it2hys.cosimulation.simulation import track
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.outcome import Diagnosis, Judgement
 from it2hys.diagnosis.selection import COMPARISONS, LEVEL
-from it2hys.fmu.packaging import make_directory, package
+from it2hys.fmu.packaging import package
 from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING
 from it2hys.identification.explained import low_shares
 from it2hys.model import compiled
@@ -44,7 +44,7 @@ from it2hys.reports.judged import (
 from it2hys.reports.page import NONE, Picture, Section, Table, write_report
 from it2hys.reports.verdict import judging_role, model_verdict, percent, straight_line_errors
 from it2hys.stand.excitations import time_grid, tracking_reference
-from it2hys.support.files import write_atomically
+from it2hys.support.files import make_directory, write_atomically
 from it2hys.support.progress import Progress
 
 #: The paper's reference: so long at its sample time.

@@ -8,7 +8,7 @@ import numpy as np
 
 from it2hys.cosimulation.simulation import track
 from it2hys.errors import InputError
-from it2hys.fmu.packaging import make_directory, package
+from it2hys.fmu.packaging import package
 from it2hys.identification.excerpts import searched_text
 from it2hys.identification.explained import low_shares
 from it2hys.identification.judgement import Judgement
@@ -39,7 +39,7 @@ from it2hys.reports.judged import (
 )
 from it2hys.reports.page import Picture, Section, Table, write_report
 from it2hys.reports.verdict import model_verdict, straight_line_errors
-from it2hys.support.files import write_atomically
+from it2hys.support.files import make_directory, write_atomically
 from it2hys.support.progress import Progress
 
 # a free-run error above this many times the noise says that the model lacks something

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from it2hys.fmu.packaging import make_directory
 from it2hys.reports.page import Picture, Section, Table, write_report
+from it2hys.support.files import make_directory
 from it2hys.sweeps.plots import Columns, draw
 from it2hys.sweeps.store import read_metadata
 from it2hys.sweeps.worker import MESSAGES_APART
