@@ -54,7 +54,9 @@ class IdentifiedModel(Identification):
 
     def _repr_html_(self) -> str:
         rules = self.parameters.counts["rule"]
-        return _html(f"Identified model, {rules} rule{'s' * (rules != 1)}", self.to_frame(), self.plot())
+        return _html(
+            f"Identified model, {rules} rule{'s' * (rules != 1)}", self.to_frame(), self.plot()
+        )
 
 
 @dataclass(frozen=True, eq=False)

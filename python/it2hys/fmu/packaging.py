@@ -11,7 +11,7 @@ from pathlib import Path
 
 from it2hys.fmu.build_description import format_build_description
 from it2hys.fmu.codegen import start_header
-from it2hys.fmu.documentation import documentation_files
+from it2hys.fmu.documentation import Origin, documentation_files
 from it2hys.fmu.model_description import IDENTIFIERS, format_model_description
 from it2hys.fmu.reference_run import reference_files
 from it2hys.fmu.terminals import picture_files
@@ -28,7 +28,9 @@ BUILD_DESCRIPTION = "sources/buildDescription.xml"
 LIBRARIES = ("m", "dl")
 
 
-def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
+def package(
+    parameters: ParameterSet, directory: str | Path, origin: Origin | None = None
+) -> list[Path]:
     """Write both FMUs and the parameter set into a directory.
 
     Parameters
@@ -37,6 +39,8 @@ def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
         A validated set.
     directory : path
         Created if it does not exist. All files get there, or none of them.
+    origin : Origin, optional
+        What the set was identified from, for the FMUs' documentation.
 
     Returns
     -------
@@ -48,21 +52,24 @@ def package(parameters: ParameterSet, directory: str | Path) -> list[Path]:
     InputError
         If the directory cannot be written to.
     """
-    contents = {f"{identifier}.fmu": fmu for identifier, fmu in package_bytes(parameters).items()}
+    fmus = package_bytes(parameters, origin)
+    contents = {f"{identifier}.fmu": fmu for identifier, fmu in fmus.items()}
     contents[PARAMETER_FILE] = format_ssv(parameters).encode()
     return write_together(directory, contents)
 
 
-def package_bytes(parameters: ParameterSet) -> dict[str, bytes]:
+def package_bytes(parameters: ParameterSet, origin: Origin | None = None) -> dict[str, bytes]:
     """Return both FMUs with a parameter set, by model identifier."""
     native = native_directory()
     return {
-        identifier: _fmu(model, identifier, parameters, native)
+        identifier: _fmu(model, identifier, parameters, native, origin)
         for model, identifier in IDENTIFIERS.items()
     }
 
 
-def _fmu(model: str, identifier: str, parameters: ParameterSet, native: Path) -> bytes:
+def _fmu(
+    model: str, identifier: str, parameters: ParameterSet, native: Path, origin: Origin | None
+) -> bytes:
     """Return the FMU as a zip archive."""
     sources = _sources(identifier, parameters, native)
     c_files = sorted(name for name in sources if name.endswith(".c"))
@@ -73,7 +80,7 @@ def _fmu(model: str, identifier: str, parameters: ParameterSet, native: Path) ->
         **{f"sources/{name}": content for name, content in sources.items()},
         BUILD_DESCRIPTION: format_build_description(identifier, c_files, LIBRARIES),
         **platform_binaries(identifier, native),
-        **documentation_files(model, parameters, (native / "LICENSE").read_bytes()),
+        **documentation_files(model, parameters, (native / "LICENSE").read_bytes(), origin),
         **picture_files(model, parameters),
         **reference_files(model, parameters),
     }

@@ -41,6 +41,7 @@ from it2hys.reports.judged import (
     record_texts,
     records_json,
 )
+from it2hys.reports.origin import origin
 from it2hys.reports.page import NONE, Picture, Section, Table, write_report
 from it2hys.reports.verdict import judging_role, model_verdict, percent, straight_line_errors
 from it2hys.stand.excitations import time_grid, tracking_reference
@@ -100,7 +101,7 @@ def write_diagnosis(
         The report.
     """
     directory = make_directory(directory)
-    package(diagnosis.packaged, directory)
+    package(diagnosis.packaged, directory, origin("diagnose", records, diagnosis.after))
     if diagnosis.sensor_curves:
         _write_sensor_curve(diagnosis, directory / SENSOR_CURVE)
     train = [r for r, j in zip(records, diagnosis.after, strict=True) if j.role == "train"]

@@ -37,6 +37,7 @@ from it2hys.reports.judged import (
     record_texts,
     records_json,
 )
+from it2hys.reports.origin import origin
 from it2hys.reports.page import Picture, Section, Table, write_report
 from it2hys.reports.verdict import model_verdict, straight_line_errors
 from it2hys.support.files import make_directory, write_atomically
@@ -102,7 +103,8 @@ def write_identification(
             " better"
         )
     directory = make_directory(directory)
-    package(identification.parameters, directory)
+    found_in = origin("identify", records, identification.records)
+    package(identification.parameters, directory, found_in)
     results = identification.records
     lines = straight_line_errors(records, results)
     texts = summary(identification, lines, first)

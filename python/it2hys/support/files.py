@@ -79,7 +79,7 @@ def check_directory(directory: str | Path, room: int = ROOM) -> None:
     free = shutil.disk_usage(place).free
     if free < room:
         raise InputError(
-            f"{directory}: {free / 1e6:.1f} MB are free, {room / 1e6:.0f} MB may be needed; make room, "
+            f"{directory}: {free / 1e6:.0f} MB are free, {room / 1e6:.0f} MB may be needed; make room, "
             "or choose another directory with -o"
         )
 
