@@ -1,4 +1,7 @@
-"""What the command line says of itself: examples, lists of names, shell completion."""
+"""What the command line says of itself: examples, lists of names, shell completion.
+
+A command of the parser has a row in `EXAMPLES`.
+"""
 
 import argparse
 import inspect
