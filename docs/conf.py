@@ -17,7 +17,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.mathjax",
+    "mathml",
     "run",
     "generated",
 ]
@@ -26,8 +26,8 @@ myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 napoleon_google_docstring = False
 autodoc_typehints = "none"
-# formulas are shown by the browser itself, without a network
+html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"it2hys {version}"
-suppress_warnings = []
-nitpicky = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]

@@ -15,7 +15,7 @@ from it2hys.cli import make_parser
 from it2hys.cli_help import EXAMPLES, KINDS, listed
 from it2hys.fmu.packaging import package
 from it2hys.model.parameters import table_1
-from it2hys.model.variables import load_table
+from it2hys.model.variables import Variable, load_table
 
 ROOT = Path(__file__).parents[2]
 PLATFORMS = {
@@ -41,18 +41,19 @@ def commands() -> str:
         text += [f"## it2hys {name}\n", f"{command.description}\n"]
         usage = command.format_usage().removeprefix("usage: ")
         text += [f"```text\n{usage}```\n"]
-        rows = [
-            [
-                f"`{', '.join(a.option_strings) or a.metavar or a.dest}`",
-                (a.help or "") % vars(a),
-            ]
-            for a in command._actions
-            if not isinstance(a, argparse._HelpAction)
-        ]
+        actions = [a for a in command._actions if not isinstance(a, argparse._HelpAction)]
+        actions.sort(key=lambda action: bool(action.option_strings))  # what must be given comes first
+        rows = [[f"`{_typed(a)}`", (a.help or "") % vars(a)] for a in actions]
         text += [_table(["argument", "meaning"], rows)]
         if name in EXAMPLES:
             text += [f"```text\n{EXAMPLES[name].strip()}\n```\n"]
     return "\n".join(text)
+
+
+def _typed(action: argparse.Action) -> str:
+    """Return how an argument is typed, with what stands for its value."""
+    value = "" if action.nargs == 0 else action.metavar or ""
+    return f"{', '.join(action.option_strings)} {value}".strip() or action.dest
 
 
 def names() -> str:
@@ -67,14 +68,25 @@ def names() -> str:
 
 def variables() -> str:
     """Return all variables of plant and inverse, from the one table."""
-    rows = [
-        [f"`{v.name}`", ", ".join(v.models), v.causality, v.type.unit or "", v.type.displayUnit or "",
-         "" if v.start is None else v.start, v.description]
-        for v in load_table().variables
-        if v.index in (None, 1)
-    ]  # fmt: skip
-    heads = ["name", "FMU", "causality", "unit", "shown as", "start", "meaning"]
-    return _table(heads, rows)
+    text = []
+    for causality in ("input", "output", "parameter"):
+        rows = [
+            [f"`{v.name}`", " and ".join(v.models), _unit(v), _start(v), v.description]
+            for v in load_table().variables
+            if v.causality == causality and v.index in (None, 1)
+        ]
+        heads = ["name", "FMU", "unit (shown as)", "start", "meaning"]
+        text += [f"## {causality.capitalize()}s\n", _table(heads, rows)]
+    return "\n".join(text)
+
+
+def _start(variable: Variable) -> str:
+    return "" if variable.start is None else str(variable.start)
+
+
+def _unit(variable: Variable) -> str:
+    unit, shown = variable.type.unit or "", variable.type.displayUnit
+    return f"{unit} ({shown})" if shown else unit
 
 
 def fmus() -> str:
