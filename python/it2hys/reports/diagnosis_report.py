@@ -101,7 +101,8 @@ def write_diagnosis(
         The report.
     """
     directory = make_directory(directory)
-    package(diagnosis.packaged, directory, origin("diagnose", records, diagnosis.after))
+    found_in = origin("diagnose", records, diagnosis.after)
+    package(diagnosis.packaged, directory, origin=found_in)
     if diagnosis.sensor_curves:
         _write_sensor_curve(diagnosis, directory / SENSOR_CURVE)
     train = [r for r, j in zip(records, diagnosis.after, strict=True) if j.role == "train"]

@@ -104,7 +104,7 @@ def write_identification(
         )
     directory = make_directory(directory)
     found_in = origin("identify", records, identification.records)
-    package(identification.parameters, directory, found_in)
+    package(identification.parameters, directory, origin=found_in)
     results = identification.records
     lines = straight_line_errors(records, results)
     texts = summary(identification, lines, first)

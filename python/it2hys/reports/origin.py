@@ -9,8 +9,8 @@ import numpy as np
 from it2hys.fmu.documentation import Origin, OriginRecord
 from it2hys.identification.judgement import Judgement
 from it2hys.records import Record
-from it2hys.reports.judged import ROLES, UM
 
+_UM = 1e6
 _HEADS = (
     "duration s", "voltage V", "displacement µm", "e_rms µm", "e_mr %", "noise µm", "offset µm",
 )  # fmt: skip
@@ -28,7 +28,7 @@ def origin(verb: str, records: Sequence[Record], judgements: Sequence[Judgement]
         Of the model, in the order of the records.
     """
     pairs = zip(records, judgements, strict=True)
-    rows = [OriginRecord(r.name, ROLES[j.role], _row(r, j)) for r, j in pairs]
+    rows = [OriginRecord(r.name, j.role, _row(r, j)) for r, j in pairs]
     return Origin(f"it2hys {verb}", _today(), _HEADS, rows)
 
 
@@ -36,11 +36,11 @@ def _row(record: Record, judgement: Judgement) -> list[str]:
     return [
         f"{len(record.time) * record.sample_time:.4g}",
         _span(record.voltage),
-        _span(record.displacement * UM),
-        f"{judgement.e_rms * UM:.3g}",
+        _span(record.displacement * _UM),
+        f"{judgement.e_rms * _UM:.3g}",
         f"{100 * judgement.e_mr:.3g}",
-        f"{judgement.noise * UM:.3g}",
-        f"{judgement.offset * UM:.3g}",
+        f"{judgement.noise * _UM:.3g}",
+        f"{judgement.offset * _UM:.3g}",
     ]
 
 
