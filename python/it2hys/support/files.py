@@ -119,7 +119,10 @@ def gathered(directory: str | Path) -> Iterator[Path]:
     try:
         make_directory(directory)
         with _scratch(directory) as folder:
-            yield folder
+            try:
+                yield folder
+            except InputError as error:  # names the place that the user knows
+                raise InputError(str(error).replace(str(folder), str(directory))) from None
             _bring(folder, directory)
     except BaseException:
         for folder in made:
