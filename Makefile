@@ -1,5 +1,6 @@
 # make demo   identify a simulated stage, package it as FMUs, run them, write out/demo/report.html
 # make test   lint, C tests, the same under sanitizers, valgrind and a static analyzer, Python tests, installation
+# make docs   the documentation's site, build/docs/html/index.html; the code of its pages is run
 # make diagnosis  the diagnosis on simulated stages of seeds that nothing was chosen on (SEEDS=30000, CASES=6): a gate, hours
 # make bench  ratios against peers (REFERENCE_FMUS=their sources), limits and an earlier commit (BEFORE=commit), growth; soak
 # make modelica  the Modelica library's release archive, dist/IT2Hysteresis-VERSION.zip
@@ -18,6 +19,7 @@ RUNTIME := $(VENV)/.runtime
 INSTALLED := $(VENV)/.installed
 TOOLS := $(VENV)/.tools
 CBUILD := build/c
+DOCS_TOOLS := build/docs/tools
 # what is compiled or copied on installation; the Python files are used where they are
 COMPILED := $(shell find fmu_src scenarios -type f -not -path 'fmu_src/tests/*' -not -path 'fmu_src/fuzz/*' \
         -not -path 'fmu_src/bench/*' -not -path '*/__pycache__/*') \
@@ -49,7 +51,7 @@ $(VDMCHECK)/.fetched $(MAESTRO)/.fetched:
 	done
 	touch $@
 
-.PHONY: help demo test lint ctest hardened pytest installation diagnosis bench modelica clean install
+.PHONY: help demo test lint ctest hardened pytest installation docs diagnosis bench modelica clean install
 help:
 	@sed -n 's/^# make/make/p' $(firstword $(MAKEFILE_LIST))
 
@@ -79,7 +81,7 @@ $(TOOLS): requirements-dev.lock $(RUNTIME)
 demo: $(INSTALLED)
 	$(BIN)/it2hys run demo
 
-test: lint ctest hardened pytest installation
+test: lint ctest hardened pytest installation docs
 
 lint: $(TOOLS)
 	$(BIN)/ruff check .
@@ -106,6 +108,17 @@ pytest: $(TOOLS) $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched 
 # once, and by itself: it builds and installs the package in all the ways that pip has
 installation: $(TOOLS) $(INSTALLED)
 	$(BIN)/python -m pytest -m installation tests/installation
+
+# beside the tools of the tests, of which some want other versions of the same packages
+$(DOCS_TOOLS)/.installed: requirements-docs.lock $(TOOLS)
+	@$(WATCH) "installing what the documentation needs" \
+	  $(PIP) install --no-deps --upgrade --target $(@D) -r requirements-docs.lock
+	@touch $@
+
+docs: $(DOCS_TOOLS)/.installed $(INSTALLED)
+	PYTHONPATH="$(CURDIR)/$(DOCS_TOOLS)" OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 \
+	  $(BIN)/python -m sphinx -q -W --keep-going docs build/docs/html
+	@echo "build/docs/html/index.html"
 
 # figures go to benchmarks/diagnosis_history.jsonl; what was done before is not done again
 diagnosis: $(INSTALLED)

@@ -292,7 +292,7 @@ def measure_whole(cases: int, ticks: int, workers: int) -> float:
     """Return the time of a whole sweep, s: with the start of its workers, its table and its report."""
     with tempfile.TemporaryDirectory() as folder:
         begin = time.perf_counter()
-        run_sweep(parse_sweep(scenario(cases, ticks)), folder, workers, quiet=True)
+        run_sweep(parse_sweep(scenario(cases, ticks)), folder, workers)
         return time.perf_counter() - begin
 
 
@@ -354,9 +354,8 @@ def compare_sizes() -> None:
         for _ in range(3):
             with tempfile.TemporaryDirectory() as folder:
                 turns.append(
-                    seconds(lambda n=cases, f=folder: run_sweep(parse_sweep(scenario(n, 1000)), f, 0,
-                                                                quiet=True))
-                )  # fmt: skip
+                    seconds(lambda n=cases, f=folder: run_sweep(parse_sweep(scenario(n, 1000)), f, 0))
+                )
         times.append(statistics.median(turns))
     rows = [[f"{sizes[0]}", f"{times[0]:.2f}", ""]]
     for i in (1, 2):

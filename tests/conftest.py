@@ -32,6 +32,8 @@ from it2hys.model.variables import load_table
 settings.register_profile("it2hys", deadline=None)
 settings.load_profile("it2hys")
 
+pytest_plugins = ["environments"]  # for the tests of the installation
+
 MODELS = tuple(IDENTIFIERS)
 INPUT = {"plant": "voltage", "inverse": "reference"}
 OUTPUT = {"plant": "displacement", "inverse": "voltage"}

@@ -6,11 +6,29 @@ FMUs (`packaging`) and run in co-simulation (`simulation`), one case or many (`s
 and scripts there is `api`, whose functions are imported from here.
 """
 
+from it2hys.errors import InputError
+
 # loaded when first asked for, so that the command line starts quickly
-_API = ("casadi_chain", "diagnose", "identify", "package", "simulate", "sweep", "track")
+_API = (
+    "DiagnosedModel",
+    "IdentifiedModel",
+    "casadi_chain",
+    "diagnose",
+    "identify",
+    "package",
+    "simulate",
+    "sweep",
+    "track",
+)
+
+__all__ = ["InputError", "__version__", *_API]
 
 
 def __getattr__(name: str) -> object:
+    if name == "__version__":
+        from it2hys.support.version import package_version
+
+        return package_version()
     if name not in _API:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from it2hys import api
@@ -19,4 +37,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_API])
+    return sorted({*globals(), *__all__})

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +23,20 @@ from it2hys.fmu import packaging
 from it2hys.model.casadi_chain import casadi_chain
 from it2hys.model.parameters import ParameterSet, read_ssv
 from it2hys.records import Record, check_response, check_roles, read_record
-from it2hys.support.progress import progress_bar
+from it2hys.results import DiagnosedModel, IdentifiedModel, diagnosed, identified
+from it2hys.support.progress import Progress, progress_bar
 
-__all__ = ["casadi_chain", "diagnose", "identify", "package", "simulate", "sweep", "track"]
+__all__ = [
+    "DiagnosedModel",
+    "IdentifiedModel",
+    "casadi_chain",
+    "diagnose",
+    "identify",
+    "package",
+    "simulate",
+    "sweep",
+    "track",
+]
 
 #: A data frame of polars or pandas, or a mapping of columns.
 Frame = Any
@@ -43,7 +54,8 @@ def identify(
     solver: str = identification.SOLVERS[0],
     starts: int = 36,
     max_iterations: int = 600,
-) -> identification.Identification:
+    progress: bool | Progress = False,
+) -> IdentifiedModel:
     """Identify the paper's model from records.
 
     Parameters
@@ -63,11 +75,14 @@ def identify(
         What fits the whole records, of `identification.SOLVERS`.
     starts, max_iterations : int
         Limits of the number of starts, and of the iterations of a fit on the whole records.
+    progress : bool or callable
+        Show a bar, or call this with the share done, 0 to 1, and what is being done.
 
     Returns
     -------
-    Identification
-        `parameters` is the parameter set, `records` how it does on every record.
+    IdentifiedModel
+        `parameters` is the parameter set, `records` how it does on every record; `to_frame()` gives
+        their errors as a data frame, `plot()` a loop.
 
     Raises
     ------
@@ -92,9 +107,10 @@ def identify(
     True
     """
     records = _records(train, validate, test, invert_displacement)
-    with progress_bar(quiet=True) as progress:
-        options = identification.Options(seed, starts, max_iterations, solver)
-        return identification.identify(*records, rules, options, progress)
+    options = identification.Options(seed, starts, max_iterations, solver)
+    with _shown(progress) as show:
+        found = identification.identify(*records, rules, options, show)
+    return identified(found, [record for role in records for record in role])
 
 
 def diagnose(
@@ -109,7 +125,8 @@ def diagnose(
     invert_displacement: bool = False,
     exclude: Sequence[str] = (),
     sensor_curve: bool = False,
-) -> diagnosis.Diagnosis:
+    progress: bool | Progress = False,
+) -> DiagnosedModel:
     """Find the effects that records contain and a model lacks, and add them to it.
 
     Parameters
@@ -137,12 +154,15 @@ def diagnose(
     sensor_curve : bool
         That a static curve, where one is found, is the sensor's: FMUs that `package` writes are then
         without it.
+    progress : bool or callable
+        As for `identify`.
 
     Returns
     -------
-    Diagnosis
+    DiagnosedModel
         `effects` names what was found, `parameters` is the set with it, `after` how it does on every
-        record, `evidence` what was tried and why it was taken or not.
+        record, `evidence` what was tried and why it was taken or not; `to_frame()` gives the errors
+        before and after as a data frame, `plot()` a loop.
 
     Raises
     ------
@@ -177,18 +197,19 @@ def diagnose(
     records = _records(train, validate, test, invert_displacement)
     if isinstance(model, str | Path):
         model = read_ssv(model)
-    with progress_bar(quiet=True) as progress:
-        return diagnosis.diagnose(
+    with _shown(progress) as show:
+        found = diagnosis.diagnose(
             *records,
             model,
             declared,
             rules,
             identification.Options(seed=seed),
-            progress,
+            show,
             workers,
             exclude,
             sensor_curve,
         )
+    return diagnosed(found, [record for role in records for record in role])
 
 
 def package(
@@ -244,7 +265,12 @@ def package(
     return written
 
 
-def simulate(fmu: Model, inputs: Frame, start_values: Mapping | None = None) -> Frame:
+def simulate(
+    fmu: Model,
+    inputs: Frame,
+    start_values: Mapping | None = None,
+    progress: bool | Progress = False,
+) -> Frame:
     """Run an FMU over input signals, one tick per row.
 
     Parameters
@@ -255,6 +281,8 @@ def simulate(fmu: Model, inputs: Frame, start_values: Mapping | None = None) -> 
         Inputs by name, sampled at the FMU's `sampleTime`; a column ``time`` is left alone.
     start_values : mapping, optional
         Parameters by name.
+    progress : bool or callable
+        As for `identify`.
 
     Returns
     -------
@@ -281,7 +309,8 @@ def simulate(fmu: Model, inputs: Frame, start_values: Mapping | None = None) -> 
     """
     signals = {name: values for name, values in _columns(inputs).items() if name != "time"}
     with _path(fmu, "IT2Plant") as path:
-        outputs, _ = simulation.simulate(path, signals, start_values)
+        with _shown(progress) as show:
+            outputs, _ = simulation.simulate(path, signals, start_values, show)
         with Slave(path, start_values) as slave:
             step = simulation.sample_time(slave)
     time = np.arange(len(next(iter(signals.values()), ()))) * step
@@ -340,6 +369,7 @@ def sweep(
     directory: str | Path | None = None,
     workers: int = 0,
     dask: str | None = None,
+    progress: bool | Progress = False,
 ) -> Frame:
     """Run all cases of a sweep scenario.
 
@@ -355,6 +385,8 @@ def sweep(
         ``if __name__ == "__main__":``.
     dask : str, optional
         Address of a Dask scheduler, instead.
+    progress : bool or callable
+        As for `identify`.
 
     Returns
     -------
@@ -392,11 +424,19 @@ def sweep(
         path = Path(scenario)
         parsed = read_sweep(path if path.suffix == ".toml" else find_scenario(str(scenario)))
     with tempfile.TemporaryDirectory(prefix="it2hys-") as folder:
-        outcome = run_sweep(parsed, directory or folder, workers, dask, quiet=True)
+        with _shown(progress) as show:
+            outcome = run_sweep(parsed, directory or folder, workers, dask, progress=show)
         return pl.read_parquet(outcome.results)
 
 
 # --- what goes in and out ------------------------------------------------------------------------
+
+
+def _shown(progress: bool | Progress) -> AbstractContextManager[Progress]:
+    """Return a bar as notebooks show it, the caller's own progress, or none."""
+    if isinstance(progress, bool):
+        return progress_bar(quiet=not progress, kind="bar")
+    return nullcontext(progress)
 
 
 def _columns(frame: Frame) -> dict[str, np.ndarray]:

@@ -1,17 +1,34 @@
 """The command line `it2hys`."""
 
+from __future__ import annotations
+
 import argparse
 import json
 import os
+import shlex
 import shutil
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from it2hys.cli_help import KINDS, completion, examples, listed
 from it2hys.errors import InputError
+from it2hys.support.files import check_directory, check_file, gathered, make_directory
 from it2hys.support.numerals import parse_number
-from it2hys.support.processes import without_threads
+from it2hys.support.processes import (
+    Terminated,
+    check_workers,
+    ended_by_sigterm,
+    temporary_files,
+    without_threads,
+)
+from it2hys.support.progress import Progress, progress_bar
+
+if TYPE_CHECKING:
+    from it2hys.model.parameters import ParameterSet
 
 # modules that take long to import are imported by the commands that need them
 
@@ -19,30 +36,49 @@ from it2hys.support.processes import without_threads
 UNITS_WRITTEN = {
     "voltage": "V", "force": "N", "temperature": "K", "saturated": "1", "outOfRange": "1",
 }  # fmt: skip
+# the page that identify and diagnose leave
+REPORT = "report.html"
 # parameters that say for what a plant FMU holds
 ENDS = ("voltageMin", "voltageMax", "displacementMin", "displacementMax")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return 0, 1 for a finding, or 2 for bad usage or input."""
-    options = _parser().parse_args(arguments)
+    options = make_parser().parse_args(arguments)
     options.typed = list(sys.argv[1:] if arguments is None else arguments)
     without_threads()
     try:
-        return options.command(options)
+        with temporary_files(), ended_by_sigterm():
+            return options.command(options)
     except InputError as error:
-        print(f"it2hys: error: {error}", file=sys.stderr)
+        print(f"{_red('it2hys: error:')} {error}", file=sys.stderr)
         return 2
+    except BrokenPipeError:  # as with `| head`: nobody reads on
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Terminated:
+        print("it2hys: terminated", file=sys.stderr)
+        return 143
     except KeyboardInterrupt:
         print("it2hys: interrupted", file=sys.stderr)
         return 130
 
 
-def _parser() -> argparse.ArgumentParser:
+def _red(text: str) -> str:
+    """Return a text in red where a terminal shows it and the user has nothing against colours."""
+    plain = not sys.stderr.isatty() or "NO_COLOR" in os.environ
+    return text if plain else f"\033[31m{text}\033[0m"
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of all commands; the documentation's reference is made from it."""
     parser = argparse.ArgumentParser(
         prog="it2hys",
         description="Piezo hysteresis: identify a model and its inverse from records, as FMUs.",
+        epilog=examples(""),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     build = _command(commands, "build", _build, "write both FMUs with the paper's Table 1")
@@ -96,7 +132,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_workers(diagnose)
 
     package = _command(commands, "package", _package, "write both FMUs from a parameter set")
-    package.add_argument("parameters", metavar="PARAMETERS.ssv", type=Path)
+    package.add_argument(
+        "parameters", metavar="PARAMETERS.ssv", type=Path, help="as `identify` and `diagnose` leave it"
+    )
     _add_output(package)
     _add_contents(package)
     package.add_argument(
@@ -120,9 +158,13 @@ def _parser() -> argparse.ArgumentParser:
     )
 
     simulate = _command(commands, "simulate", _simulate, "run an FMU over signals from a CSV")
-    simulate.add_argument("fmu", metavar="FMU", type=Path)
-    simulate.add_argument("--input", required=True, metavar="U.csv", type=Path)
-    simulate.add_argument("-o", "--output", required=True, metavar="Y.csv", type=Path)
+    simulate.add_argument("fmu", metavar="FMU", type=Path, help="one with a sampleTime, as ours have")
+    simulate.add_argument(
+        "--input", required=True, metavar="U.csv", type=Path, help="signals at the FMU's sampleTime"
+    )
+    simulate.add_argument(
+        "-o", "--output", required=True, metavar="Y.csv", type=Path, help="what it makes of them"
+    )
     simulate.add_argument(
         "--set",
         action="append",
@@ -133,11 +175,36 @@ def _parser() -> argparse.ArgumentParser:
     simulate.add_argument("--json", action="store_true", help="print the outcome as JSON, no progress")
     _add_columns(simulate)
 
+    _add_sweep(commands)
+
+    report = _command(commands, "report", _report, "draw the page of a report again")
+    report.add_argument(
+        "directory", metavar="DIR", type=Path, help="where identify, diagnose, run or sweep left one"
+    )
+
+    run = _command(commands, "run", _run, "run a scenario by name, an experiment or a sweep")
+    run.add_argument("name", metavar="NAME", help="of `it2hys list scenarios`, or a TOML file")
+    run.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
+    _add_workers(run)
+
+    names = _command(commands, "list", _list, "list scenarios, effects and excitations by name")
+    names.add_argument("kind", nargs="?", choices=tuple(KINDS), help="what is listed (default: all)")
+    names.add_argument("--json", action="store_true", help="print the list as JSON")
+
+    shell = _command(commands, "completion", _completion, "print a script for a shell's completion")
+    shell.add_argument("shell", choices=("bash", "zsh", "tcsh"), help="whose script")
+
+    about = _command(commands, "help", _help, "show the help of a command")
+    about.add_argument("topic", nargs="?", metavar="COMMAND", help="what to show the help of")
+    return parser
+
+
+def _add_sweep(commands: argparse._SubParsersAction) -> None:
     sweep = _command(commands, "sweep", _sweep, "run all cases of a sweep scenario, in parallel")
     sweep.add_argument(
         "scenario",
         metavar="SCENARIO",
-        help="a TOML file, a scenario of scenarios/, or a results.parquet to draw the report of",
+        help="a TOML file, a name of `it2hys list scenarios`, or a results.parquet to draw again",
     )
     sweep.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
     workers = sweep.add_mutually_exclusive_group()
@@ -146,29 +213,42 @@ def _parser() -> argparse.ArgumentParser:
     sweep.add_argument("--json", action="store_true", help="print the outcome as JSON, no progress")
     sweep.add_argument("--restart", action="store_true", help="discard what DIR holds")
 
-    report = _command(commands, "report", _report, "draw the page of a report again")
-    report.add_argument(
-        "directory", metavar="DIR", type=Path, help="where identify, diagnose, run or sweep left one"
-    )
-
-    run = _command(commands, "run", _run, "run a scenario by name")
-    run.add_argument("name", metavar="NAME", help="a scenario of scenarios/, or a TOML file")
-    run.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
-    _add_workers(run)
-    return parser
-
 
 def _command(
     commands: argparse._SubParsersAction, name: str, function: Callable, text: str
 ) -> argparse.ArgumentParser:
-    parser = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+    parser = commands.add_parser(
+        name,
+        help=text,
+        description=text[0].upper() + text[1:] + ".",
+        epilog=examples(name),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.set_defaults(command=function)
-    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    how_much = parser.add_mutually_exclusive_group()
+    how_much.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    how_much.add_argument(
+        "-v",
+        "--verbose",
+        action="store_true",
+        help="a line for every step of the work in place of the bar, in pipes and files too",
+    )
     return parser
 
 
+class _Version(argparse.Action):
+    """Prints the version; what knows it is loaded only then."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from it2hys import __version__
+
+        print(f"it2hys {__version__}")
+        parser.exit()
+
+
 def _add_output(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", required=True, metavar="DIR", type=Path)
+    text = "where results go; made if it is not there"
+    parser.add_argument("-o", "--output", required=True, metavar="DIR", type=Path, help=text)
 
 
 def _add_contents(parser: argparse.ArgumentParser) -> None:
@@ -188,7 +268,7 @@ def _add_contents(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_workers(parser: argparse._ActionsContainer) -> None:
-    text = "processes (default: one a processor)"
+    text = "processes that share the work (default: one a processor); 0: this process alone"
     parser.add_argument("--workers", type=int, metavar="N", default=os.cpu_count(), help=text)
 
 
@@ -203,9 +283,17 @@ def _add_columns(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_records(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("train", nargs="+", metavar="TRAIN.csv", type=Path)
-    parser.add_argument("--validate", nargs="+", default=[], metavar="V.csv", type=Path)
-    parser.add_argument("--test", nargs="+", default=[], metavar="T.csv", type=Path)
+    parser.add_argument(
+        "train", nargs="+", metavar="TRAIN.csv", type=Path, help="records that are fitted; .csv.gz too"
+    )
+    parser.add_argument(
+        "--validate", nargs="+", default=[], metavar="V.csv", type=Path,
+        help="records that are not fitted and decide between models",
+    )  # fmt: skip
+    parser.add_argument(
+        "--test", nargs="+", default=[], metavar="T.csv", type=Path,
+        help="records that decide nothing and are only reported on",
+    )  # fmt: skip
     parser.add_argument("--resample", action="store_true", help="mend gaps and jitter of the time base")
     parser.add_argument(
         "--allow-lead", action="store_true", help="accept a displacement that leads the voltage"
@@ -228,7 +316,7 @@ def _columns(options: argparse.Namespace) -> dict:
 
 def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
     """Return training, validation and test records under names of their own."""
-    from it2hys.records import check_roles, read_record
+    from it2hys.records import check_roles, read_record, record_name
 
     roles = (options.train, options.validate, options.test)
     paths = [path for role in roles for path in role]
@@ -236,7 +324,7 @@ def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
         if sum(path.resolve() == other.resolve() for other in paths) > 1:
             raise InputError(f"{path}: is given twice; a record has one role")
     columns = _columns(options)
-    stems = [path.stem for path in paths]
+    stems = [record_name(path) for path in paths]
 
     def read(path: Path):
         record = read_record(
@@ -246,7 +334,8 @@ def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
             check_swapped=not options.allow_lead,
             invert_displacement=options.invert_displacement,
         )
-        name = path.stem if stems.count(path.stem) == 1 else f"{path.parent.name}_{path.stem}"
+        stem = record_name(path)
+        name = stem if stems.count(stem) == 1 else f"{path.parent.name}_{stem}"
         return replace(record, name=name)
 
     records = tuple([read(path) for path in role] for role in roles)
@@ -263,38 +352,40 @@ def _versions(options: argparse.Namespace) -> tuple[int, ...]:
     return (options.fmi,) if options.fmi else (2, 3)
 
 
+def _progress(options: argparse.Namespace) -> AbstractContextManager[Progress]:
+    """Return the bar of a command, or what stands for it."""
+    quiet = options.quiet or getattr(options, "json", False)
+    return progress_bar(quiet, "lines" if options.verbose else "terminal")
+
+
+def _next(options: argparse.Namespace, text: str, *commands: str) -> None:
+    """End a command with what to do next."""
+    _say(options, f"\n{text}")
+    for command in commands:
+        _say(options, f"  {_program()} {command}")
+
+
 def _build(options: argparse.Namespace) -> int:
+    check_directory(options.output)
     from it2hys.fmu.packaging import package
     from it2hys.model.parameters import table_1
 
-    for path in package(table_1(), options.output, fmi=_versions(options), terminals=options.terminals):
+    paths = package(table_1(), options.output, fmi=_versions(options), terminals=options.terminals)
+    for path in paths:
         _say(options, path)
+    _next(options, "run it over a CSV of voltages:", f"simulate {paths[0]} --input U.csv -o Y.csv")
     return 0
 
 
 def _package(options: argparse.Namespace) -> int:
-    from it2hys.export.embedded import HEADER, write_embedded
-    from it2hys.fmu.packaging import make_directory, native_directory, package
+    check_directory(options.output)
     from it2hys.model.parameters import read_ssv
 
     parameters = read_ssv(options.parameters)
-    for path in package(
-        parameters, options.output, fmi=_versions(options), terminals=options.terminals
-    ):
-        _say(options, path)
-    if options.c_header:
-        directory = make_directory(options.output / "embedded")
-        write_embedded(parameters, directory, native_directory())
-        _say(options, directory / HEADER)
-    if options.modelica:
-        from it2hys.export.modelica import write_record
-
-        _say(options, write_record(parameters, options.output))
-    if options.ssp:
-        from it2hys.fmu.ssp import write_ssp
-
-        for path in write_ssp(parameters, options.output, _versions(options)):
-            _say(options, path)
+    with gathered(options.output) as folder:
+        written = _packaged(options, parameters, folder)
+    for path in written:
+        _say(options, options.output / path.relative_to(folder))
     return 0
 
 
@@ -305,26 +396,51 @@ def _modelica(options: argparse.Namespace) -> int:
     return 0
 
 
+def _packaged(options: argparse.Namespace, parameters: ParameterSet, folder: Path) -> list[Path]:
+    """Write all that is asked for; return what to name of it."""
+    from it2hys.fmu.packaging import native_directory, package
+
+    versions = _versions(options)
+    written = package(parameters, folder, fmi=versions, terminals=options.terminals)
+    if options.c_header:
+        from it2hys.export.embedded import HEADER, write_embedded
+
+        write_embedded(parameters, folder / "embedded", native_directory())
+        written.append(folder / "embedded" / HEADER)
+    if options.modelica:
+        from it2hys.export.modelica import write_record
+
+        written.append(write_record(parameters, folder))
+    if options.ssp:
+        from it2hys.fmu.ssp import write_ssp
+
+        written += write_ssp(parameters, folder, versions)
+    return written
+
+
 def _identify(options: argparse.Namespace) -> int:
+    check_directory(options.output)
+    train, validate, test = _read_records(options)
+    # what takes long to load comes after what is refused most often
     from it2hys.identification import Options, check_rule_count, identify
     from it2hys.reports.pair_report import write_report
     from it2hys.reports.provenance import Provenance
-    from it2hys.support.progress import progress_bar
 
     check_rule_count(options.rules)
     settings = Options(options.seed, options.starts, options.max_iterations, options.solver)
-    train, validate, test = _read_records(options)
-    with progress_bar(quiet=options.quiet or options.json) as progress:
+    with _progress(options) as progress:
         identification = identify(train, validate, test, options.rules, settings, progress)
     records = [*train, *validate, *test]
     provenance = Provenance.of_command(options.typed, options.seed)
-    write_report(identification, records, options.output, provenance=provenance)
-    _tell_report(options)
+    with gathered(options.output) as folder:
+        write_report(identification, records, folder, provenance=provenance)
+    if _tell_report(options):
+        _next(options, "what does the model lack?", f"diagnose {_given(options)} -o DIR")
     return 0
 
 
-def _tell_report(options: argparse.Namespace) -> None:
-    """Print what the report in the output's directory says, or its JSON."""
+def _tell_report(options: argparse.Namespace) -> bool:
+    """Print what the report in the output's directory says, or its JSON; tell which."""
     from it2hys.reports.page import PAGE
     from it2hys.reports.pair_report import REPORT, read_report
     from it2hys.reports.printed import printed
@@ -332,9 +448,20 @@ def _tell_report(options: argparse.Namespace) -> None:
     path = options.output / REPORT
     if options.json:
         print(path.read_text(encoding="utf-8"), end="")
-        return
+        return False
     _say(options, printed(read_report(path)))
     _say(options, f"\nreport: {options.output / PAGE}")
+    return True
+
+
+def _given(options: argparse.Namespace) -> str:
+    """Return the records of a command as they are typed."""
+    roles = (("", options.train), ("--validate", options.validate), ("--test", options.test))
+    return " ".join(
+        " ".join([*([option] if option else []), *(shlex.quote(str(path)) for path in paths)])
+        for option, paths in roles
+        if paths
+    )
 
 
 def _effects(text: str) -> list[str]:
@@ -343,18 +470,21 @@ def _effects(text: str) -> list[str]:
 
 
 def _diagnose(options: argparse.Namespace) -> int:
+    check_directory(options.output)
+    check_workers(options.workers)
+    if options.model is not None:
+        check_file(options.output / "parameters.ssv", [options.model])
+    train, validate, test = _read_records(options)
     from it2hys.diagnosis import RULES, diagnose
     from it2hys.identification import Options, check_rule_count
     from it2hys.model.parameters import read_ssv
     from it2hys.reports.pair_report import write_report
     from it2hys.reports.provenance import Provenance
-    from it2hys.support.progress import progress_bar
 
     check_rule_count(options.rules)
     settings = Options(seed=options.seed)
     model = None if options.model is None else read_ssv(options.model)
-    train, validate, test = _read_records(options)
-    with progress_bar(quiet=options.quiet or options.json) as progress:
+    with _progress(options) as progress:
         diagnosis = diagnose(
             train,
             validate,
@@ -371,8 +501,14 @@ def _diagnose(options: argparse.Namespace) -> int:
     records = [*train, *validate, *test]
     files = [] if options.model is None else [options.model]
     provenance = Provenance.of_command(options.typed, options.seed, files)
-    write_report(diagnosis, records, options.output, provenance=provenance)
-    _tell_report(options)
+    with gathered(options.output) as folder:
+        write_report(diagnosis, records, folder, provenance=provenance)
+    if _tell_report(options):
+        _next(
+            options,
+            "the FMUs of it in a system, with feedforward and feedback:",
+            f"package {shlex.quote(str(options.output / 'parameters.ssv'))} --ssp -o DIR",
+        )
     return 0
 
 
@@ -392,8 +528,7 @@ def _report(options: argparse.Namespace) -> int:
 
 
 def _simulate(options: argparse.Namespace) -> int:
-    from tqdm import tqdm
-
+    check_file(options.output, [options.fmu, options.input])
     from it2hys.cosimulation import simulation
     from it2hys.cosimulation.slave import Slave
     from it2hys.records.signals import read_signals, write_signals
@@ -408,16 +543,13 @@ def _simulate(options: argparse.Namespace) -> int:
             f"{options.input}: sampled every {signals.sample_time:g} s, but the FMU's sampleTime is "
             f"{sample_time:g} s; resample the signals or identify a model at their rate"
         )
-    outputs, messages = simulation.simulate(
-        options.fmu,
-        signals.values,
-        start,
-        lambda ticks: tqdm(ticks, disable=options.quiet or options.json),
-    )
+    with _progress(options) as progress:
+        outputs, messages = simulation.simulate(options.fmu, signals.values, start, progress)
     columns = {
         name: (value, UNITS_WRITTEN.get(name, "um"))
         for name, value in {**signals.values, **outputs}.items()
     }
+    make_directory(options.output.parent)
     write_signals(options.output, signals.time, columns)
     counts, sentences = _beyond(ends, signals.values, outputs)
     for message in [*messages, *sentences]:
@@ -457,29 +589,34 @@ def _assignment(text: str) -> tuple[str, float]:
 
 
 def _sweep(options: argparse.Namespace) -> int:
-    from it2hys.experiments.scenario_files import find_scenario
-    from it2hys.sweeps import read_sweep, run_sweep
-
     if options.scenario.endswith(".parquet"):
         from it2hys.sweeps.report import write_sweep_report
 
-        path = Path(options.scenario)
-        report, _ = write_sweep_report(path, options.output or path.parent)
+        table = Path(options.scenario)
+        check_directory(options.output or table.parent)
+        report, _ = write_sweep_report(table, options.output or table.parent)
         _say(options, f"report: {report}")
         return 0
-    from it2hys.reports.provenance import Provenance
+    from it2hys.experiments.scenario_files import find_scenario
 
-    file = find_scenario(options.scenario)
-    scenario = read_sweep(file)
-    outcome = run_sweep(
-        scenario,
-        options.output or Path("out") / scenario.name,
-        options.workers,
-        options.dask,
-        options.restart,
-        options.quiet or options.json,
-        Provenance.of_command(options.typed, scenario.seed, [file, *scenario.fmu_files]),
-    )
+    path = find_scenario(options.scenario)
+    directory = options.output or Path("out") / path.stem
+    check_directory(directory)
+    check_workers(options.workers)
+    from it2hys.reports.provenance import Provenance
+    from it2hys.sweeps import read_sweep, run_sweep
+
+    scenario = read_sweep(path)
+    with _progress(options) as progress:
+        outcome = run_sweep(
+            scenario,
+            directory,
+            options.workers,
+            options.dask,
+            options.restart,
+            progress,
+            Provenance.of_command(options.typed, scenario.seed, [path, *scenario.fmu_files]),
+        )
     if options.json:
         print(
             json.dumps(
@@ -489,20 +626,56 @@ def _sweep(options: argparse.Namespace) -> int:
         return 0
     _say(options, outcome.summary)
     _say(options, f"table: {outcome.results}\nreport: {outcome.report}")
+    _next(options, "draw the report again from the table:", f"sweep {outcome.results}")
     return 0
 
 
 def _run(options: argparse.Namespace) -> int:
+    from it2hys.experiments.scenario_files import find_scenario
+    from it2hys.support.keys import read_toml
+
+    path = find_scenario(options.name)
+    if "fmu" in read_toml(path):  # as `it2hys.sweeps.is_sweep`, which takes a while to load
+        more = {"scenario": options.name, "dask": None, "restart": False, "json": False}
+        return _sweep(argparse.Namespace(**vars(options), **more))
+    check_workers(options.workers)
+    check_directory(options.output or Path("out") / path.stem)
     from it2hys.experiments.running import run_scenario
 
-    outcome = run_scenario(options.name, options.output, options.quiet, options.workers)
+    with _progress(options) as progress:
+        outcome = run_scenario(options.name, options.output, progress, options.workers)
     for table in outcome.tables:
         _say(options, f"\n{table.caption}\n{table.text()}")
     for text in outcome.conclusion:
         _say(options, f"\n{text}")
     _say(options, f"\nreport: {outcome.report}")
-    _say(options, f"your own records, as CSV like those in {outcome.records}:")
-    _say(options, f"  {_program()} {outcome.command}")
+    _next(options, f"your own records, as CSV like those in {outcome.records}:", outcome.command)
+    return 0
+
+
+def _list(options: argparse.Namespace) -> int:
+    kinds = KINDS if options.kind is None else [options.kind]
+    found = {kind: listed(kind) for kind in kinds}
+    if options.json:
+        print(json.dumps(found, indent=1))
+        return 0
+    for kind, rows in found.items():
+        print(f"{kind}:")
+        width = max(len(row["name"]) for row in rows)
+        for row in rows:
+            more = row.get("kind") or row.get("arguments") or row.get("place")
+            print(f"  {row['name']:{width}}  {row['text']}" + (f" ({more})" if more else ""))
+    return 0
+
+
+def _completion(options: argparse.Namespace) -> int:
+    print(completion(make_parser(), options.shell))
+    return 0
+
+
+def _help(options: argparse.Namespace) -> int:
+    topic = [] if options.topic is None else [options.topic]
+    make_parser().parse_args([*topic, "--help"])
     return 0
 
 

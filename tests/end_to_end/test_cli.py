@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import zipfile
+from datetime import date
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -489,3 +490,17 @@ def test_the_command_line_begins_without_numpy():
     code = f"import sys, it2hys.cli; print(sorted({late} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_the_fmus_say_what_they_were_identified_from(stage):
+    report = json.loads((stage / "out" / "report.json").read_text())
+    for name in ("IT2Plant", "IT2Inverse"):
+        with zipfile.ZipFile(stage / "out" / f"{name}.fmu") as fmu:
+            page = fmu.read("documentation/index.html").decode()
+        begin = page.index("What it was identified from")
+        said = page[begin : page.index("<h2>", begin)]
+        assert f"it2hys identify</code> on {date.today().isoformat()[:4]}" in said
+        for record, entry in report["error"]["after"].items():
+            row = re.search(rf"<tr><td>{record}</td>.*</tr>", said)[0]
+            for number in (entry["e_rms_um"], entry["e_mr_percent"], entry["offset_um"]):
+                assert f">{number:.3g}</td>" in row

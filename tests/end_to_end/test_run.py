@@ -41,7 +41,7 @@ class Outcome:
     def __init__(self, directory: Path, *arguments: object) -> None:
         printed, progress = StringIO(), StringIO()
         with redirect_stdout(printed), redirect_stderr(progress):
-            assert run(*arguments, "-o", directory) == 0
+            assert run(*arguments, "-v", "-o", directory) == 0
         self.printed, self.progress = printed.getvalue(), progress.getvalue()
         self.directory = directory
         self.page = html_of(directory)
@@ -179,7 +179,7 @@ def test_the_page_of_a_run_is_drawn_again(demo):
     assert html_of(demo.directory) == demo.page
 
 
-def test_the_bar_says_what_is_being_done(demo):
+def test_a_line_of_progress_says_what_is_being_done(demo):
     parts = ("measuring", "the paper's model", "what is missing? model + play", "feedforward", "report")
     places = [demo.progress.index(text) for text in parts]
     assert places == sorted(places)

@@ -93,7 +93,7 @@ def scenario(tmp_path_factory):
 @pytest.fixture(scope="module")
 def expected(scenario, tmp_path_factory):
     """Return the table of an uninterrupted run in one process."""
-    outcome = run_sweep(read_sweep(scenario), tmp_path_factory.mktemp("expected"), 0, quiet=True)
+    outcome = run_sweep(read_sweep(scenario), tmp_path_factory.mktemp("expected"), 0)
     table = pl.read_parquet(outcome.results)
     assert table["case"].to_list() == list(range(CASES))
     assert table["status"].unique().to_list() == ["ok"]
@@ -218,14 +218,14 @@ def test_a_resumed_sweep_runs_only_what_is_missing(scenario, expected, tmp_path,
 
     monkeypatch.setattr(worker, "run_cases", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        run_sweep(read_sweep(scenario), tmp_path, 0, quiet=True)
+        run_sweep(read_sweep(scenario), tmp_path, 0)
     (tmp_path / "parts" / ".000007.parquet.half").write_bytes(b"PAR1")  # a write that was cut off
-    run_sweep(read_sweep(scenario), tmp_path, 0, quiet=True)
+    run_sweep(read_sweep(scenario), tmp_path, 0)
     assert_same(tmp_path, expected)
     chunks = make_plan(read_sweep(scenario)).chunks()
     assert sorted(c.start for c in calls) == sorted([*(c.start for c in chunks), calls[3].start])
     calls.clear()
-    run_sweep(read_sweep(scenario), tmp_path, 0, quiet=True)
+    run_sweep(read_sweep(scenario), tmp_path, 0)
     assert calls == []
 
 
@@ -246,7 +246,7 @@ def test_a_worker_that_is_killed_costs_no_case(scenario, expected, tmp_path, mon
 
     thread = threading.Thread(target=kill_a_worker)
     thread.start()
-    run_sweep(read_sweep(scenario), tmp_path, 2, quiet=True)
+    run_sweep(read_sweep(scenario), tmp_path, 2)
     thread.join()
     assert_same(tmp_path, expected)
 
@@ -286,7 +286,7 @@ def test_cases_beyond_the_range_of_their_model_are_counted_everywhere(tmp_path):
     """They are not failures: the numbers are an extrapolation, and somebody has to say so."""
     varied = [{"name": "x", "of": "voltage.high", "values": [50.0, 100.0, 130.0, 1900.0]}]
     scenario = parse_sweep(small(duration=1.0, vary=varied))
-    outcome = run_sweep(scenario, tmp_path / "out", 0, quiet=True)
+    outcome = run_sweep(scenario, tmp_path / "out", 0)
     table = pl.read_parquet(outcome.results)
     assert table["status"].to_list() == ["ok"] * 4
     assert table["warned"].to_list() == [False, False, True, True]
@@ -312,7 +312,7 @@ def test_messages_name_the_instance_and_its_model(tmp_path):
     metric = [{"name": "top", "kind": "max", "of": "soft.displacement"}]
     vary = [{"name": "x", "of": "soft.force", "values": [0.0, 1.0]}]
     table = small(fmu=fmus, connections=connections, metric=metric, vary=vary, duration=0.001)
-    outcome = run_sweep(parse_sweep(table), tmp_path, 0, quiet=True)
+    outcome = run_sweep(parse_sweep(table), tmp_path, 0)
     for message in pl.read_parquet(outcome.results)["message"]:
         said = message.split(" | ")
         assert {text.partition(": ")[0] for text in said} == {"stiff (IT2Plant)", "soft (IT2Plant)"}
@@ -363,7 +363,7 @@ def test_an_fmu_that_crashes_costs_its_case_alone(tmp_path):
     path = build_foreign(tmp_path)
     values = [float(x) for x in range(8)]
     values[3], values[6] = -5.0, -1.5
-    outcome = run_sweep(parse_sweep(foreign_table(path, values)), tmp_path / "out", 2, quiet=True)
+    outcome = run_sweep(parse_sweep(foreign_table(path, values)), tmp_path / "out", 2)
     table = pl.read_parquet(outcome.results)
     assert outcome.failed == 2
     assert table.filter(pl.col("status") == "failed")["case"].to_list() == [3, 6]
@@ -419,16 +419,16 @@ def test_a_disk_that_fills_up_ends_the_sweep_which_can_be_resumed(
 
 
 def test_the_results_of_another_sweep_are_not_touched_unless_told(tmp_path):
-    run_sweep(parse_sweep(small()), tmp_path, 0, quiet=True)
+    run_sweep(parse_sweep(small()), tmp_path, 0)
     before = (tmp_path / "results.parquet").read_bytes()
     other = parse_sweep(small(duration=0.03))
     with pytest.raises(InputError, match=r"holds results of another sweep.*--restart"):
-        run_sweep(other, tmp_path, 0, quiet=True)
+        run_sweep(other, tmp_path, 0)
     assert (tmp_path / "results.parquet").read_bytes() == before
-    run_sweep(other, tmp_path, 0, restart=True, quiet=True)
+    run_sweep(other, tmp_path, 0, restart=True)
     assert (tmp_path / "results.parquet").read_bytes() != before
     # texts and figures are no part of what the table depends on
-    run_sweep(parse_sweep(small(duration=0.03, title="new")), tmp_path, 0, quiet=True)
+    run_sweep(parse_sweep(small(duration=0.03, title="new")), tmp_path, 0)
     with pytest.raises(InputError, match="--workers -1"):
         run_sweep(other, tmp_path / "new", -1)
 
@@ -466,7 +466,7 @@ value = "e_mr"
 def test_the_report_is_drawn_from_the_table_alone(tmp_path):
     path = tmp_path / "s.toml"
     path.write_text(SCENARIO + FIGURES, encoding="utf-8")
-    outcome = run_sweep(read_sweep(path), tmp_path / "out", 0, quiet=True)
+    outcome = run_sweep(read_sweep(path), tmp_path / "out", 0)
     (tmp_path / "away").mkdir()
     shutil.copy(outcome.results, tmp_path / "away")
     shutil.rmtree(tmp_path / "out" / "parts", ignore_errors=True)
@@ -517,7 +517,7 @@ def test_a_file_that_is_no_table_is_named(tmp_path, capsys):
 
 
 def test_the_table_carries_what_it_is(expected, scenario, tmp_path):
-    outcome = run_sweep(parse_sweep(small()), tmp_path, 0, quiet=True)
+    outcome = run_sweep(parse_sweep(small()), tmp_path, 0)
     known = store.read_metadata(outcome.results)
     assert known["metrics"] == [
         {"name": "top", "kind": "max", "unit": "m", "of": "plant.displacement", "against": ""}

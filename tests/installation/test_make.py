@@ -69,7 +69,7 @@ def test_make_alone_prints_its_goals_and_does_nothing(tree):
     done = make(tree)
     assert done.returncode == 0
     assert [line.split()[:2] for line in done.stdout.splitlines()] == [
-        ["make", goal] for goal in ("demo", "test", "diagnosis", "bench", "clean")
+        ["make", goal] for goal in ("demo", "test", "docs", "diagnosis", "bench", "clean")
     ]
     assert sorted(tree.iterdir()) == before
 
@@ -147,6 +147,15 @@ def test_what_runs_and_what_tests_is_pinned_apart():
     assert needed <= set(runtime)
     tested = PROJECT["project"]["optional-dependencies"]["test"]
     assert {canonicalize_name(Requirement(r).name) for r in tested} <= set(tools)
+
+
+def test_the_documentation_has_its_own_pins_and_takes_nothing_into_the_product():
+    runtime, tools = pins("requirements.lock"), pins("requirements-dev.lock")
+    site = pins("requirements-docs.lock")
+    assert {"sphinx", "myst-parser", "furo"} <= set(site)
+    assert not set(site) & set(runtime)
+    # installed apart, because tools of the tests want another version
+    assert set(site) & set(tools) == {"docutils"}
 
 
 def test_developers_build_with_the_tools_of_an_isolated_build():

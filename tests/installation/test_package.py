@@ -4,16 +4,14 @@ Every environment is a fresh one with the newest pip, which isolates builds most
 the path where it says so: no compiler, no CMake, no ninja.
 """
 
-import os
 import shutil
 import subprocess
 import sys
 import tarfile
-import tempfile
-import venv
 import zipfile
 from pathlib import Path
 
+import lief
 import pytest
 
 from it2hys.fmu.packaging import package
@@ -21,7 +19,6 @@ from it2hys.fmu.platforms import PLATFORMS
 from it2hys.model.parameters import table_1
 
 ROOT = Path(__file__).parents[2]
-NOT_TRACKED = (".git", ".venv", "build", "dist", "out", "__pycache__", ".*_cache", ".hypothesis")
 SUFFIXES = {"linux": "so", "darwin": "dylib", "win": "dll"}
 BINARIES = {name: next(s for n, s in SUFFIXES.items() if n in name) for name in PLATFORMS}
 FMUS = ("IT2Plant", "IT2Inverse", "PIController")
@@ -30,89 +27,6 @@ pytestmark = [
     pytest.mark.installation,
     pytest.mark.skipif(sys.platform != "linux", reason="paths of a virtual environment on Linux"),
 ]
-
-
-class Environment:
-    """A virtual environment with the newest pip."""
-
-    def __init__(self, folder):
-        venv.create(folder, with_pip=True)
-        self.folder = folder
-        (folder / "tmp").mkdir()
-        self.pip("install", "--upgrade", "pip")
-
-    def run(self, *command, cwd=None, path=None):
-        """Run a program of the environment; return what it prints."""
-        variables = {
-            n: v for n, v in os.environ.items() if n not in ("CC", "PYTHONPATH", "VIRTUAL_ENV")
-        }
-        variables["TMPDIR"] = str(self.folder / "tmp")  # where pip makes its isolated environments
-        variables["PATH"] = os.environ["PATH"] if path is None else str(path)
-        program, *arguments = map(str, command)
-        done = subprocess.run(
-            [self.folder / "bin" / program, *arguments],
-            cwd=cwd or self.folder,
-            env=variables,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
-
-    def pip(self, *arguments, **options):
-        return self.run("python", "-m", "pip", *arguments, **options)
-
-
-def place():
-    """Return where to work: in memory, if there is room for the tens of thousands of small files."""
-    memory = Path("/dev/shm")
-    roomy = memory.is_dir() and shutil.disk_usage(memory).free > 4 * 2**30
-    return memory if roomy else Path(tempfile.gettempdir())
-
-
-@pytest.fixture(scope="module")
-def folder():
-    """Return a folder with a space and an umlaut in its path, which does not stay: it is large."""
-    with tempfile.TemporaryDirectory(prefix="Prüf Stand ", dir=place()) as path:
-        yield Path(path)
-
-
-@pytest.fixture(scope="module")
-def empty_path(folder):
-    """Return a search path on which there is no program at all."""
-    (folder / "nothing").mkdir()
-    return folder / "nothing"
-
-
-@pytest.fixture(scope="module")
-def checkout(folder):
-    """Return a copy of this repository as a clone has it."""
-    ignored = shutil.ignore_patterns(*NOT_TRACKED)
-    return Path(shutil.copytree(ROOT, folder / "it2hys", ignore=ignored))
-
-
-@pytest.fixture(scope="module")
-def fresh(folder):
-    """Return the environment that builds."""
-    return Environment(folder / "fresh")
-
-
-@pytest.fixture(scope="module")
-def sdist(checkout, folder):
-    """Return the sdist of the checkout."""
-    command = [sys.executable, "-m", "build", "--sdist", "--no-isolation", "--outdir", folder / "dist"]
-    subprocess.run(command, cwd=checkout, check=True, capture_output=True)
-    [path] = (folder / "dist").glob("*.tar.gz")
-    return path
-
-
-@pytest.fixture(scope="module")
-def wheel(sdist, fresh, folder, empty_path):
-    """Return the wheel of the sdist, built where there is no compiler."""
-    fresh.pip("wheel", "--no-deps", "--wheel-dir", folder / "dist", sdist, path=empty_path)
-    [path] = (folder / "dist").glob("*.whl")
-    return path
 
 
 @pytest.fixture(scope="module")
@@ -185,6 +99,32 @@ def test_the_wheel_holds_what_it_needs(wheel):
         assert {name for name in native if name.startswith(f"{folder}/")} == expected
     assert any(name.endswith("dist-info/licenses/LICENSE") for name in names)
     assert not [name for name in names if name.startswith("it2hys/fmus/") or "__pycache__" in name]
+
+
+def test_no_file_of_the_wheel_is_there_twice(wheel):
+    """But for the licence, which pip and the FMUs each want, and empty files."""
+    with zipfile.ZipFile(wheel) as archive:
+        contents = {name: archive.read(name) for name in archive.namelist()}
+    places: dict[bytes, list[str]] = {}
+    for name, content in contents.items():
+        if content and not name.endswith("LICENSE"):
+            places.setdefault(content, []).append(name)
+    assert [names for names in places.values() if len(names) > 1] == []
+
+
+def test_the_wheel_runs_on_every_linux_that_its_tag_promises(wheel, tmp_path):
+    """No symbol of the GNU C library that is asked for is newer than the tag."""
+    assert wheel.name.endswith("-py3-none-manylinux_2_17_x86_64.whl")
+    newest = set()
+    with zipfile.ZipFile(wheel) as archive:
+        for name in archive.namelist():
+            if name.endswith(".so"):
+                (tmp_path / "library.so").write_bytes(archive.read(name))
+                library = lief.parse(str(tmp_path / "library.so"))
+                wanted = [v.name for s in library.symbols_version_requirement
+                          for v in s.get_auxiliary_symbols()]  # fmt: skip
+                newest |= {tuple(map(int, v.removeprefix("GLIBC_").split("."))) for v in wanted}
+    assert newest and max(newest) <= (2, 17)
 
 
 def test_twine_is_content(sdist, wheel):

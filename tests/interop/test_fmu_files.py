@@ -1,9 +1,12 @@
 """The FMU as a file: its parts agree, and checkers that we did not write accept it."""
 
 import ctypes
+import html
+import re
 import shutil
 import struct
 import subprocess
+import sys
 import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
@@ -347,6 +350,57 @@ def documentation_of(unpacked: Unpacked) -> str:
 def test_the_documentation_is_well_formed_and_its_links_resolve(any_fmu):
     parameters, unpacked = any_fmu
     assert parameters.name in documentation_of(unpacked)
+
+
+def rows_of(unpacked: Unpacked) -> dict[str, list[str]]:
+    """Return the cells of the documentation's tables by the first one."""
+    page = (unpacked.directory / "documentation/index.html").read_text(encoding="utf-8")
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", line) for line in page.splitlines()]
+    return {re.sub("<.*?>", "", row[0]): row[1:] for row in rows if row}
+
+
+def test_a_parameter_stands_in_the_unit_of_the_api_beside_the_one_that_is_shown(model):
+    rows, variables = rows_of(model), model.variables
+    shown = 0
+    for name, variable in variables.items():
+        if variable.causality != "parameter":
+            continue
+        value, unit, displayed, display_unit, _ = rows[name]
+        if variable.type == "Real":
+            assert float(value) == pytest.approx(float(variable.start), rel=1e-5), name
+            declared = variable.declaredType.unit if variable.declaredType else None
+            assert unit == (variable.unit or declared or "")
+        if displayed:
+            shown += 1
+            assert display_unit in ("µm", "µm/V")
+            assert float(displayed) == pytest.approx(1e6 * float(value), rel=1e-5)
+    assert shown > 10
+
+
+def test_the_example_in_the_documentation_runs(model):
+    folder = model.directory / "documentation"
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    code = html.unescape(re.search(r'<pre class="python">(.*?)</pre>', page, re.DOTALL)[1])
+    name = model.description.coSimulation.modelIdentifier
+    code = code.replace(f'"{name}.fmu"', repr(str(model.directory)))
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    value, unit = done.stdout.split()
+    assert {"um": 10 < float(value) < 17, "V": 50 < float(value) <= 110}[unit]
+    assert "warning" not in (done.stdout + done.stderr).lower()
+
+
+def test_the_picture_in_the_documentation_shows_loops(model):
+    root = etree.parse(model.directory / "documentation/loop.svg").getroot()
+    loops = root.findall("{*}polyline")
+    assert len(loops) == 2
+    for loop in loops:
+        x, y = np.array([p.split(",") for p in loop.get("points").split()], dtype=float).T
+        area = 0.5 * abs(np.sum(x[1:] * y[:-1] - x[:-1] * y[1:]))
+        assert area > 0.02 * np.ptp(x) * np.ptp(y)  # not a line
+        assert x.min() >= 70 and x.max() <= 400 and y.min() >= 15 and y.max() <= 265
 
 
 def test_the_controllers_documentation_is_well_formed_and_names_all_variables(controller):

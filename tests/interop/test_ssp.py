@@ -197,7 +197,7 @@ def test_without_gains_the_loop_is_another(run_master, tmp_path):
 
 @pytest.mark.parametrize("run_master", ["ecospy"], indirect=True)
 def test_ecos_runs_the_defaults_unless_it_is_told_the_name_of_the_set(run_master):
-    """Why all sets of a package have one name, and the README says which."""
+    """Why all sets of a package have one name, and the documentation says which."""
     parameters, texts, _ = other_sets()
     ssp = format_ssp("feedforward" + COMPONENTS_ALONE, default_fmus(), texts, TS)
     told, untold = (
@@ -295,17 +295,18 @@ def test_fmpy_runs_a_package_by_the_connectors_of_its_system(name, tmp_path):
         np.testing.assert_allclose(displacement[80:], REFERENCE[78:-2], rtol=1e-6)
 
 
-def test_the_readme_shows_how_fmpy_closes_the_loop(packages, tmp_path, monkeypatch):
+def test_the_documentation_shows_how_fmpy_closes_the_loop(packages, tmp_path, monkeypatch):
     """Its gains come from the package: FMPy hands over no parameter set by itself."""
-    text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    page = Path(__file__).parents[2] / "docs" / "tutorials" / "fmpy_and_ssp.md"
+    text = page.read_text(encoding="utf-8")
     block = next(
-        b for b in re.findall(r"(?:^    .*\n|^\n)+", text, re.MULTILINE) if "simulate_ssp" in b
+        b for b in re.findall(r"```{run} python\n(.*?)```", text, re.DOTALL) if "simulate_ssp" in b
     )
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "systems").symlink_to(packages[1])
     monkeypatch.chdir(tmp_path)
     names: dict = {}
-    exec("\n".join(line[4:] for line in block.splitlines()), names)
+    exec(block, names)
     result = names["result"]
     assert abs(result["measured"][-1] - 7 * UM) < 1e-3 * UM
     assert abs(result["displacement"][-1] + 0.5 * UM - 7 * UM) < 1e-3 * UM

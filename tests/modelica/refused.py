@@ -86,8 +86,8 @@ BAD: dict[str, tuple[dict, str]] = {
     ),
     "falling curve": (
         {"nonlinearity.cubic": 1e-5},
-        "nonlinearityQuadratic to nonlinearitySextic make a curve that falls 0 m above displacementZero; "
-        "it must rise from nonlinearityMinimum to nonlinearityMaximum",
+        "nonlinearityQuadratic to nonlinearitySextic make a curve that falls 0 m above "
+        "displacementZero; it must rise from nonlinearityMinimum to nonlinearityMaximum",
     ),
     "empty curve": (
         {"nonlinearity.cubic": 1e-7, "nonlinearity.minimum": 2e-5},

@@ -58,6 +58,8 @@ def test_a_worker_that_is_killed_is_told_of():
         list(each(end_at_once, range(4)))
 
 
-def test_no_worker_is_refused():
-    with pytest.raises(InputError, match="--workers 0"), parallel_map(0):
+def test_no_worker_beside_this_process_is_asked_for_by_0_and_fewer_are_refused():
+    with parallel_map(0) as each:
+        assert each is map
+    with pytest.raises(InputError, match="--workers -1: must not be negative"), parallel_map(-1):
         pass

@@ -225,8 +225,6 @@ def test_a_bad_file_ends_the_command_with_code_2_before_anything_runs(tmp_path, 
     assert not (tmp_path / "out").exists()
     assert main(["sweep", str(SCENARIOS / "demo.toml"), "-o", str(tmp_path / "out")]) == 2
     assert "not a sweep" in capsys.readouterr().err
-    assert main(["run", str(SCENARIOS / "loop_map.toml"), "-o", str(tmp_path / "out")]) == 2
-    assert "`it2hys sweep` runs it" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 

@@ -4,7 +4,7 @@ A row of a result belongs to one tick: the inputs at the tick's time and the out
 them. In co-simulation those outputs are read at the end of the step that begins at the tick.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -14,9 +14,10 @@ from it2hys.cosimulation.slave import Slave
 from it2hys.cosimulation.stepping import Connection, System
 from it2hys.errors import InputError
 from it2hys.support.keys import known_names
+from it2hys.support.progress import Progress, silent
 
 Values = Mapping[str, np.ndarray | float]
-# ticks between two movements of a progress bar
+# ticks between two reports of progress
 BLOCK = 10_000
 INVERSE_CHAIN = (
     Connection("reference", "inverse.reference"),
@@ -35,7 +36,7 @@ def simulate(
     fmu: str | Path,
     inputs: Values,
     start_values: Mapping | None = None,
-    progress: Callable[[Iterator[int]], Iterator[int]] = iter,
+    progress: Progress = silent,
 ) -> tuple[dict[str, np.ndarray], list[str]]:
     """Run an FMU over input signals, one tick per sample.
 
@@ -48,7 +49,7 @@ def simulate(
     start_values : mapping, optional
         Parameters by name.
     progress : callable, optional
-        Wraps the iteration over ticks, as `tqdm.tqdm` does.
+        Told the share done and what is being done.
 
     Returns
     -------
@@ -79,11 +80,11 @@ def simulate(
             [f"fmu.{name}" for name in outputs],
         )
         system.initialize({"fmu": start_values or {}}, {n: s[0] for n, s in signals.items() if ticks})
-        blocks = [
-            system.run({n: s[k : k + BLOCK] for n, s in signals.items()}, min(BLOCK, ticks - k),
-                       step)
-            for k in progress(range(0, ticks, BLOCK))
-        ]  # fmt: skip
+        blocks = []
+        for k in range(0, ticks, BLOCK):
+            progress(k / ticks, f"{slave.path.name}: {k} of {ticks} ticks")
+            part = {n: s[k : k + BLOCK] for n, s in signals.items()}
+            blocks.append(system.run(part, min(BLOCK, ticks - k), step))
         joined = {n: np.concatenate([b[f"fmu.{n}"] for b in blocks] or [np.empty(0)]) for n in outputs}
         return joined, slave.messages
 

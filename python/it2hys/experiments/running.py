@@ -15,7 +15,6 @@ from it2hys.experiments.feedforward import (
 )
 from it2hys.experiments.scenario import RecordEntry, Scenario, read_scenario
 from it2hys.experiments.scenario_files import find_scenario
-from it2hys.fmu.packaging import make_directory
 from it2hys.identification import Identification, Judgement, Options, identify
 from it2hys.identification.evaluation import as_identification, evaluate
 from it2hys.model.parameters import ParameterSet, table_1
@@ -28,7 +27,9 @@ from it2hys.reports.pair_report import write_report
 from it2hys.reports.provenance import Provenance
 from it2hys.reports.summary import Result, model_names, summary
 from it2hys.reports.verdict import Judged, percent, straight_line, straight_line_errors
-from it2hys.support.progress import Progress, part, progress_bar
+from it2hys.support.files import check_directory, gathered, make_directory
+from it2hys.support.processes import check_workers
+from it2hys.support.progress import Progress, part, silent
 
 REASON = (
     "The published figures were measured on the paper's rig, ours on the simulated stand. The paper "
@@ -71,7 +72,7 @@ class Outcome:
 
 
 def run_scenario(
-    name: str, directory: Path | None = None, quiet: bool = False, workers: int = 1
+    name: str, directory: Path | None = None, progress: Progress = silent, workers: int = 1
 ) -> Outcome:
     """Run a scenario and write its results.
 
@@ -81,8 +82,8 @@ def run_scenario(
         Name or path of the scenario.
     directory : path, optional
         `out/NAME` by default.
-    quiet : bool
-        Show no progress bar.
+    progress : callable
+        Told the share done and what is being done.
     workers : int
         Processes that share the fits of a diagnosis. The result does not depend on it.
 
@@ -94,8 +95,15 @@ def run_scenario(
     file = find_scenario(name)
     scenario = read_scenario(file)
     directory = Path(directory or Path("out") / scenario.name)
-    with progress_bar(quiet) as progress:
-        return _Run(scenario, file, directory, progress, workers).run()
+    check_workers(workers)
+    check_directory(directory)
+    with gathered(directory) as folder:
+        outcome = _Run(scenario, file, folder, progress, workers).run()
+    return replace(
+        outcome,
+        report=directory / outcome.report.name,
+        records=directory / outcome.records.name,
+    )
 
 
 class _Run:

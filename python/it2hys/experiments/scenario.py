@@ -19,6 +19,8 @@ from it2hys.support.keys import read_toml
 from it2hys.support.tables import Table, read_table
 
 SAMPLE_TIME = 1e-4
+#: Samples that a record may have: fits hold all of them in memory, several times.
+MOST_SAMPLES = 10_000_000
 MODELS = ("identified", "diagnosed", "table 1")
 
 
@@ -49,6 +51,12 @@ class Signal(Table, extra="allow"):
 
     @model_validator(mode="after")
     def _evaluate(self) -> "Signal":
+        samples = self.duration / SAMPLE_TIME
+        if samples > MOST_SAMPLES:
+            raise ValueError(
+                f"duration is {self.duration:g} s: {samples:.3g} samples every {SAMPLE_TIME:g} s; "
+                f"at most {MOST_SAMPLES:,} can be worked on, so shorten it"
+            )
         try:
             self.values()
         except (TypeError, InputError) as error:

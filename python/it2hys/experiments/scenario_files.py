@@ -4,6 +4,10 @@ from importlib.resources import files
 from pathlib import Path
 
 from it2hys.errors import InputError
+from it2hys.support.keys import known_names
+
+#: Scenarios that come before those installed.
+_HERE = Path("scenarios")
 
 
 def find_scenario(name: str) -> Path:
@@ -16,9 +20,14 @@ def find_scenario(name: str) -> Path:
     """
     if name.endswith(".toml"):
         return Path(name)
-    folders = [Path("scenarios"), Path(str(files("it2hys") / "scenarios"))]
-    for folder in folders:
-        if (folder / f"{name}.toml").is_file():
-            return folder / f"{name}.toml"
-    known = sorted({path.stem for folder in folders for path in folder.glob("*.toml")})
-    raise InputError(f"no scenario {name!r}; there are: {', '.join(known) or 'none'}")
+    paths = {path.stem: path for path in scenario_paths()}
+    if name not in paths:
+        raise InputError(f"no scenario {name!r}; {known_names(name, list(paths))}")
+    return paths[name]
+
+
+def scenario_paths() -> list[Path]:
+    """Return the files of all scenarios that are found by name, sorted by it."""
+    installed = Path(str(files("it2hys") / "scenarios"))
+    paths = {path.stem: path for folder in (installed, _HERE) for path in folder.glob("*.toml")}
+    return [paths[name] for name in sorted(paths)]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from it2hys.fmu.codegen import initialisers
 from it2hys.model.parameters import ParameterSet
-from it2hys.support.files import write_atomically
+from it2hys.support.files import write_together
 
 HEADER = "it2hys_model.h"
 
@@ -133,10 +133,8 @@ def _row(*cells: object) -> str:
 
 
 def write_embedded(parameters: ParameterSet, directory: Path, native: Path) -> list[Path]:
-    """Write the header and the C core into a directory, which exists; return the files."""
+    """Write the header and the C core into a directory; return the files."""
     contents = {path.name: path.read_bytes() for path in sorted((native / "embedded").glob("*.[ch]"))}
     contents[HEADER] = model_header(parameters).encode()
     contents["LICENSE"] = (native / "LICENSE").read_bytes()
-    for name, content in contents.items():
-        write_atomically(directory / name, content)
-    return [directory / name for name in contents]
+    return write_together(directory, contents)

@@ -12,11 +12,12 @@ from it2hys.fmu.build_description import format_build_description
 from it2hys.fmu.documentation import render
 from it2hys.fmu.fmi_versions import Content
 from it2hys.fmu.model_description import format_content
-from it2hys.fmu.packaging import BUILD_DESCRIPTION, fmu_archive, fmu_sources, package_version
+from it2hys.fmu.packaging import BUILD_DESCRIPTION, fmu_archive, fmu_sources
 from it2hys.fmu.platforms import platform_binaries
 from it2hys.model import compiled
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_controller
+from it2hys.support.version import package_version
 
 IDENTIFIER = "PIController"
 #: Crossover of the default loop times the sample time: two delayed ticks then cost little phase.

@@ -7,15 +7,12 @@ GUID ties together.
 
 import zipfile
 from collections.abc import Collection, Mapping
-from importlib.metadata import PackageNotFoundError
-from importlib.metadata import version as installed_version
 from io import BytesIO
 from pathlib import Path
 
-from it2hys.errors import InputError
 from it2hys.fmu.build_description import format_build_description
 from it2hys.fmu.codegen import start_header
-from it2hys.fmu.documentation import documentation_files
+from it2hys.fmu.documentation import Origin, documentation_files
 from it2hys.fmu.model_description import IDENTIFIERS, format_model_description
 from it2hys.fmu.platforms import platform_binaries
 from it2hys.fmu.reference_run import reference_files
@@ -23,7 +20,8 @@ from it2hys.fmu.terminals import picture_files, terminal_files
 from it2hys.model.compiled import native_directory
 from it2hys.model.parameters import ParameterSet, format_ssv
 from it2hys.model.variables import load_table
-from it2hys.support.files import write_atomically
+from it2hys.support.files import write_together
+from it2hys.support.version import package_version
 
 # zip entries carry a time; a fixed one makes the same input give the same file
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -41,6 +39,7 @@ def package(
     *,
     fmi: Collection[int] = (2,),
     terminals: bool = True,
+    origin: Origin | None = None,
 ) -> list[Path]:
     """Write both FMUs and the parameter set into a directory.
 
@@ -49,12 +48,14 @@ def package(
     parameters : ParameterSet
         A validated set.
     directory : path
-        Created if it does not exist.
+        Created if it does not exist. All files get there, or none of them.
     fmi : collection of {2, 3}
         Versions of FMI; each has FMUs of its own.
     terminals : bool
         Give the FMUs terminals and an icon. FMILibrary 3 up to 3.0.5, and what is built on it, refuses
         FMUs of FMI 2.0 that have them (`it2hys.fmu.terminals`).
+    origin : Origin, optional
+        What the set was identified from, for the FMUs' documentation.
 
     Returns
     -------
@@ -67,27 +68,26 @@ def package(
     InputError
         If the directory cannot be written to.
     """
-    directory = make_directory(directory)
     contents = {
         f"{identifier}{SUFFIX[version]}.fmu": fmu
         for version in sorted(fmi)
-        for identifier, fmu in package_bytes(parameters, fmi=version, terminals=terminals).items()
+        for identifier, fmu in package_bytes(
+            parameters, fmi=version, terminals=terminals, origin=origin
+        ).items()
     }
     contents[PARAMETER_FILE] = format_ssv(parameters).encode()
-    for name, content in contents.items():
-        write_atomically(directory / name, content)
-    return [directory / name for name in contents]
+    return write_together(directory, contents)
 
 
 def package_bytes(
-    parameters: ParameterSet, *, fmi: int = 2, terminals: bool = True
+    parameters: ParameterSet, *, fmi: int = 2, terminals: bool = True, origin: Origin | None = None
 ) -> dict[str, bytes]:
     """Return both FMUs with a parameter set, of one version of FMI, by model identifier."""
     native = native_directory()
     if fmi == 3:
         parameters = with_every_array(parameters)
     return {
-        identifier: _fmu(model, identifier, parameters, native, fmi, terminals)
+        identifier: _fmu(model, identifier, parameters, native, fmi, terminals, origin)
         for model, identifier in IDENTIFIERS.items()
     }
 
@@ -106,26 +106,14 @@ def with_every_array(parameters: ParameterSet) -> ParameterSet:
     return parameters.replace(**missing) if missing else parameters
 
 
-def make_directory(directory: str | Path) -> Path:
-    """Create an output directory, or say why it cannot be."""
-    directory = Path(directory)
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{directory}: cannot be made a directory: {error.strerror}") from None
-    return directory
-
-
-def package_version() -> str:
-    """Return the version of the installed package; of the source tree where it runs from there."""
-    try:
-        return installed_version("it2hys")
-    except PackageNotFoundError:
-        return "0.1.0"
-
-
 def _fmu(
-    model: str, identifier: str, parameters: ParameterSet, native: Path, fmi: int, terminals: bool
+    model: str,
+    identifier: str,
+    parameters: ParameterSet,
+    native: Path,
+    fmi: int,
+    terminals: bool,
+    origin: Origin | None,
 ) -> bytes:
     """Return the FMU as a zip archive."""
     sources = fmu_sources(identifier, native / "sources", fmi)
@@ -138,8 +126,9 @@ def _fmu(
         **{f"sources/{name}": content for name, content in sources.items()},
         BUILD_DESCRIPTION: format_build_description(identifier, c_files, LIBRARIES),
         **platform_binaries(identifier, native, fmi),
-        **documentation_files(model, parameters, (native / "LICENSE").read_bytes(), fmi),
-        **(picture_files(model) if fmi == 2 else {}),  # FMI 3.0's is with the terminals
+        **documentation_files(model, parameters, (native / "LICENSE").read_bytes(), origin, fmi),
+        # FMI 3.0's is with the terminals
+        **(picture_files(model, parameters) if fmi == 2 else {}),
         **(terminal_files(model, parameters) if terminals else {}),
         **reference_files(model, parameters),
     }

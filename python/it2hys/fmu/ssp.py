@@ -25,11 +25,11 @@ from lxml import etree
 from it2hys.fmu.controller import IDENTIFIER as CONTROLLER
 from it2hys.fmu.controller import controller_fmu, suitable_gains
 from it2hys.fmu.model_description import DEFAULT_TICKS, IDENTIFIERS
-from it2hys.fmu.packaging import SUFFIX, fmu_archive, make_directory, package_bytes
+from it2hys.fmu.packaging import SUFFIX, fmu_archive, package_bytes
 from it2hys.model.parameters import ParameterSet, format_ssv
 from it2hys.model.ssv import SSV_NAMESPACE, format_entries
 from it2hys.model.variables import Variable, load_controller, load_table
-from it2hys.support.files import write_atomically
+from it2hys.support.files import write_together
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -165,17 +165,13 @@ def write_ssp(
     InputError
         If the directory cannot be written to.
     """
-    directory = make_directory(directory)
     contents = {}
     for version in sorted(fmi):
         fmus, sets = _contents(parameters, version)
         ends = ("", COMPONENTS_ALONE) if version == 2 else (COMPONENTS_ALONE,)
         for name in (system + SUFFIX[version] + end for system in SYSTEMS for end in ends):
-            path = directory / f"{name}.ssp"
-            contents[path] = format_ssp(name, fmus, sets, parameters["sampleTime"])
-    for path, content in contents.items():
-        write_atomically(path, content)
-    return list(contents)
+            contents[f"{name}.ssp"] = format_ssp(name, fmus, sets, parameters["sampleTime"])
+    return write_together(directory, contents)
 
 
 def _contents(parameters: ParameterSet, fmi: int) -> tuple[dict[str, bytes], dict[str, str]]:

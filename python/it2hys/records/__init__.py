@@ -18,6 +18,7 @@ from it2hys.records.reading import MINIMUM_SAMPLES, read_record
 from it2hys.records.record import Record
 from it2hys.records.response import check_response
 from it2hys.records.roles import check_roles
+from it2hys.records.text import record_name
 from it2hys.records.units import UNITS
 from it2hys.records.writing import write_record
 
@@ -30,5 +31,6 @@ __all__ = [
     "check_roles",
     "parse_column_option",
     "read_record",
+    "record_name",
     "write_record",
 ]

@@ -86,17 +86,16 @@ def _mapped_column(source: Source, quantity: str, choice: ColumnChoice) -> Colum
         )
     if unit is not None:
         return _column(source, quantity, name, known_unit(quantity, unit))
-    suffix = split_name(name)[1]
-    return _column(source, quantity, name, suffix if suffix in UNITS[quantity] else "")
+    unit = _written_unit(source, name)
+    return _column(source, quantity, name, unit if unit in UNITS[quantity] else "")
 
 
 def _named_column(source: Source, quantity: str, taken: Collection[str]) -> Column | None:
     """Find the quantity in the header, with or without a unit, in a column that is not taken."""
     units = {}
     for name in source.names:
-        head, unit = split_name(name)
-        if head.lower() == quantity and name not in taken:
-            units[name] = unit
+        if split_name(name)[0].lower() == quantity and name not in taken:
+            units[name] = _written_unit(source, name)
     usable = [name for name, unit in units.items() if unit in UNITS[quantity] or not unit]
     if len(usable) > 1:
         raise source.fault(
@@ -109,6 +108,11 @@ def _named_column(source: Source, quantity: str, taken: Collection[str]) -> Colu
     for name, unit in units.items():
         raise source.fault(f"column '{name}': {unknown_unit(quantity, unit)}", HEADER)
     return None
+
+
+def _written_unit(source: Source, name: str) -> str:
+    """Return the unit in a column's name, or else that of the row below the header."""
+    return split_name(name)[1] or source.units.get(name, "")
 
 
 def _column(source: Source, quantity: str, name: str, unit: str) -> Column:

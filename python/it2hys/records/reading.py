@@ -13,6 +13,7 @@ from it2hys.records.record import INVERTED, SIGNED, Record
 from it2hys.records.resampling import resample as resampled
 from it2hys.records.response import check_response
 from it2hys.records.table import Table, read_table
+from it2hys.records.text import record_name
 from it2hys.records.time_base import check_rising, fit_time_base, sample_time_fault, time_base_fault
 
 REQUIRED = ("time", "voltage", "displacement")
@@ -87,7 +88,7 @@ def read_record(
         if len(outliers) < MINIMUM_SAMPLES:
             raise _too_few(table, f"{len(outliers)} samples are left after resampling")
     record = Record(
-        name=path.stem,
+        name=record_name(path),
         sample_time=sample_time,
         path=path,
         notes=tuple(notes),

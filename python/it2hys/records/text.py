@@ -3,32 +3,51 @@
 from __future__ import annotations
 
 import csv
+import gzip
 import io
-from dataclasses import dataclass, replace
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from it2hys.errors import InputError
+from it2hys.records.units import is_unit, plain_unit
 from it2hys.support.numerals import parse_number
 
 #: Row that stands for the header, in faults.
 HEADER = -1
 
 
+#: How files begin that are no text, and what they are.
+_BINARY = {
+    b"PK\x03\x04": "an Excel workbook (.xlsx) or another ZIP archive",
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls)",
+    b"\x89HDF": "an HDF5 or MATLAB file",
+    b"MATLAB": "a MATLAB file",
+    b"PAR1": "a Parquet file",
+}
+_GZIP = b"\x1f\x8b"
+
+
 @dataclass(frozen=True)
 class Source:
-    """The text of a file, cut into the header's names and the body."""
+    """The text of a file, cut into the header's names and the body.
+
+    `units` are those of a row of its own below the header, by the names there; empty without one.
+    """
 
     path: Path
     names: tuple[str, ...]
     delimiter: str
     header_line: int
     body: str
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def line(self, row: int) -> int:
-        """Return the line number, counted from 1, of a row of the body."""
-        return self.header_line + 1 + int(row)
+        """Return the line number, counted from 1, of a row of the body; of the header too."""
+        return self.header_line + 1 + int(row) + (bool(self.units) and row != HEADER)
 
     def fault(self, message: str, row: int | None = None) -> InputError:
         """Return the error that names this file and, where given, the line of a row."""
@@ -48,6 +67,7 @@ def open_source(path: Path) -> Source:
     names = tuple(name.strip() for name in next(csv.reader([header], delimiter=delimiter)))
     source = Source(path, names, delimiter, header_line, body.rstrip("\n "))
     _check_header(source)
+    source = _without_units(source)
     if not source.body:
         raise source.fault("there is only a header, no samples")
     if delimiter != "," and "," in body and "." not in body:  # decimal commas
@@ -80,6 +100,34 @@ def read_numbers(source: Source, indices: list[int]) -> np.ndarray:
     return numbers
 
 
+def record_name(path: Path) -> str:
+    """Return what a record is called: its file without ``.csv`` and ``.gz``."""
+    return Path(path.stem).stem if path.suffix == ".gz" else path.stem
+
+
+def _without_units(source: Source) -> Source:
+    """Return a source whose row of units below the header, if there is one, is in `units`."""
+    line, rest = _cut_line(source.body)
+    texts = [
+        text.strip().strip("[]()") for text in next(csv.reader([line], delimiter=source.delimiter), [])
+    ]
+    if len(texts) != len(source.names) or not any(texts):
+        return source
+    if any(text and _is_number(text) and not is_unit(text) for text in texts):
+        return source
+    if all(map(_is_number, filter(None, texts))):  # ones
+        return source
+    unknown = next((text for text in texts if text and not is_unit(text)), None)
+    if unknown is not None:
+        raise source.fault(
+            f"'{unknown}' is neither a number nor a unit that is known; in a row of units, "
+            "leave those of other columns empty, or remove the row and put units into the header",
+            0,
+        )
+    units = {name: plain_unit(text) for name, text in zip(source.names, texts, strict=True)}
+    return replace(source, body=rest, units=units)
+
+
 def _cut_line(text: str) -> tuple[str, str]:
     line, _, rest = text.partition("\n")
     return line, rest
@@ -87,21 +135,38 @@ def _cut_line(text: str) -> tuple[str, str]:
 
 def _read_text(path: Path) -> str:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        content = path.read_bytes()
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except IsADirectoryError:
         raise InputError(f"{path}: this is a directory, a CSV file is needed") from None
-    except UnicodeDecodeError as error:
-        line = error.object[: error.start].count(b"\n") + 1
-        raise InputError(
-            f"{path}, line {line}: this is not UTF-8 text; save the file as CSV in UTF-8"
-        ) from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    if not text:
+    if content.startswith(_GZIP):
+        try:
+            content = gzip.decompress(content)
+        except (OSError, EOFError, zlib.error) as error:
+            raise InputError(f"{path}: cannot be unpacked as gzip ({error})") from None
+    if not content:
         raise InputError(f"{path}: the file is empty (zero bytes)")
-    return text
+    # as reading a text file does it: all ends of lines are one
+    return _decoded(path, content).replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _decoded(path: Path, content: bytes) -> str:
+    """Return text in UTF-8, with or without its mark, or in what Windows writes in its place."""
+    for begin, kind in _BINARY.items():
+        if content.startswith(begin):
+            raise InputError(f"{path}: this is {kind}, no CSV file; export the table as CSV")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        if b"\0" in content:
+            line = content[: error.start].count(b"\n") + 1
+            raise InputError(
+                f"{path}, line {line}: this is not UTF-8 text; save the file as CSV in UTF-8"
+            ) from None
+        return content.decode("cp1252", errors="replace")  # where µ and ° are one byte
 
 
 def _is_preamble(line: str) -> bool:

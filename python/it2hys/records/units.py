@@ -32,6 +32,11 @@ _SCALES[DIMENSIONLESS] = (1.0, 0.0)
 _BRACKETED = re.compile(r"(?P<head>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
 
 
+def is_unit(text: str) -> bool:
+    """Tell whether a text is one of the units, or of the dimensionless ``-``."""
+    return plain_unit(text) in {*_SCALES, "-"}
+
+
 def to_si(values: np.ndarray, unit: str) -> np.ndarray:
     """Convert numbers in a unit to SI."""
     divisor, offset = _SCALES[unit]

@@ -15,7 +15,7 @@ import numpy as np
 from it2hys.cosimulation.simulation import track
 from it2hys.diagnosis.outcome import Diagnosis
 from it2hys.errors import InputError
-from it2hys.fmu.packaging import make_directory, package
+from it2hys.fmu.packaging import package
 from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING
 from it2hys.identification.judgement import Judgement
 from it2hys.identification.result import Identification
@@ -28,12 +28,13 @@ from it2hys.reports.answers import ROLES, answers, verdict
 from it2hys.reports.courses import Course, make_course, read_courses, write_courses
 from it2hys.reports.details import details
 from it2hys.reports.interactive import as_json, record_view
+from it2hys.reports.origin import origin
 from it2hys.reports.page import Answer, Page, Picture, Section, Table, View, write_page, write_pictures
 from it2hys.reports.provenance import Provenance, about
 from it2hys.reports.summary import START, Result, judged_records, judgements_of, pooled, summary
 from it2hys.reports.verdict import has_offsets, straight_line
 from it2hys.stand.excitations import time_grid, tracking_reference
-from it2hys.support.files import write_atomically
+from it2hys.support.files import make_directory, write_atomically
 from it2hys.support.progress import Progress
 
 UM = 1e6
@@ -104,8 +105,12 @@ def write_report(
     """
     _check_converged(result)
     directory = make_directory(directory)
-    packaged = result.packaged if isinstance(result, Diagnosis) else result.parameters
-    package(packaged, directory)
+    verb, packaged = (
+        ("diagnose", result.packaged)
+        if isinstance(result, Diagnosis)
+        else ("identify", result.parameters)
+    )
+    package(packaged, directory, origin=origin(verb, records, judgements_of(result)))
     roles = [j.role for j in judgements_of(result)]
     report = {
         "title": title or ("Diagnosis" if isinstance(result, Diagnosis) else "Identification"),

@@ -30,6 +30,47 @@ def without_threads() -> None:
         os.environ.setdefault(name, "1")
 
 
+class Terminated(KeyboardInterrupt):
+    """SIGTERM asked this process to end."""
+
+
+@contextmanager
+def ended_by_sigterm() -> Iterator[None]:
+    """Let SIGTERM end the work as Ctrl-C does: what is temporary goes, nothing is left half written."""
+    if threading.current_thread() is not threading.main_thread():  # only it may be interrupted
+        yield
+        return
+
+    def end(number: int, frame: object) -> None:
+        raise Terminated
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def temporary_files() -> Iterator[None]:
+    """Have all temporary files of this process in one folder, which goes whenever the work ends.
+
+    An interruption may come between the making of a folder and the note that it is to be removed.
+    """
+    before = tempfile.tempdir
+    try:
+        tempfile.tempdir = tempfile.mkdtemp(prefix="it2hys-")
+    except OSError:  # most commands need none
+        yield
+        return
+    folder = tempfile.tempdir
+    try:
+        yield
+    finally:
+        tempfile.tempdir = before
+        shutil.rmtree(folder, ignore_errors=True)
+
+
 class _Process(multiprocessing.context.SpawnProcess):
     """A process whose libraries have one thread each.
 
@@ -83,8 +124,14 @@ def _begin(begin: Callable | None, scratch: str | None) -> None:
     if scratch is not None:
         tempfile.tempdir = scratch
     threading.Thread(target=_end_with_parent, args=(scratch,), daemon=True).start()
-    if begin is not None:
+    if begin is None:
+        return
+    try:
         begin()
+    except OSError:
+        if scratch is not None and not os.path.isdir(scratch):  # the parent has gone meanwhile
+            os._exit(1)
+        raise
 
 
 def _end_with_parent(scratch: str | None) -> None:
@@ -95,18 +142,23 @@ def _end_with_parent(scratch: str | None) -> None:
     os._exit(1)
 
 
+def check_workers(workers: int) -> None:
+    """Refuse a negative number of processes; 0 stands for none beside this one."""
+    if workers < 0:
+        raise InputError(f"--workers {workers}: must not be negative; 0 is this process alone")
+
+
 @contextmanager
 def parallel_map(workers: int) -> Iterator[Callable]:
-    """Hand out a `map` that has its calls made by so many processes; by this one if they are 1.
+    """Hand out a `map` that has its calls made by so many processes; by this one if they are 0 or 1.
 
     Raises
     ------
     InputError
         If a process ends before its work is done.
     """
-    if workers < 1:
-        raise InputError(f"--workers {workers}: must be at least 1")
-    if workers == 1:
+    check_workers(workers)
+    if workers <= 1:
         yield map
         return
     pool = make_pool(workers)

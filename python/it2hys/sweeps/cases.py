@@ -19,11 +19,12 @@ from it2hys.errors import InputError
 from it2hys.fmu.controller import IDENTIFIER as CONTROLLER
 from it2hys.fmu.controller import controller_fmu
 from it2hys.fmu.model_description import IDENTIFIERS
-from it2hys.fmu.packaging import package_bytes, package_version
+from it2hys.fmu.packaging import package_bytes
 from it2hys.model.parameters import read_ssv, table_1
 from it2hys.records.signals import read_signals
 from it2hys.records.units import UNITS
 from it2hys.support.keys import known_names
+from it2hys.support.version import package_version
 from it2hys.sweeps.drawing import draw
 from it2hys.sweeps.lookup import Lookup
 from it2hys.sweeps.measures import KINDS

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import polars as pl
 
-from it2hys.fmu.packaging import make_directory
 from it2hys.reports.answers import counted
 from it2hys.reports.browsable import browsable
 from it2hys.reports.details import inputs_section
 from it2hys.reports.interactive import as_json
 from it2hys.reports.page import Answer, Page, Picture, Section, Table, View, write_page
 from it2hys.reports.provenance import Provenance, about
-from it2hys.support.files import write_atomically
+from it2hys.support.files import make_directory, write_atomically
 from it2hys.sweeps.plots import Columns, draw
 from it2hys.sweeps.store import read_metadata
 from it2hys.sweeps.worker import MESSAGES_APART

@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from it2hys.errors import InputError
-from it2hys.fmu.packaging import make_directory
-from it2hys.support.files import write_atomically
+from it2hys.support.files import make_directory, write_atomically
 from it2hys.sweeps.plan import Axis, Plan
 
 RESULTS = "results.parquet"

@@ -10,9 +10,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tqdm import tqdm
-
-from it2hys.errors import InputError
+from it2hys.support.processes import check_workers
+from it2hys.support.progress import Progress, silent
 from it2hys.sweeps.cases import make_plan
 from it2hys.sweeps.plan import Plan
 from it2hys.sweeps.pool import Crash, Dask, Processes, ThisProcess, Workers
@@ -46,7 +45,7 @@ def run_sweep(
     workers: int | None = None,
     dask: str | None = None,
     restart: bool = False,
-    quiet: bool = False,
+    progress: Progress = silent,
     provenance: Provenance | None = None,
 ) -> SweepOutcome:
     """Run all cases of a scenario, or those that an interrupted run has left.
@@ -63,8 +62,8 @@ def run_sweep(
         Address of a Dask scheduler, instead.
     restart : bool
         Discard what the directory holds.
-    quiet : bool
-        Show no progress bar.
+    progress : callable
+        Told the share done and what is being done.
     provenance : Provenance, optional
         Where the sweep comes from, for its report.
 
@@ -77,7 +76,7 @@ def run_sweep(
     plan = make_plan(scenario)
     store = Store(directory, plan, restart)
     if not store.complete:
-        _fill(store, plan, lambda: _workers(plan, workers, dask), quiet)
+        _fill(store, plan, lambda: _workers(plan, workers, dask), progress)
     store.tidy()
     from it2hys.sweeps.report import write_sweep_report  # with matplotlib, which workers do not need
 
@@ -97,12 +96,11 @@ def _workers(plan: Plan, count: int | None, dask: str | None) -> Workers:
     if dask is not None:
         return Dask(plan, dask)
     count = (os.cpu_count() or 1) if count is None else count
-    if count < 0:
-        raise InputError(f"--workers {count}: must not be negative")
+    check_workers(count)
     return Processes(plan, min(count, len(plan.chunks()))) if count else ThisProcess(plan)
 
 
-def _fill(store: Store, plan: Plan, make_workers: Callable[[], Workers], quiet: bool) -> None:
+def _fill(store: Store, plan: Plan, make_workers: Callable[[], Workers], progress: Progress) -> None:
     """Run the chunks that the store lacks."""
     chunks = plan.chunks()
     number = {chunk.start: i for i, chunk in enumerate(chunks)}
@@ -111,18 +109,11 @@ def _fill(store: Store, plan: Plan, make_workers: Callable[[], Workers], quiet: 
         store.begin()
         done = store.done(range(len(chunks)))
         waiting = [chunk for i, chunk in enumerate(chunks) if i not in done]
-        bar = tqdm(
-            total=plan.cases,
-            initial=sum(len(chunks[i]) for i in done),
-            disable=quiet,
-            unit="case",
-            desc=plan.name,
-            smoothing=0.1,
-        )
-        with bar:
-            for cases, content in _run(waiting, workers, plan):
-                store.write(number[cases.start], content)
-                bar.update(len(cases))
+        finished = sum(len(chunks[i]) for i in done)
+        for cases, content in _run(waiting, workers, plan):
+            store.write(number[cases.start], content)
+            finished += len(cases)
+            progress(finished / plan.cases, f"{plan.name}: {finished} of {plan.cases} cases")
     finally:
         workers.close()
     store.finish(len(chunks))

@@ -42,10 +42,8 @@ class NonlinearityEvidence(EffectEvidence):
             "nonlinearity.minimum": float(strokes.min() - margin),
             "nonlinearity.maximum": float(strokes.max() + margin),
         }
-        return [
-            {**{f"nonlinearity.{n}": float(c * span) for n, c in zip(COEFFICIENTS, s, strict=True)}, **ends}
-            for s in shapes
-        ]
+        names = [f"nonlinearity.{name}" for name in COEFFICIENTS]
+        return [{**dict(zip(names, (span * s).tolist(), strict=True)), **ends} for s in shapes]
 
     def signature(self, clues: Clues) -> Signature | None:
         """Return whether the residual is a function of the displacement, the same on both branches.

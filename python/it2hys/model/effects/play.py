@@ -125,9 +125,7 @@ class Play(Effect):
         """
         low, high = voltage.min(), voltage.max()
         turns = [low + share * (high - low) for share in _TURNS]
-        likely = [
-            (rest, turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)
-        ]
+        likely = [(rest, turn - rest) for rest in (0.0, voltage[0]) for turn in (rest, *turns)]
         return [
             History(dict(zip(self.per_record, history, strict=True)), history[1] != 0.0)
             for history in dict.fromkeys(likely)

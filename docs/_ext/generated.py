@@ -1,0 +1,155 @@
+"""Pages of the reference that are written when the site is built, from what they describe."""
+
+import argparse
+import tempfile
+import tomllib
+import zipfile
+from collections import Counter
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+from fmpy import read_model_description
+from packaging.requirements import Requirement
+
+from it2hys.cli import make_parser
+from it2hys.cli_help import EXAMPLES, KINDS, listed
+from it2hys.fmu.packaging import package
+from it2hys.model.parameters import table_1
+from it2hys.model.variables import Variable, load_table
+
+ROOT = Path(__file__).parents[2]
+PLATFORMS = {
+    "linux64": "Linux, x86-64", "win64": "Windows, x86-64", "win32": "Windows, 32 bit",
+    "darwin64": "macOS, Intel and Apple silicon",
+}  # fmt: skip
+
+
+def _row(*cells: object) -> str:
+    return "| " + " | ".join(str(cell).replace("|", r"\|").replace("\n", " ") for cell in cells) + " |"
+
+
+def _table(heads: list[str], rows: list[list[object]]) -> str:
+    return "\n".join([_row(*heads), _row(*["---"] * len(heads)), *(_row(*row) for row in rows)]) + "\n"
+
+
+def commands() -> str:
+    """Return all commands with their options, from the parser."""
+    parser = make_parser()
+    choices = next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction)).choices
+    text = []
+    for name, command in choices.items():
+        text += [f"## it2hys {name}\n", f"{command.description}\n"]
+        usage = command.format_usage().removeprefix("usage: ")
+        text += [f"```text\n{usage}```\n"]
+        actions = [a for a in command._actions if not isinstance(a, argparse._HelpAction)]
+        actions.sort(key=lambda action: bool(action.option_strings))  # what must be given comes first
+        rows = [[f"`{_typed(a)}`", (a.help or "") % vars(a)] for a in actions]
+        text += [_table(["argument", "meaning"], rows)]
+        if name in EXAMPLES:
+            text += [f"```text\n{EXAMPLES[name].strip()}\n```\n"]
+    return "\n".join(text)
+
+
+def _typed(action: argparse.Action) -> str:
+    """Return how an argument is typed, with what stands for its value."""
+    value = "" if action.nargs == 0 else action.metavar or ""
+    return f"{', '.join(action.option_strings)} {value}".strip() or action.dest
+
+
+def names() -> str:
+    """Return the scenarios, effects and excitations that have a name."""
+    text = []
+    for kind in KINDS:
+        rows = listed(kind)
+        heads = list(rows[0])
+        text += [f"## {kind.capitalize()}\n", _table(heads, [[row[h] for h in heads] for row in rows])]
+    return "\n".join(text)
+
+
+def variables() -> str:
+    """Return all variables of plant and inverse, from the one table."""
+    text = []
+    for causality in ("input", "output", "parameter"):
+        rows = [
+            [f"`{v.name}`", " and ".join(v.models), _unit(v), _start(v), v.description]
+            for v in load_table().variables
+            if v.causality == causality and v.index in (None, 1)
+        ]
+        heads = ["name", "FMU", "unit (shown as)", "start", "meaning"]
+        text += [f"## {causality.capitalize()}s\n", _table(heads, rows)]
+    return "\n".join(text)
+
+
+def _start(variable: Variable) -> str:
+    return "" if variable.start is None else str(variable.start)
+
+
+def _unit(variable: Variable) -> str:
+    unit, shown = variable.type.unit or "", variable.type.displayUnit
+    return f"{unit} ({shown})" if shown else unit
+
+
+def fmus() -> str:
+    """Return what the FMUs can do and where they run, read from the FMUs."""
+    with tempfile.TemporaryDirectory() as folder:
+        plant, inverse, _ = package(table_1(), folder)
+        found = [read_model_description(str(path)).coSimulation for path in (plant, inverse)]
+        with zipfile.ZipFile(plant) as archive:
+            binaries = [Path(n).parent.name for n in archive.namelist() if n.startswith("binaries/")]
+    capabilities = [n for n in dir(found[0]) if n.startswith(("can", "provides"))]
+    rows = [[f"`{n}`", *("yes" if getattr(fmu, n) else "no" for fmu in found)] for n in capabilities]
+    places = [[PLATFORMS.get(name, name), f"`binaries/{name}`"] for name in dict.fromkeys(binaries)]
+    return "\n".join(
+        [
+            "## Capabilities\n", _table(["attribute", "IT2Plant", "IT2Inverse"], rows),
+            "## Platforms\n", _table(["platform", "in the FMU"], places),
+            "On any other platform, a C99 compiler makes the binary of `sources/`.\n",
+        ]
+    )  # fmt: skip
+
+
+def weights() -> str:
+    """Return what the packages weigh that it2hys needs, as they are installed here."""
+    sizes: Counter[str] = Counter()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    waiting = [Requirement(r).name for r in project["dependencies"]]
+    while waiting:
+        name = waiting.pop().lower().replace("_", "-")
+        if name in sizes:
+            continue
+        try:
+            found = distribution(name)
+        except PackageNotFoundError:
+            continue
+        paths = (Path(str(found.locate_file(f))) for f in found.files or [])
+        sizes[name] = sum(p.stat().st_size for p in paths if p.is_file())
+        needs = (Requirement(r) for r in found.requires or [])
+        waiting += [r.name for r in needs if r.marker is None or r.marker.evaluate({"extra": ""})]
+    rows = [[f"`{name}`", f"{size / 1e6:.0f}"] for name, size in sizes.most_common(10)]
+    rows.append(["all", f"{sum(sizes.values()) / 1e6:.0f}"])
+    return _table(["package", "MB"], rows)
+
+
+PAGES = {
+    "commands": commands,
+    "names": names,
+    "variables": variables,
+    "fmus": fmus,
+    "weights": weights,
+}
+
+
+def write(app: object) -> None:
+    """Write all pages; those that did not change keep their time, so that they are not built anew."""
+    folder = Path(app.srcdir) / "_generated"  # type: ignore[attr-defined]
+    folder.mkdir(exist_ok=True)
+    for name, make in PAGES.items():
+        path, text = folder / f"{name}.md", make()
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+
+
+def setup(app: object) -> dict:
+    """Register the pages."""
+    app.connect("builder-inited", write)  # type: ignore[attr-defined]
+    return {"parallel_read_safe": False}
