@@ -26,7 +26,7 @@ record StageIdentified "Parameter set identified from the demo's record"
     humAmplitude=0.0,
     humFrequency=0.0,
     humPhase=0.0,
-    initialRestOffset=0.0,
+    initialDemagnetisation=0.0,
     initialExcursion=0.0,
     initialCreep=0.0,
     nonlinearityMinimum=-1.5300903320312503e-06,
