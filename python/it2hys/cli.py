@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 UNITS_WRITTEN = {
     "voltage": "V", "force": "N", "temperature": "K", "saturated": "1", "outOfRange": "1",
 }  # fmt: skip
-# the page that identify and diagnose leave
-REPORT = "report.html"
 # parameters that say for what a plant FMU holds
 ENDS = ("voltageMin", "voltageMax", "displacementMin", "displacementMax")
 
@@ -513,6 +511,7 @@ def _diagnose(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
+    check_directory(options.directory)
     from it2hys.sweeps.store import RESULTS
 
     if (options.directory / RESULTS).is_file():
