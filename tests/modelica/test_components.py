@@ -118,8 +118,8 @@ def test_the_guide_takes_its_part_of_the_stroke_and_moves_the_platform_by_the_le
 
 
 def test_energy_goes_into_the_stack_the_flanges_or_the_heat_port():
-    """What the pins give is the change of both stored energies, the work at the flanges, and the loss."""
-    more = "Real given(start=0, fixed=true); Real lost(start=0, fixed=true); Real worked(start=0, fixed=true);"
+    """What the pins give is the change of both stored energies, the work at the flanges, the loss."""
+    more = " ".join(f"Real {name}(start=0, fixed=true);" for name in ("given", "lost", "worked"))
     source = circuit("40 - 40*cos(600*time)", FREE, AT_REST + ", G=1e-5, c=2e7", more)
     rates = (
         "equation der(given) = actuator.v*actuator.i; der(lost) = actuator.LossPower; "
