@@ -41,6 +41,8 @@ EXAMPLES = [
     for n in CLASSES
     if n.startswith("IT2Hysteresis.Examples.") and "\nmodel " in CLASSES[n].read_text()
 ]
+#: Examples that ask for more than there is, and say so in their text: their warnings are wanted.
+CLAMPED = ("IT2Hysteresis.Examples.SlowCreep",)
 REFERENCE = LIBRARY / "Resources" / "Reference"
 
 
@@ -75,14 +77,14 @@ def stored_result(name: str) -> tuple[np.ndarray, dict[str, np.ndarray]]:
 
 
 def differences(
-    name: str, time: np.ndarray, signal: Callable[[str], np.ndarray], tolerance: float = 0.01
+    name: str, time: np.ndarray, signal: Callable[[str], np.ndarray], tolerance: float = 0.02
 ) -> list[str]:
     """Compare a result with the stored one: by share of the span, leaving out 2 % of the times.
 
     Those are near events, where the moment decides. A signal that is held changes at the very times
     that are stored: what it is just before or just after is right.
     """
-    found, moment = [], 0.4 * experiment(name)[1]
+    found, moment = [], 0.05 * experiment(name)[1]
     times, stored = stored_result(name)
     for label, expected in stored.items():
         around = [np.interp(times + side * moment, time, signal(label)) for side in (-1, 1)]

@@ -29,6 +29,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 from combined import COMBINATIONS, PARTS, assert_physical, source_of  # noqa: E402
 from effects import with_effects  # noqa: E402
 from library import (  # noqa: E402
+    CLAMPED,
     CLASSES,
     EXAMPLES,
     FMU_INVERSE,
@@ -52,6 +53,8 @@ OMC = shutil.which("omc")
 BEGIN, END = "@@begin ", "@@end"
 #: What a log says that must be silent.
 LOUD = re.compile(r"\| *(?:warning|error|assert) *\||\b(?:Warning|Error):", re.IGNORECASE)
+#: A warning of the inverse, with the lines around it that OpenModelica writes.
+WANTED = re.compile(r"^.*(?:assertion|assert |left displacementMin|asks for more).*$", re.MULTILINE)
 #: Share of the span: the numbers are stored with 16 digits.
 EQUAL = 1e-12
 
@@ -161,7 +164,8 @@ def simulate_examples(session: Session) -> Iterator[str]:
     session.directory.mkdir(parents=True, exist_ok=True)
     for name in EXAMPLES:
         said, path = session.simulate("", name)
-        if path is None or LOUD.search(said):
+        unwanted = WANTED.sub("", said) if name in CLAMPED else said
+        if path is None or LOUD.search(unwanted):
             yield f"{name}: {said.strip()}"
             continue
         result = read_result(path)

@@ -42,6 +42,10 @@ on the way: after 150 s at 9 &#181;m it is 0.7 &#181;m too far, and takes as lon
 so much voltage away again that the displacement stays at every tick.
 </p>
 <p>
+No amplifier makes the step of the reference within a tick: both inverses give the highest voltage, say so once, and are back some
+ticks later.
+</p>
+<p>
 Runs over minutes are made with a set that was identified at a low rate. Here it is Table 1 at 50 ms with two creep
 terms: at rest, the sample time does not matter.
 </p>

@@ -5,17 +5,17 @@ model TwoStages "A coarse and a fine stack in series"
     amplitude=30,
     f=10,
     phase=-Modelica.Constants.pi/2,
-    offset=30) "Voltage of the coarse stack"
+    offset=32) "Voltage of the coarse stack"
     annotation (Placement(transformation(extent={{-90,50},{-70,70}})));
   Modelica.Blocks.Sources.Sine fineCommand(
     amplitude=10,
     f=150,
     phase=-Modelica.Constants.pi/2,
-    offset=10) "Voltage of the fine stack"
+    offset=11) "Voltage of the fine stack"
     annotation (Placement(transformation(extent={{-90,10},{-70,30}})));
-  IT2Hysteresis.Components.VoltageAmplifier coarseAmplifier(k=1) "Amplifier of the coarse stack"
+  IT2Hysteresis.Components.VoltageAmplifier coarseAmplifier(k=1, vStart=coarse.vStart) "Amplifier of the coarse stack"
     annotation (Placement(transformation(extent={{-50,50},{-30,70}})));
-  IT2Hysteresis.Components.VoltageAmplifier fineAmplifier(k=1) "Amplifier of the fine stack"
+  IT2Hysteresis.Components.VoltageAmplifier fineAmplifier(k=1, vStart=fine.vStart) "Amplifier of the fine stack"
     annotation (Placement(transformation(extent={{-50,10},{-30,30}})));
   Modelica.Electrical.Analog.Basic.Ground ground "Ground"
     annotation (Placement(transformation(extent={{-40,-20},{-20,0}})));
@@ -23,12 +23,14 @@ model TwoStages "A coarse and a fine stack in series"
     annotation (Placement(transformation(extent={{-30,-60},{-10,-40}})));
   IT2Hysteresis.Components.PiezoActuator coarse(
     zeta=0.6,
+    vStart=2,
     v(fixed=true),
     s_rel(fixed=true),
     v_rel(fixed=true)) "Coarse stack, on the frame"
     annotation (Placement(transformation(extent={{0,-40},{20,-20}})));
   IT2Hysteresis.Components.PiezoActuator fine(
     zeta=0.6,
+    vStart=1,
     length=5e-3,
     c=6e7,
     m=2e-3,
