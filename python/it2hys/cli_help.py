@@ -146,7 +146,7 @@ def completion(parser: argparse.ArgumentParser, shell: str) -> str:
         elif metavar == "FMU" or "." in metavar:
             action.complete = shtab.FILE  # type: ignore[attr-defined]
     begin = f'_it2hys_scenarios() {{ compgen -W \'{names}\' -- "$1"; compgen -f -- "$1"; }}\n'
-    return str(shtab.complete(parser, shell=shell, preamble={"bash": begin}))
+    return str(shtab.complete(parser, shell=shell, preamble=begin if shell == "bash" else ""))
 
 
 def _actions(parser: argparse.ArgumentParser) -> list[argparse.Action]:

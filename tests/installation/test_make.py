@@ -41,7 +41,7 @@ def make(folder, *arguments, **environment):
 def tree(tmp_path):
     """Return a copy of what the Makefile looks at, with a space in its path, not yet installed."""
     folder = tmp_path / "Kopie für make"
-    for name in ("fmu_src", "scenarios", "python", "tools"):
+    for name in ("fmu_src", "scenarios", "modelica", "python", "tools"):
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("Makefile", "pyproject.toml", "LICENSE", "requirements.lock", "requirements-dev.lock"):

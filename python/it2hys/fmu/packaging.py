@@ -128,7 +128,7 @@ def _fmu(
         **platform_binaries(identifier, native, fmi),
         **documentation_files(model, parameters, (native / "LICENSE").read_bytes(), origin, fmi),
         # FMI 3.0's is with the terminals
-        **(picture_files(model, parameters) if fmi == 2 else {}),
+        **(picture_files(model) if fmi == 2 else {}),
         **(terminal_files(model, parameters) if terminals else {}),
         **reference_files(model, parameters),
     }
