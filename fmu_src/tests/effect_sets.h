@@ -64,10 +64,13 @@ static inline void add_effects(uint64_t *seed, struct chain_parameters *p, unsig
         p->drift =
             (struct drift_parameters){ random_between(seed, -0.02, 0.02), random_between(seed, -2.0, 2.0) };
     if (effects & CHAIN_NONLINEARITY)
-        p->nonlinearity =
-            (struct nonlinearity_parameters){ random_between(seed, -0.3, 0.3), random_between(seed, -0.3, 0.3),
-                                              random_between(seed, -0.3, 0.3), random_between(seed, -0.3, 0.3),
-                                              random_between(seed, -0.3, 0.3), 0.0, 16.0 };
+        p->nonlinearity = (struct nonlinearity_parameters){ random_between(seed, -0.3, 0.3),
+                                                            random_between(seed, -0.3, 0.3),
+                                                            random_between(seed, -0.3, 0.3),
+                                                            random_between(seed, -0.3, 0.3),
+                                                            random_between(seed, -0.3, 0.3),
+                                                            0.0,
+                                                            16.0 };
     if (effects & CHAIN_HUM)
         p->hum = (struct hum_parameters){ 0.02, random_between(seed, 10.0, 400.0), 1.0 };
 }

@@ -329,7 +329,9 @@ static void curve_and_back(void)
                                                            random_between(&seed, -size, size),
                                                            random_between(&seed, -size, size),
                                                            random_between(&seed, -size, size),
-                                                           random_between(&seed, -size, size), -1.0, 15.0 };
+                                                           random_between(&seed, -size, size),
+                                                           -1.0,
+                                                           15.0 };
         p.displacementZero = random_between(&seed, -3.0, 3.0);
         if (!nonlinearity_analysis.check(&p, message, sizeof message))
             continue;

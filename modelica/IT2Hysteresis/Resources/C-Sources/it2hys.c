@@ -2890,8 +2890,7 @@ static real play_rest_tangent(const void *constants, const void *d_constants, vo
 
     for (int j = 0; j < play->count; j++) {
         const struct play_element *element = &play->element[j], *d_element = &by->element[j];
-        const struct play_moved turned =
-            play_move(new, element->threshold, d_element->threshold, turn, d_turn);
+        const struct play_moved turned = play_move(new, element->threshold, d_element->threshold, turn, d_turn);
         last[j] = play_move(turned, element->threshold, d_element->threshold, x, 0);
         d_h -= d_element->weight * last[j].p + element->weight * last[j].d_p;
         if (last[j].moved)
