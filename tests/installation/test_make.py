@@ -69,7 +69,7 @@ def test_make_alone_prints_its_goals_and_does_nothing(tree):
     done = make(tree)
     assert done.returncode == 0
     assert [line.split()[:2] for line in done.stdout.splitlines()] == [
-        ["make", goal] for goal in ("demo", "test", "docs", "diagnosis", "bench", "clean")
+        ["make", goal] for goal in ("demo", "test", "docs", "diagnosis", "bench", "modelica", "clean")
     ]
     assert sorted(tree.iterdir()) == before
 

@@ -378,7 +378,8 @@ def test_offsets_are_not_invented_and_every_result_can_be_simulated_again(noisy)
     for result, voltage in zip(noisy.records, voltages, strict=True):
         assert result.offset == 0.0
         run = compiled.free_run(noisy.parameters.rules, voltage, result.start["initialDisplacement"])
-        np.testing.assert_array_equal(run, result.y)
+        # a record is run by the table of the core, this by its rules
+        np.testing.assert_allclose(run, result.y, rtol=0.0, atol=1e-13 * np.ptp(result.y))
 
 
 def test_the_model_is_usable_over_the_data_and_a_margin(noisy):

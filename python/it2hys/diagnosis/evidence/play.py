@@ -63,9 +63,10 @@ class PlayEvidence(EffectEvidence):
         passed = np.concatenate([[0.0], np.cumsum(pieces)])
         finer = np.interp(np.arange(1, most + 1) / (most + 1) * passed[-1], passed, ends)
         # each has the weight up to it, the last one that beyond it, too
-        sums = np.interp(finer, ends, np.cumsum(found))
-        sums[-1] = found.sum()
-        weights = np.diff(sums, prepend=0.0)
+        total = np.cumsum(found)
+        sums = np.interp(finer, ends, total)
+        sums[-1] = total[-1]
+        weights = np.maximum(np.diff(sums, prepend=0.0), 0.0)  # rounding may leave them below
         return {
             "playCount": most,
             **{f"play[{j}].threshold": float(r) for j, r in enumerate(finer, start=1)},
