@@ -102,12 +102,12 @@ def test_the_wheel_holds_what_it_needs(wheel):
 
 
 def test_no_file_of_the_wheel_is_there_twice(wheel):
-    """But for the licence, which pip and the FMUs each want, and empty files."""
+    """But for the licence, which pip and the FMUs each want, empty files, and Modelica's lists of names."""
     with zipfile.ZipFile(wheel) as archive:
         contents = {name: archive.read(name) for name in archive.namelist()}
     places: dict[bytes, list[str]] = {}
     for name, content in contents.items():
-        if content and not name.endswith("LICENSE"):
+        if content and not name.endswith(("LICENSE", "package.order")):
             places.setdefault(content, []).append(name)
     assert [names for names in places.values() if len(names) > 1] == []
 

@@ -54,7 +54,12 @@ def release_files() -> dict[str, bytes]:
         for path in sorted(library.rglob("*"))
         if path.is_file()
     }
-    return found | {
+    # installed, the library lacks the two C files that the FMUs' sources are
+    sources = {
+        f"{NAME}/Resources/C-Sources/{name}": (native_directory() / "sources" / name).read_bytes()
+        for name in ("it2hys.c", "it2hys.h")
+    }
+    return dict(sorted((found | sources).items())) | {
         f"{TEMPLATE}.mo": format_record(table_1(), TEMPLATE).encode(),
         "LICENSE": (native_directory() / "LICENSE").read_bytes(),
         "README.txt": README.encode(),
