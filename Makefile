@@ -81,7 +81,8 @@ $(TOOLS): requirements-dev.lock $(RUNTIME)
 demo: $(INSTALLED)
 	$(BIN)/it2hys run demo
 
-test: lint ctest hardened pytest installation docs
+test: lint ctest hardened pytest
+	$(MAKE) --jobs 2 --output-sync installation docs
 
 lint: $(TOOLS)
 	$(BIN)/ruff check .
