@@ -102,7 +102,7 @@ def test_the_wheel_holds_what_it_needs(wheel):
 
 
 def test_no_file_of_the_wheel_is_there_twice(wheel):
-    """But for the licence, which pip and the FMUs each want, empty files, and Modelica's package.order."""
+    """But for the licence, which pip and the FMUs each want, empty files, and `package.order`."""
     with zipfile.ZipFile(wheel) as archive:
         contents = {name: archive.read(name) for name in archive.namelist()}
     places: dict[bytes, list[str]] = {}

@@ -26,7 +26,7 @@ record StageDiagnosed "Parameter set diagnosed from the demo's record"
     humAmplitude=0.0,
     humFrequency=0.0,
     humPhase=0.0,
-    initialDemagnetisation=-33.98555352090451,
+    initialDemagnetisation=0.0,
     initialExcursion=-1.9381470073958896e-15,
     initialCreep=-1.1512697390425972e-05,
     nonlinearityMinimum=-7.465820312500002e-07,
