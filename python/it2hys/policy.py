@@ -3,7 +3,7 @@
 A threshold follows from a statistic, or from what makers and textbooks state, or it was chosen by hand
 on simulated stages, on the seeds 0 to 9999 of the suite in `tests/diagnosis`, or with a measured stage
 in sight. What a number chosen by hand means is said beside it; it does not follow from that. What
-happens at half and at double of it is measured on other seeds by `benchmarks/policy.py`, and
+happens at half and at double of it is measured on other seeds by `benchmarks/thresholds.py`, and
 `docs/policy.md` has all of it in one table. Numbers that cost time or memory alone, or that rounding
 asks for, stay beside the code.
 """
@@ -249,6 +249,11 @@ class Physics:
         30.0, "ratio of powers",
         "above which the voltage itself has a line: then it is no hum",
         "chosen by hand on seeds 0 to 9999; 2e-5 by chance (F with 2 and 12 degrees of freedom)",
+    )  # fmt: skip
+    pressed: float = _number(
+        3.0, "standard deviations",
+        "pull of a residual on a parameter at its bound, from which on a fit is said to rest on it",
+        "statistic: 0.3 % by chance for a white residual",
     )  # fmt: skip
     near_steps: float = _number(
         2.0, "1",

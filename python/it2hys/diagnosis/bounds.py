@@ -8,11 +8,10 @@ import numpy as np
 
 from it2hys.identification.criterion import ChainFit
 from it2hys.model.variables import load_table
+from it2hys.policy import PHYSICS
 
 #: Distance to a bound, in coordinates of which a fit moves by about 1, that is none.
 _TOUCHES = 1e-6
-#: Standard deviations of a white residual's pull by which a parameter is pressed against its bound.
-_PRESSED = 3.0
 
 
 def resting_on_bounds(fit: ChainFit, effects: Sequence[str]) -> dict[str, list[str]]:
@@ -35,7 +34,7 @@ def resting_on_bounds(fit: ChainFit, effects: Sequence[str]) -> dict[str, list[s
     pressed = -(columns.T @ residual) / np.where(size > 0.0, size, np.inf)
     low = (point - criterion.lower)[place] < _TOUCHES
     high = (criterion.upper - point)[place] < _TOUCHES
-    rests = (low & (pressed < -_PRESSED)) | (high & (pressed > _PRESSED))
+    rests = (low & (pressed < -PHYSICS.pressed)) | (high & (pressed > PHYSICS.pressed))
     known, values = load_table().parameters(), fit.model.values
     names = [c.name for c, at in zip(criterion.common, rests, strict=True) if at and values[c.name]]
     by_effect = {e: [n for n in names if known[n].effect == e] for e in effects}
