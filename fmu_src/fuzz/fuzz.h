@@ -11,6 +11,8 @@
 #ifndef IT2HYS_FUZZ_H
 #define IT2HYS_FUZZ_H
 
+#include <float.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -42,6 +44,38 @@ static inline unsigned fuzz_short(struct fuzz_bytes *bytes)
 {
     const unsigned high = fuzz_byte(bytes);
     return high << 8 | fuzz_byte(bytes);
+}
+
+/* Voltages and lengths as they are used, what is special, and any bits. */
+static inline double fuzz_number(struct fuzz_bytes *bytes)
+{
+    static const double SPECIAL[] = { 0.0,     -0.0,   NAN,  INFINITY, -INFINITY, DBL_MAX, -DBL_MAX,
+                                      DBL_MIN, 5e-324, 1e16, 1e-12,    1.0,       -1.0,    1e150 };
+    const unsigned kind = fuzz_byte(bytes);
+    double value;
+
+    if (kind < sizeof SPECIAL / sizeof *SPECIAL)
+        return SPECIAL[kind];
+    if (kind < 120)
+        return fuzz_byte(bytes) * 0.6; /* V */
+    if (kind < 240)
+        return fuzz_byte(bytes) * 7e-8; /* m */
+    fuzz_take(bytes, &value, sizeof value);
+    return value;
+}
+
+/* One of the first few variables, which are inputs and outputs, one of all and one beyond, or any number. */
+static inline uint32_t fuzz_reference(struct fuzz_bytes *bytes, unsigned few, unsigned all)
+{
+    const unsigned kind = fuzz_byte(bytes);
+    uint32_t any;
+
+    if (kind < 128)
+        return kind % few;
+    if (kind < 250)
+        return fuzz_short(bytes) % (all + 1u);
+    fuzz_take(bytes, &any, sizeof any);
+    return any;
 }
 
 /* Promises that do not hold end the program: libFuzzer and the driver then name the bytes. */

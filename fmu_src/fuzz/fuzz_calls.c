@@ -4,8 +4,6 @@
  *   - a refused call left the instance as it was;
  *   - outputs that are handed out are finite;
  *   - going back to a state and stepping again gives the same bits, here and in another instance. */
-#include <float.h>
-#include <math.h>
 
 #include "fmi2_api.h"
 #include "fmu_start.h"
@@ -17,7 +15,6 @@ enum {
     CALLS = 48,    /* of one sequence */
     ARRAY = 4,     /* longest array of arguments */
     TICKS = 1000,  /* longest step */
-    VARIABLES = 111,
     PHASES = 4,
     BLOB = 4096
 };
@@ -101,34 +98,6 @@ static void end(void)
 
 /* --- arguments ----------------------------------------------------------------------------------- */
 
-static double number(struct fuzz_bytes *in)
-{
-    static const double SPECIAL[] = { 0.0,     -0.0,   NAN,  INFINITY, -INFINITY, DBL_MAX, -DBL_MAX,
-                                      DBL_MIN, 5e-324, 1e16, 1e-12,    1.0,       -1.0,    1e150 };
-    const unsigned kind = fuzz_byte(in);
-    double value;
-
-    if (kind < 14)
-        return SPECIAL[kind];
-    if (kind < 120)
-        return fuzz_byte(in) * 0.6; /* V */
-    if (kind < 240)
-        return fuzz_byte(in) * 7e-8; /* m */
-    fuzz_take(in, &value, sizeof value);
-    return value;
-}
-
-static fmi2ValueReference reference(struct fuzz_bytes *in)
-{
-    const unsigned byte = fuzz_byte(in);
-    fmi2ValueReference any;
-
-    if (byte < 250)
-        return byte % (byte < 128 ? 16u : VARIABLES + 1u);
-    fuzz_take(in, &any, sizeof any);
-    return any;
-}
-
 struct arrays {
     size_t count;
     fmi2ValueReference reference[ARRAY];
@@ -145,8 +114,8 @@ static void arrays(struct fuzz_bytes *in, struct arrays *a)
     a->count = shape < 192 ? 1 : shape % (ARRAY + 1);
     a->null = shape >= 250;
     for (size_t i = 0; i < a->count; i++) {
-        a->reference[i] = reference(in);
-        a->real[i] = number(in);
+        a->reference[i] = fuzz_reference(in, 16, FMU_TABLE_ROWS);
+        a->real[i] = fuzz_number(in);
         a->integer[i] = (int)fuzz_byte(in) - 2;
     }
     a->references = shape >= 253 ? NULL : a->reference;
@@ -173,7 +142,7 @@ static double step_time(struct fuzz_bytes *in, double now)
 
     if (kind < 232)
         return now;
-    return kind < 240 ? now * (1.0 + DBL_EPSILON * (kind - 236.0)) : number(in);
+    return kind < 240 ? now * (1.0 + DBL_EPSILON * (kind - 236.0)) : fuzz_number(in);
 }
 
 /* --- promises ------------------------------------------------------------------------------------ */
@@ -223,7 +192,7 @@ static void call_lifecycle(struct subject *s, struct fuzz_bytes *in)
     switch (which % 8) {
     case 0:
     case 1: {
-        const double start = number(in), stop = number(in), tolerance = number(in);
+        const double start = fuzz_number(in), stop = fuzz_number(in), tolerance = fuzz_number(in);
         check(s, m->SetupExperiment(s->c, which & 16, tolerance, start, which & 32, stop), OK_ERROR);
         break;
     }
@@ -391,7 +360,7 @@ static void call_deserialize(struct subject *s, struct fuzz_bytes *in)
     for (unsigned i = 0; i < which % 4 && blob_size; i++) {
         const size_t at = fuzz_short(in) % (blob_size - 8);
         if (which & 4) { /* a whole number, in its place */
-            const double value = number(in);
+            const double value = fuzz_number(in);
             memcpy(blob + at / 8 * 8, &value, sizeof value);
         } else
             blob[at] ^= (fmi2Byte)fuzz_byte(in);

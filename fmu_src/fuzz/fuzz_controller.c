@@ -4,8 +4,6 @@
  *   - a refused call left the instance as it was;
  *   - what it holds and hands out is finite;
  *   - going back to a state and stepping again gives the same bits, here and in the other instance. */
-#include <float.h>
-#include <math.h>
 
 #include "controller.h"
 #include "fmi2Functions.h"
@@ -58,23 +56,6 @@ static void open_instances(void)
 
 /* --- arguments ----------------------------------------------------------------------------------- */
 
-static double number(struct fuzz_bytes *in)
-{
-    static const double SPECIAL[] = { 0.0,     NAN,    INFINITY, -INFINITY, DBL_MAX, -DBL_MAX,
-                                      DBL_MIN, 5e-324, 1e-12,    1.0,       -1.0,    1e150 };
-    const unsigned kind = fuzz_byte(in);
-    double value;
-
-    if (kind < 12)
-        return SPECIAL[kind];
-    if (kind < 120)
-        return fuzz_byte(in) * 0.6; /* V */
-    if (kind < 240)
-        return fuzz_byte(in) * 7e-8; /* m */
-    fuzz_take(in, &value, sizeof value);
-    return value;
-}
-
 struct arrays {
     size_t count;
     fmi2ValueReference reference[ARRAY];
@@ -90,7 +71,7 @@ static void arrays(struct fuzz_bytes *in, struct arrays *a)
     a->count = shape < 192 ? 1 : shape % (ARRAY + 1);
     for (size_t i = 0; i < a->count; i++) {
         a->reference[i] = fuzz_byte(in) % 14;
-        a->real[i] = number(in);
+        a->real[i] = fuzz_number(in);
     }
     a->references = shape >= 253 ? NULL : a->reference;
     a->reals = shape >= 250 && shape < 253 ? NULL : a->real;
@@ -111,7 +92,7 @@ static double step_size(fmi2Component c, struct fuzz_bytes *in)
 
 static void call_lifecycle(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
-    const double start = number(in);
+    const double start = fuzz_number(in);
 
     switch (fuzz_byte(in) % 6) {
     case 0: *status = fmi2SetupExperiment(c, fmi2False, 0.0, start, fmi2False, 0.0); break;
@@ -147,7 +128,7 @@ static void call_get(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 static void call_step(fmi2Component c, struct fuzz_bytes *in, fmi2Status *status)
 {
     const unsigned kind = fuzz_byte(in);
-    const double time = kind < 240 ? inside(c)->s.clock.time : number(in);
+    const double time = kind < 240 ? inside(c)->s.clock.time : fuzz_number(in);
 
     *status = fmi2DoStep(c, time, step_size(c, in), fmi2False);
 }
@@ -172,7 +153,7 @@ static void call_deserialize(fmi2Component c, struct fuzz_bytes *in, fmi2Status 
     fmi2FMUstate state = NULL;
 
     for (unsigned i = 0; i < which % 4; i++) {
-        const double value = number(in);
+        const double value = fuzz_number(in);
         memcpy(blob + HEADER + fuzz_byte(in) % (sizeof(struct block) / 8) * 8, &value, sizeof value);
     }
     const uint64_t checksum = fmu_hash(blob + HEADER, sizeof(struct block));
@@ -211,7 +192,7 @@ static void call_lacking(fmi2Component c, struct fuzz_bytes *in, fmi2Status *sta
 {
     const fmi2ValueReference reference = fuzz_byte(in);
     const fmi2Integer order = 1;
-    double value = number(in);
+    double value = fuzz_number(in);
 
     FUZZ_PROMISE(fmi2SetRealInputDerivatives(c, &reference, 1, &order, &value) == fmi2Error);
     FUZZ_PROMISE(fmi2GetRealOutputDerivatives(c, &reference, 1, &order, &value) == fmi2Error);

@@ -5,8 +5,6 @@
  *   - a refused call left the instance as it was;
  *   - outputs that are handed out are finite;
  *   - going back to a state and stepping again gives the same bits. */
-#include <float.h>
-#include <math.h>
 
 #include "fmi2_api.h" /* struct block */
 #include "fmi3_api.h"
@@ -120,30 +118,6 @@ static void end(void)
 
 /* --- arguments ----------------------------------------------------------------------------------- */
 
-static double number(struct fuzz_bytes *in)
-{
-    static const double SPECIAL[] = { 0.0,      -0.0,    NAN,    INFINITY, -INFINITY, DBL_MAX,
-                                      -DBL_MAX, DBL_MIN, 5e-324, 1e16,     1e-12,     1.0 };
-    const unsigned kind = fuzz_byte(in);
-    double value;
-
-    if (kind < 12)
-        return SPECIAL[kind];
-    if (kind < 120)
-        return fuzz_byte(in) * 0.6; /* V */
-    if (kind < 240)
-        return fuzz_byte(in) * 7e-8; /* m */
-    fuzz_take(in, &value, sizeof value);
-    return value;
-}
-
-static fmi3ValueReference reference(struct fuzz_bytes *in)
-{
-    const unsigned byte = fuzz_byte(in);
-
-    return byte < 250 ? byte % (byte < 128 ? 24u : FMU_TABLE_ROWS + 2u) : byte << 24;
-}
-
 /* Most often as many values as the variables have; at times one more or less, or any number. */
 struct arrays {
     size_t count;
@@ -163,7 +137,7 @@ static void arrays(struct fuzz_bytes *in, const struct subject *s, struct arrays
     a->count = shape < 192 ? 1 : shape % 4;
     a->value_count = 0;
     for (size_t i = 0; i < a->count; i++) {
-        a->reference[i] = reference(in);
+        a->reference[i] = fuzz_reference(in, 24, FMU_TABLE_ROWS + 1); /* the last is time */
         const struct fmu_variable *v = fmu_find(fmu->model, a->reference[i]);
         a->value_count += v && v->index == 1 ? (size_t)*(const int *)((char *)fmu->parameters + v->count) : 1;
     }
@@ -172,7 +146,7 @@ static void arrays(struct fuzz_bytes *in, const struct subject *s, struct arrays
     if (a->value_count > ARRAY)
         a->value_count = ARRAY;
     for (size_t i = 0; i < a->value_count; i++) {
-        a->real[i] = number(in);
+        a->real[i] = fuzz_number(in);
         a->integer[i] = shape == 200 ? UINT64_MAX - i : fuzz_byte(in) % 20;
     }
     a->null = shape >= 250;
@@ -301,7 +275,7 @@ static void call_lifecycle(struct subject *s, struct fuzz_bytes *in)
     switch (which % 8) {
     case 0:
     case 1: {
-        const double start = number(in), stop = number(in), tolerance = number(in);
+        const double start = fuzz_number(in), stop = fuzz_number(in), tolerance = fuzz_number(in);
         check(s, m->EnterInitializationMode(s->c, which & 16, tolerance, start, which & 32, stop), OK_ERROR);
         break;
     }
@@ -351,7 +325,7 @@ static void call_step(struct subject *s, struct fuzz_bytes *in)
     const double now = inside(s)->s.clock.time;
     const double step = step_size(in, inside(s)->parameter.sampleTime);
 
-    make_step(s, in, fuzz_byte(in) < 240 ? now : number(in), step);
+    make_step(s, in, fuzz_byte(in) < 240 ? now : fuzz_number(in), step);
 }
 
 static void call_ordinary_step(struct subject *s, struct fuzz_bytes *in)
@@ -383,7 +357,7 @@ static void update(fmi3InstanceEnvironment environment, double time, bool settab
     outputs_are_finite(s);
     s->last_update = time;
     if (which < 160) {
-        value = number(bytes);
+        value = fuzz_number(bytes);
         const fmi3Status status = m->SetFloat64(s->c, &input, 1, &value, 1);
         FUZZ_PROMISE(status == (isfinite(value) ? fmi3OK : fmi3Discard));
     } else if (which < 176) {
@@ -392,7 +366,7 @@ static void update(fmi3InstanceEnvironment environment, double time, bool settab
         m->FreeInstance(s->c); /* refused */
     } else if (which < 200) {
         *asked = true;
-        *end = number(bytes);
+        *end = fuzz_number(bytes);
     }
 }
 
