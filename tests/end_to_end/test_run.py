@@ -173,6 +173,12 @@ def test_the_report_names_the_records_beside_it_and_their_hashes(demo):
             assert entry["sha256"] == hashlib.sha256(content).hexdigest()
 
 
+def test_what_to_measure_next_does_not_deny_what_is_left_of_the_test_records(demo):
+    said = any(text.startswith("On the test records") for text in demo.report["left_over"])
+    assert said == ("Records like those that were tested" in demo.page)
+    assert said != ("Nothing is needed" in demo.page)
+
+
 def test_the_page_of_a_run_is_drawn_again(demo):
     (demo.directory / "report.html").unlink()
     assert run("report", demo.directory, "--quiet") == 0

@@ -246,12 +246,17 @@ def unexplained(report: Mapping) -> list[str]:
     if report["unexplained"]:
         head = "A significant residual is left that no effect of the catalogue accounts for."
     else:
-        head = "On the records that were fitted or decided, what is left is noise."
+        head = "No significant residual is left on the records that were fitted or decided."
     # the first sentence is the verdict, the details describe it
     texts.append(" ".join([head, *report["left_over"][:1]]))
-    if any(text.startswith(ON_TEST_RECORDS) for text in report["left_over"]):
+    if _tests_show_more(report):
         texts.append("On the test records more than noise is left; the details describe it.")
     return [*texts, *_curve(report)]
+
+
+def _tests_show_more(report: Mapping) -> bool:
+    """Return whether more than noise is left of the test records."""
+    return any(text.startswith(ON_TEST_RECORDS) for text in report["left_over"])
 
 
 def _curve(report: Mapping) -> list[str]:
@@ -280,6 +285,11 @@ def next_measurements(report: Mapping) -> list[str]:
             "minor loops."
             if report["kind"] == "diagnosis"
             else "Nothing yet: run `it2hys diagnose` with the same records first."
+        )
+    elif _tests_show_more(report):
+        texts.append(
+            "Records like those that were tested, to fit as well (or with --validate, to decide): they "
+            "show what the others do not."
         )
     if "test" not in roles:
         texts.append(
