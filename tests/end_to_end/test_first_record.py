@@ -253,7 +253,7 @@ WRONG = {
     "reversed": (
         SINE,
         -displacement_of(SINE),
-        "falls by 1[234].* um while the voltage rises from 0 to",
+        "falls by 1[234].* µm while the voltage rises from 0 to",
     ),
     "butterfly": (SINE - 52.5, (SINE - 52.5) ** 2 / 300, "falls and rises again while the voltage"),
     "noise": (SINE, np.random.default_rng(0).standard_normal(COUNT), "explains .* no more than chance"),

@@ -296,11 +296,11 @@ BAD_FILES = {
     ),
     "displacement too large": (
         with_column(2, 1e3 * make_rows()[:, 2]),
-        "um when read in um, which is no piezo stage's: this looks like a wrong unit",
+        "µm when read in um, which is no piezo stage's: this looks like a wrong unit",
     ),
     "displacement too small": (
         with_column(2, 1e-6 * make_rows()[:, 2]),
-        "um when read in um, which is no piezo stage's: this looks like a wrong unit",
+        "µm when read in um, which is no piezo stage's: this looks like a wrong unit",
     ),
 }
 

@@ -31,7 +31,7 @@ FEW_SWINGS = {
     "three levels": lambda t: np.array([40.0, 105.0, 20.0])[np.minimum(3 * t / t[-1], 2).astype(int)],
 }
 REVERSED = (
-    r"the displacement falls by [\d.]+ um while the voltage rises from [-\d.]+ to [\d.]+ V: "
+    r"the displacement falls by [\d.]+ µm while the voltage rises from [-\d.]+ to [\d.]+ V: "
     r"the sensor's sign is reversed, or the stage pulls; add --invert-displacement"
 )
 
@@ -192,7 +192,7 @@ def test_a_butterfly_is_refused_with_what_was_measured(share, sign):
     message = str(caught.value)
     ways = {1.0: "falls and rises again", -1.0: "rises and falls again"}
     assert f"the displacement {ways[sign]} while the voltage rises" in message
-    found = re.findall(r"([-\d.]+) um at ([-\d.]+) V", message)
+    found = re.findall(r"([-\d.]+) µm at ([-\d.]+) V", message)
     (left, low), (turn, middle), (right, high) = [(float(y), float(v)) for y, v in found]
     assert low < -140.0 and high > 140.0 and abs(middle) < 0.8 * 150.0
     assert abs(left - right) < 2.0 and sign * (left - turn) > 2.0
@@ -299,7 +299,7 @@ def test_the_measured_stage_passes_and_is_refused_reversed(name, fall, low, high
     with pytest.raises(InputError) as caught:
         check_response(measured.invert().invert().invert())
     found = re.search(
-        r"falls by ([\d.]+) um while the voltage rises from (\S+) to (\S+) V", str(caught.value)
+        r"falls by ([\d.]+) µm while the voltage rises from (\S+) to (\S+) V", str(caught.value)
     )
     assert float(found[1]) == pytest.approx(fall, abs=1.0)
     assert found.groups()[1:] == (low, high)

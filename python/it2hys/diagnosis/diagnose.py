@@ -254,8 +254,8 @@ class _Session:
         ratio = self._extent.displacement_span / (share * travel)
         if not 1.0 / COVERAGE.same_unit < ratio < COVERAGE.same_unit:
             raise InputError(
-                f"{name} moves {1e6 * share * travel:.4g} um over the records' voltages, the records "
-                f"{1e6 * self._extent.displacement_span:.4g} um: another unit of the displacement?"
+                f"{name} moves {1e6 * share * travel:.4g} µm over the records' voltages, the records "
+                f"{1e6 * self._extent.displacement_span:.4g} µm: another unit of the displacement?"
             )
 
     def _traces(self, *roles: str) -> list[Trace]:

@@ -35,13 +35,13 @@ def check_ranges(table: Table) -> None:
     row = int(np.argmax(np.abs(displacement)))
     if abs(displacement[row]) > FARTHEST:
         raise table.fault(
-            f"column '{table.columns['displacement'].name}' has {1e6 * displacement[row]:.4g} um, and "
-            f"FMUs take no more than {1e6 * FARTHEST:g} um on either side of zero: subtract a constant",
+            f"column '{table.columns['displacement'].name}' has {1e6 * displacement[row]:.4g} µm, and "
+            f"FMUs take no more than {1e6 * FARTHEST:g} µm on either side of zero: subtract a constant",
             row,
         )
     stroke = np.ptp(displacement)
     if not SMALLEST_STROKE <= stroke <= LARGEST_STROKE:
-        raise table.fault(_wrong_unit(table, "displacement", f"a range of {1e6 * stroke:.4g} um"))
+        raise table.fault(_wrong_unit(table, "displacement", f"a range of {1e6 * stroke:.4g} µm"))
 
 
 def check_order(table: Table, refuse: bool = True) -> list[str]:

@@ -370,7 +370,7 @@ def _folded_text(curve: _Curve) -> str:
     chord = np.interp(v, v[[0, -1]], y[[0, -1]])
     turn = int(np.argmax(np.abs(y - chord)))
     way = "falls and rises again" if y[turn] < chord[turn] else "rises and falls again"
-    places = [f"{y[i]:.4g} um at {v[i]:.4g} V" for i in (0, turn, -1)]
+    places = [f"{y[i]:.4g} µm at {v[i]:.4g} V" for i in (0, turn, -1)]
     return (
         f"the displacement {way} while the voltage rises: on average it is {places[0]}, {places[1]} "
         f"and {places[2]}. That is a butterfly loop, of a stage driven beyond its coercive field, and "
@@ -384,7 +384,7 @@ def _reversed_text(curve: _Curve, record: Record) -> str:
     levels, ends = curve.voltage, curve.displacement[[0, -1]]
     fall = (ends[0] - ends[1]) * (high - low) / (levels[-1] - levels[0])
     measured = (
-        f"the displacement falls by {fall:.3g} um while the voltage rises from {low:.4g} to "
+        f"the displacement falls by {fall:.3g} µm while the voltage rises from {low:.4g} to "
         f"{high:.4g} V: "
     )
     if record.inverted:

@@ -225,7 +225,11 @@ def feedforward(report: Mapping) -> list[str]:
         )
     clamped = max(after[n]["inverse_clamped_percent"] or 0.0 for n in names)
     if clamped > 0.0:
-        texts.append(f"The inverse's voltage was clamped in up to {clamped:.2g} % of the samples.")
+        texts.append(
+            f"In up to {clamped:.2g} % of a record's samples the displacement asks for more than the "
+            f"inverse may give, so its voltage was clamped: it keeps to {bottom:.4g} to {top:.4g} V, "
+            "what the training records cover, and to the limits of the effects in the model."
+        )
     texts.append(
         "This was measured without the rig: the inverse is fed with the displacement that was "
         "measured, and its voltage compared with the one that was applied."
