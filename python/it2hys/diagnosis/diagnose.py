@@ -60,6 +60,10 @@ ONE_LOOP = tuple(name for name, e in EVIDENCE.items() if e.of_any_loop)
 REGULATED = tuple(name for name, e in EVIDENCE.items() if e.of_a_controller)
 #: Iterations of the last fit.
 _FINAL = 150
+_UNUSABLE = (
+    "the fitted model is not usable over the range of the training records: its core does not contract "
+    "there, or has no inverse; give records that cover the range better"
+)
 
 
 def diagnose(
@@ -315,15 +319,18 @@ class _Session:
             if self._usable_range(fit.model) is not None:
                 break
             fit = whole.fit(fit.model, _FINAL, strength)
-        usable = self._usable_range(fit.model)
-        if usable is None:
-            raise InputError(
-                "the fitted model is not usable over the range of the training records: its core does "
-                "not contract there, or has no inverse; give records that cover the range better"
-            )
-        ends = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
-        model = replace(fit.model, values={**fit.model.values, **ends})
+        model = self._with_range(fit.model)
+        if model is None:
+            raise InputError(_UNUSABLE)
         return ChainFit(whole.criterion(model), fit.minimum)
+
+    def _with_range(self, model: Model) -> Model | None:
+        """Return the model with the range of displacement that it is usable in; None without one."""
+        usable = self._usable_range(model)
+        if usable is None:
+            return None
+        ends = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
+        return replace(model, values={**model.values, **ends})
 
     def _usable_range(self, model: Model) -> tuple[float, float] | None:
         """Return a range that holds the core's outputs, and the displacements too where it can."""
@@ -360,6 +367,8 @@ class _Session:
         )
         judged = [within(t, self._extent.voltage) for t in traces if t.role != "test"]
         base = self._on_whole(base, bench)
+        if self._declared:  # fitted since its range was found
+            base = self._with_range(base) or base
         left = self._left_over(whole, fit.model, judged, len(self._train))
         before = self._judgements(base, bench, traces)
         after = self._judgements(fit.model, bench, traces)
@@ -438,7 +447,7 @@ class _Session:
         after: tuple[Judgement, ...],
         traces: Sequence[Trace],
     ) -> tuple[Stage, ...]:
-        """Return the first model, those after each addition if there are any, and the last."""
+        """Return the first model, the usable ones after each addition, and the last."""
         searched = list(zip(self._windows, self._searched(), strict=True))
         order = [e for e in node.fit.model.effects if e in node.effects]
         stages = [self._stage("before", search.root, searched, before)]
@@ -446,7 +455,10 @@ class _Session:
             found = [n for n in search.nodes.values() if n.effects == frozenset(order[:count])]
             if found:
                 best = min(found, key=lambda n: n.rms)
-                judged = self._judgements(self._on_whole(best.fit.model, bench), bench, traces)
+                model = self._with_range(self._on_whole(best.fit.model, bench))
+                if model is None:  # on the way to the last one, a model need not be usable
+                    continue
+                judged = self._judgements(model, bench, traces)
                 stages.append(self._stage(" + ".join(order[:count]), best, searched, judged))
         if order:
             deciding = None if self._is_whole else bench.deciding
