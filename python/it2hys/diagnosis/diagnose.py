@@ -387,7 +387,7 @@ class _Session:
         )
 
     def _rivals(self, settled: Model, nodes: Sequence[Node], bench: Bench) -> tuple[Rival, ...]:
-        """Return the models that the records cannot tell apart, and the one without what they differ in."""
+        """Return the models that the records cannot tell apart, behind the one settled on."""
         if len(nodes) < 2:
             return ()
         found = [Rival((), settled.effects, self._parameters(settled, "none of them"))]

@@ -95,7 +95,6 @@ class Gains:
             compare(before.wide, after.wide),
         )
 
-
     @property
     def tell(self) -> bool:
         """Whether of two equally simple models one is better by more than chance."""

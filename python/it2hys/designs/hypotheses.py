@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from it2hys.errors import InputError
 from it2hys.identification.criterion import Model, Trace
 from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING
 from it2hys.identification.inverse import References
+from it2hys.identification.starts import SAMPLED, SHIFT, SHIFTING
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.compiled import Drive, chain_predict
 from it2hys.model.parameters import ParameterSet, read_ssv
@@ -88,7 +89,7 @@ class Question:
         The model without what these differ in.
     noise : float
         Of the displacement, m rms.
-    duration, slew : float or None
+    duration, rate : float or None
         Of the records at hand: the longest, s, and the fastest change of the voltage, V/s.
     said : tuple of str
         Where what is not given is from.
@@ -98,7 +99,7 @@ class Question:
     neither: Hypothesis | None
     noise: float
     duration: float | None = None
-    slew: float | None = None
+    rate: float | None = None
     said: tuple[str, ...] = ()
 
     @property
@@ -118,12 +119,18 @@ def trace_of(
     )  # fmt: skip
 
 
+def effects_of(parameters: ParameterSet) -> tuple[str, ...]:
+    """Return the effects of a set, without the part of a sample that only goes with a sampled one."""
+    here = active_effects(parameters)
+    others = [e for e in here if e != SHIFTING]
+    is_part = parameters[SHIFT] <= parameters["sampleTime"] and any(e in SAMPLED for e in others)
+    return tuple(others if is_part else here)
+
+
 # --- from a model and names of effects ---------------------------------------------------------------
 
 
-def between(
-    parameters: ParameterSet, effects: Sequence[str], noise: float | None = None
-) -> Question:
+def between(parameters: ParameterSet, effects: Sequence[str], noise: float | None = None) -> Question:
     """Return the question which of some effects a model has.
 
     Those that the parameter set has stay as they are there; the others are given the size that changes
@@ -147,9 +154,8 @@ def between(
             raise InputError(f"--between: no effect {name!r}; {known_names(name, list(EFFECTS))}")
     if len({*effects}) < max(2, len(effects)):
         raise InputError(f"--between {','.join(effects)}: name at least two effects, each once")
-    here = active_effects(parameters)
-    common = [e for e in here if e not in effects]
-    whole = Hypothesis(NEITHER, tuple(here), parameters)
+    here = effects_of(parameters)
+    whole = Hypothesis(NEITHER, here, parameters)
     model = whole.model
     for effect in (e for e in effects if e in here):
         model = without_effect(model, effect)
@@ -164,12 +170,10 @@ def between(
         else:
             own, said = _typical(neither, effect)
         hypotheses.append(_hypothesis(effect, own, parameters, said, (effect,)))
-    travel = float(np.ptp(parameters.displacement_range))
     told = [h.said for h in hypotheses]
     if noise is None:
-        noise = _USUAL_NOISE * travel
-        told.append(f"noise: {1e6 * noise:.3g} um, a usual share of the travel; give --noise")
-    assert common == list(neither.effects)
+        noise, text = _usual_noise(parameters)
+        told.append(text)
     return Question(tuple(hypotheses), neither, noise, said=tuple(told))
 
 
@@ -251,7 +255,9 @@ def _listed(values: Mapping[str, float]) -> str:
 # --- from a report -------------------------------------------------------------------------------
 
 
-def question_of(source: str | Path, effects: Sequence[str] = (), noise: float | None = None) -> Question:
+def question_of(
+    source: str | Path, effects: Sequence[str] = (), noise: float | None = None
+) -> Question:
     """Return the question of a report, or of a parameter set and effects.
 
     Parameters
@@ -269,38 +275,96 @@ def question_of(source: str | Path, effects: Sequence[str] = (), noise: float | 
         If the file cannot be used, or asks for nothing that a record could decide.
     """
     source = Path(source)
-    if noise is not None and not (np.isfinite(noise) and noise > 0.0):
-        raise InputError(f"--noise {1e6 * noise:g}: must be positive")
     if source.suffix == ".ssv":
         parameters = read_ssv(source)
-        if effects:
-            return between(parameters, effects, noise)
-        return _to_determine(parameters, noise, str(source))
-    report = _read(source)
+        try:
+            return question_of_set(parameters, effects, noise)
+        except InputError as error:
+            raise InputError(f"{source}: {error}") from None
+    _check_noise(noise)
+    try:
+        return question_of_report(_read(source), lambda: _beside(source), effects, noise)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+
+
+def question_of_set(
+    parameters: ParameterSet, effects: Sequence[str] = (), noise: float | None = None
+) -> Question:
+    """Return the question which of some effects a model has, or, of none, how large its own ones are.
+
+    Parameters and errors are as in `question_of`.
+    """
+    _check_noise(noise)
+    if effects:
+        return between(parameters, effects, noise)
+    own = effects_of(parameters)
+    if not own:
+        raise InputError(
+            "the set has no effect whose parameters could be determined; name rivals with "
+            "--between EFFECT,EFFECT"
+        )
+    told = ()
+    if noise is None:
+        noise, text = _usual_noise(parameters)
+        told = (text,)
+    return Question((Hypothesis("the model", own, parameters),), None, noise, said=told)
+
+
+def _check_noise(noise: float | None) -> None:
+    if noise is not None and not (np.isfinite(noise) and noise > 0.0):
+        raise InputError(f"--noise {1e6 * noise:g}: must be positive")
+
+
+def _usual_noise(parameters: ParameterSet) -> tuple[float, str]:
+    """Return the noise of a usual sensor, m rms, and that it is one."""
+    low, high = parameters.displacement_range
+    noise = _USUAL_NOISE * (high - low)
+    return noise, f"noise: {1e6 * noise:.3g} um, a usual share of the travel; give --noise"
+
+
+def question_of_report(
+    report: Mapping,
+    found: Callable[[], ParameterSet],
+    effects: Sequence[str] = (),
+    noise: float | None = None,
+) -> Question:
+    """Return the question that a report leaves open.
+
+    Parameters
+    ----------
+    report : Mapping
+        What `report.json` holds.
+    found : callable
+        Returns the parameter set that it is of.
+    effects, noise
+        As in `question_of`.
+
+    Raises
+    ------
+    InputError
+        If there is nothing that a record could decide.
+    """
     known = noise if noise is not None else 1e-6 * float(report["noise_rms_um"])
     about = {
         "duration": max(r["samples"] * r["sample_time_s"] for r in report["records"].values()),
-        "slew": max(r.get("fastest_V_per_s", 0.0) for r in report["records"].values()) or None,
+        "rate": max(r.get("fastest_V_per_s", 0.0) for r in report["records"].values()) or None,
     }
-    if effects:
-        found = between(_beside(source), effects, known)
-        return Question(found.hypotheses, found.neither, known, said=found.said, **about)
     rivals = report.get("rivals") or []
-    if len(rivals) > 2:
+    group = [*effects] or [*(report["indistinguishable"] or [[]])[0]]
+    if not effects and len(rivals) > 2:
         neither, *others = (_of_report(r) for r in rivals)
         return Question(tuple(others), neither, known, **about)
-    for group in report["indistinguishable"]:
-        found = between(_beside(source), group, known)
-        return Question(found.hypotheses, found.neither, known, said=found.said, **about)
+    if group:
+        return replace(between(found(), group, known), **about)
     undetermined = [n for n, p in report["parameters"].items() if not p["determined"]]
     if not report["effects"] and not undetermined:
         raise InputError(
-            f"{source}: names no effects that its records cannot tell apart, and no parameter that they "
-            "do not determine: there is nothing to decide; --between EFFECT,... asks a question of your "
-            "own"
+            "there are no effects that the records cannot tell apart, and no parameter that they do "
+            "not determine: nothing to decide; --between EFFECT,... asks a question of your own"
         )
-    parameters = _beside(source)
-    only = Hypothesis("the model", tuple(active_effects(parameters)), parameters)
+    parameters = found()
+    only = Hypothesis("the model", effects_of(parameters), parameters)
     return Question((only,), None, known, **about)
 
 
@@ -309,21 +373,6 @@ def _of_report(entry: Mapping) -> Hypothesis:
     parameters = ParameterSet(entry["parameters"], " + ".join(own) or NEITHER).validate()
     said = f"{' + '.join(own)}: as fitted to the records" if own else "the model without any of them"
     return Hypothesis(" + ".join(own) or NEITHER, tuple(entry["effects"]), parameters, said, own)
-
-
-def _to_determine(parameters: ParameterSet, noise: float | None, source: str) -> Question:
-    """Return the question how large the parameters of a set's effects are."""
-    effects = tuple(active_effects(parameters))
-    if not effects:
-        raise InputError(
-            f"{source}: has no effect whose parameters could be determined; name rivals with "
-            "--between EFFECT,EFFECT"
-        )
-    said = ()
-    if noise is None:
-        noise = _USUAL_NOISE * float(np.ptp(parameters.displacement_range))
-        said = (f"noise: {1e6 * noise:.3g} um, a usual share of the travel; give --noise",)
-    return Question((Hypothesis("the model", effects, parameters),), None, noise, said=said)
 
 
 def _beside(source: Path) -> ParameterSet:
@@ -343,6 +392,6 @@ def _read(source: Path) -> dict:
     missing = [key for key in wanted if not isinstance(report, dict) or key not in report]
     if missing:
         raise InputError(
-            f"{source}: lacks {', '.join(missing)}: give the report.json that `it2hys diagnose` left"
+            f"{source}: lacks {', '.join(missing)}; give the report.json that `it2hys diagnose` left"
         )
     return report

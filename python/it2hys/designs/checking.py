@@ -1,4 +1,4 @@
-"""What a promise is worth: designed records simulated with noise, and told apart as a diagnosis does."""
+"""What a promise is worth: designed records simulated with noise, told apart as a diagnosis does."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from it2hys.design.hypotheses import Hypothesis
-from it2hys.design.promise import Ground
+from it2hys.designs.hypotheses import Hypothesis
+from it2hys.designs.promise import Ground
 from it2hys.diagnosis.diagnose import diagnose
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.selection import Gains
@@ -82,7 +82,7 @@ def diagnose_records(
     seed: int,
     each: Callable[[str], None] = lambda text: None,
 ) -> Simulated:
-    """Diagnose noisy records of a model from the one without the effects: is its name the answer?"""
+    """Diagnose noisy records of a model from the one without the effects; count its name alone."""
     assert ground.neither is not None
     told = 0
     for i in range(draws):

@@ -11,11 +11,11 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
-from it2hys.design.checking import Simulated, diagnose_records, simulate_pair
-from it2hys.design.families import FAMILIES, Family
-from it2hys.design.hypotheses import Question
-from it2hys.design.limits import Limits, Wanted, limits_of
-from it2hys.design.promise import Ground, Separation, quieter, worst
+from it2hys.designs.checking import Simulated, diagnose_records, simulate_pair
+from it2hys.designs.families import FAMILIES, Family
+from it2hys.designs.hypotheses import Question
+from it2hys.designs.limits import Limits, Wanted, limits_of
+from it2hys.designs.promise import Ground, Separation, worst
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.errors import InputError
 from it2hys.policy import DESIGN
@@ -24,8 +24,10 @@ from it2hys.support.progress import Progress, silent
 
 #: Refits of records of the usual length that a search may take, and the fewest and most records.
 _REFITS, _FEWEST, _MOST = 1000, 60, 260
+#: Records for every family that may be played, at most.
+_BY_FAMILY = 40
 #: Refits of the coarse search that a report can wait for, and its records.
-_COARSE_REFITS, _COARSE_FEWEST = 200, 24
+_COARSE_REFITS, _COARSE_FEWEST, _COARSE_MOST = 200, 24, 48
 #: Score beyond which a record decides by far, and what a nat a parameter counts beside it.
 _ENOUGH, _OF_PARAMETERS = 0.7, 0.1
 #: Share of the records that are spread over the families; the rest refines the best ones.
@@ -53,6 +55,10 @@ class Design:
         What is played: its family, and it in words with the rig's units.
     voltage : ndarray, shape (N,)
         In V, every `limits.sample_time`, from rest to rest.
+    readings : dict of str to ndarray, shape (N,)
+        What the models read on it without noise, m.
+    left : dict of str to ndarray, shape (N,)
+        What a model leaves of another's readings once it is refitted to them, m, by what it is.
     separations : tuple of Separation
         Of every pair of models.
     intervals : dict of str to dict
@@ -77,6 +83,8 @@ class Design:
     family: str
     words: str
     voltage: np.ndarray
+    readings: dict[str, np.ndarray]
+    left: dict[str, np.ndarray]
     separations: tuple[Separation, ...]
     intervals: dict[str, dict[str, tuple[float, float]]]
     others: dict[str, tuple[Separation, ...]]
@@ -121,8 +129,8 @@ class Design:
             return [f"Play this record: {self.words}. It tells {told} at a noise of {noise}."]
         bad = worst(self.separations)
         return [
-            f"No record within these limits decides between {' and '.join(self.names)}. The best one that "
-            f"was found tells {told} at a noise of {noise}: what is left between {bad.truth} and "
+            f"No record within these limits decides between {' and '.join(self.names)}. The best one "
+            f"that was found tells {told} at a noise of {noise}: what is left between {bad.truth} and "
             f"{bad.rival} is {bad.distance:.3g} times the noise over all of the record.",
             *self.needed,
         ]
@@ -147,8 +155,8 @@ def check_resolved(question: Question, wanted: Wanted) -> None:
             values = {**hypothesis.parameters, "sampleTime": sample_time}
             if EVIDENCE[effect].is_within_a_sample(values):
                 raise InputError(
-                    f"a sample time of {sample_time:g} s is too coarse for {effect}, which acts within a "
-                    f"sample ({hypothesis.said or 'as in the parameter set'}): sample faster"
+                    f"a sample time of {sample_time:g} s is too coarse for {effect}, which acts within "
+                    f"a sample ({hypothesis.said or 'as in the parameter set'}): sample faster"
                 )
 
 
@@ -204,7 +212,7 @@ def design(
 
 def _limits(question: Question, wanted: Wanted) -> Limits:
     base = question.base
-    return limits_of(wanted, base.voltage_range, base["sampleTime"], question.duration, question.slew)
+    return limits_of(wanted, base.voltage_range, base["sampleTime"], question.duration, question.rate)
 
 
 @dataclass(eq=False)
@@ -222,7 +230,7 @@ class _Search:
         """Search, promise, compare and check."""
         begin = time.perf_counter()
         self.ground, self.evaluated = Ground(self.question, self.limits), 0
-        self.budget = self._budget(self.ground)
+        self.budget = self._budget(self.ground, len(self.families))
         self.progress(0.0, "models that rival each other")
         family, point = self._best()
         voltage = family.voltage(point, self.limits)
@@ -242,6 +250,8 @@ class _Search:
             family.name,
             family.described(point, self.limits),
             voltage,
+            {h.name: self.ground.reading(h, voltage) for h in self.ground.hypotheses},
+            self._left_over(voltage),
             separations,
             intervals,
             others,
@@ -253,13 +263,13 @@ class _Search:
             self.evaluated,
         )
 
-    def _budget(self, ground: Ground) -> int:
+    def _budget(self, ground: Ground, families: int) -> int:
         """Return how many records are compared: fewer where one takes longer."""
         length = self.limits.samples * self.limits.periods / DESIGN.duration_samples
         work = max(1, len(ground.pairs)) * max(length, 0.25)
         if self.coarse:
-            return int(max(_COARSE_FEWEST, _COARSE_REFITS / work))
-        return int(np.clip(_REFITS / work, _FEWEST, _MOST))
+            return int(np.clip(_COARSE_REFITS / work, _COARSE_FEWEST, _COARSE_MOST))
+        return int(np.clip(_REFITS / work, _FEWEST, min(_MOST, max(_FEWEST, _BY_FAMILY * families))))
 
     # --- the search ------------------------------------------------------------------------------
 
@@ -327,6 +337,15 @@ class _Search:
     def _separations(ground: Ground, voltage: np.ndarray, thorough: bool) -> tuple[Separation, ...]:
         return tuple(ground.separation(a, b, voltage, thorough) for a, b in ground.pairs)
 
+    def _left_over(self, voltage: np.ndarray) -> dict[str, np.ndarray]:
+        """Return what rivals leave of each other's readings."""
+        courses = {
+            f"{b.name} refitted, less {a.name}": self.ground.left_over(a, b, voltage, thorough=True)[0]
+            for a, b in self.ground.pairs
+            if b.own
+        }
+        return {name: course for name, course in courses.items() if course is not None}
+
     # --- the promise -----------------------------------------------------------------------------
 
     def _intervals(self, voltage: np.ndarray) -> dict[str, dict[str, tuple[float, float]]]:
@@ -348,14 +367,15 @@ class _Search:
         if not separations or worst(separations).power >= DESIGN.decides:
             return ()
         self.progress(0.7, "what would be needed")
+        lefts = [((a, b), self.ground.left_over(a, b, voltage, True)) for a, b in self.ground.pairs]
         texts = []
         for factor in _QUIETER if not self.coarse else ():
-            found = self._separations(quieter(self.ground, factor), voltage, thorough=False)
+            found = tuple(self.ground.judged(*pair, *left, factor) for pair, left in lefts)
             if worst(found).power >= DESIGN.decides:
                 noise = 1e6 * self.question.noise / factor
                 texts.append(
-                    f"With a noise {factor:.2g} times lower ({noise:.2g} µm), by a quieter sensor or by "
-                    f"averaging {int(np.ceil(factor**2))} periods, this record would decide."
+                    f"With a noise {factor:.2g} times lower ({noise:.2g} µm), by a quieter sensor or "
+                    f"by averaging {int(np.ceil(factor**2))} periods, this record would decide."
                 )
                 break
         else:
@@ -381,7 +401,7 @@ class _Search:
             base.voltage_range,
             base["sampleTime"],
         )
-        if free.slew <= 1.01 * self.limits.slew and free.highest <= 1.01 * self.limits.highest:
+        if free.rate <= 1.01 * self.limits.rate and free.highest <= 1.01 * self.limits.highest:
             return ""
         found = _Search(self.question, free, self.families, self.seed, True, silent)
         found.ground, found.evaluated = Ground(self.question, free), 0
@@ -439,5 +459,3 @@ def _from_rest(voltage: np.ndarray, rest: float) -> np.ndarray:
     """Return a recorded voltage behind a ramp from rest."""
     ramp = np.linspace(rest, float(voltage[0]), _RAMP)
     return np.concatenate([ramp, np.full(_RAMP, voltage[0]), voltage])
-
-

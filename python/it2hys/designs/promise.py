@@ -1,24 +1,24 @@
 """What a record would decide, told before it is measured.
 
-The readings of one model on a voltage are what another model, refitted to them, has to come near to: the
-difference that is left (T-optimality) is set against what the diagnosis asks for before it calls one of
-two models the better one. Refits are those of the identification, by the exact sensitivities of the
-compiled chain.
+The readings of one model on a voltage are what another model, refitted to them, has to come near to:
+the difference that is left (T-optimality) is set against what the diagnosis asks for before it calls
+one of two models the better one. Refits are those of the identification, by the exact sensitivities
+of the compiled chain.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.stats import norm
 
-from it2hys.design.families import FAMILIES
-from it2hys.design.hypotheses import Hypothesis, Question, trace_of
-from it2hys.design.limits import Limits
+from it2hys.designs.families import FAMILIES
+from it2hys.designs.hypotheses import Hypothesis, Question, trace_of
+from it2hys.designs.limits import Limits
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import with_effect
 from it2hys.diagnosis.selection import LEVEL
@@ -170,11 +170,21 @@ class Ground:
 
     # --- one of several ------------------------------------------------------------------------------
 
-    @np.errstate(over="ignore", invalid="ignore")
     def separation(
         self, truth: Hypothesis, rival: Hypothesis, voltage: np.ndarray, thorough: bool = False
     ) -> Separation:
         """Return how far a rival stays from the truth on a voltage, (N,).
+
+        `thorough` is as for `left_over`.
+        """
+        left, deciding = self.left_over(truth, rival, voltage, thorough)
+        return self.judged(truth, rival, left, deciding)
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def left_over(
+        self, truth: Hypothesis, rival: Hypothesis, voltage: np.ndarray, thorough: bool = False
+    ) -> tuple[np.ndarray | None, np.ndarray]:
+        """Return what a rival leaves of the readings of the truth on a voltage once it is refitted.
 
         Parameters
         ----------
@@ -182,6 +192,14 @@ class Ground:
         voltage : ndarray, shape (N,)
         thorough : bool
             Refit to the end, from several starts, and as the diagnosis does: without what decides.
+
+        Returns
+        -------
+        left : ndarray, shape (N,), or None
+            Rival less truth, m; None where the run of one is on its way to infinity, so that the
+            voltage is none that they can be compared on.
+        deciding : ndarray of bool, shape (N,)
+            Samples that decide.
         """
         y = self.reading(truth, voltage)
         trace = self.trace(voltage, y)
@@ -195,20 +213,26 @@ class Ground:
                 fits.append(self.fit([trace], rival.model, _QUICK))
         found = min(fits, key=lambda fit: fit.minimum.cost)
         left = found.model.predict(trace, 0) - y
-        # a run on its way to infinity: the voltage is not one that both models can be compared on
-        if not np.all(np.abs(left) < _FAR * self.scaling.y_unit):
-            return Separation(truth.name, rival.name, np.inf, 1.0, 0.0, -np.inf)
-        return self._judged(truth.name, rival.name, left, deciding.judged, is_base=not rival.own)
+        is_near = bool(np.all(np.abs(left) < _FAR * self.scaling.y_unit))
+        return (left if is_near else None), deciding.judged
 
-    def _judged(
-        self, truth: str, rival: str, left: np.ndarray, deciding: np.ndarray, is_base: bool
+    def judged(
+        self,
+        truth: Hypothesis,
+        rival: Hypothesis,
+        left: np.ndarray | None,
+        deciding: np.ndarray,
+        quieter: float = 1.0,
     ) -> Separation:
-        """Return what the diagnosis would make of a difference that is left, (N,), m.
+        """Return what the diagnosis would make of a difference that is left, as `left_over` has it.
 
-        It compares mean squares of both errors on the samples that decide, by a bootstrap of blocks, and
-        asks for a gain besides: both are thresholds of the mean square difference.
+        It compares mean squares of both errors on the samples that decide, by a bootstrap of blocks,
+        and asks for a gain besides: both are thresholds of the mean square difference. The noise is
+        `quieter` times smaller than the question's.
         """
-        noise, d = self.question.noise, left[deciding]
+        if left is None:
+            return Separation(truth.name, rival.name, np.inf, 1.0, 0.0, -np.inf)
+        noise, d = self.question.noise / quieter, left[deciding]
         power, count = d**2, len(d)
         draw = np.random.default_rng(0).standard_normal(count)
         length = int(SEARCH.block * correlation_time(2.0 * noise * draw * d + power))
@@ -217,12 +241,12 @@ class Ground:
         mean = float(np.mean(power))
         of_noise = 4.0 * noise**2 * mean / count
         spread = np.sqrt(of_noise + float(np.var(blocks)) / len(blocks))
-        least = DESIGN.base_gain if is_base else SEARCH.telling
+        least = SEARCH.telling if rival.own else DESIGN.base_gain
         needed = max(noise**2 * (1.0 / (1.0 - least) ** 2 - 1.0), float(norm.isf(LEVEL)) * spread)
         of_noise = max(np.sqrt(of_noise), np.finfo(float).tiny)
         return Separation(
-            truth,
-            rival,
+            truth.name,
+            rival.name,
             float(np.linalg.norm(left)) / noise,
             float(1.0 - noise / np.sqrt(noise**2 + mean)),
             float(norm.cdf((mean - needed) / of_noise)),
@@ -284,9 +308,3 @@ class Ground:
 def worst(separations: Iterable[Separation]) -> Separation:
     """Return the separation that is least likely to be seen."""
     return min(separations, key=lambda s: s.score)
-
-
-def quieter(ground: Ground, factor: float) -> Ground:
-    """Return the same question at a noise that is smaller by a factor."""
-    question = replace(ground.question, noise=ground.question.noise / factor)
-    return Ground(question, ground.limits)

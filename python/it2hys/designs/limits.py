@@ -26,8 +26,8 @@ class Wanted:
     ----------
     voltage : tuple of float
         Lowest and highest voltage, V.
-    slew : float
-        In V/s.
+    rate : float
+        Fastest change, V/s.
     bandwidth : float
         Of the amplifier, Hz.
     current, capacitance : float
@@ -41,7 +41,7 @@ class Wanted:
     """
 
     voltage: tuple[float, float] | None = None
-    slew: float | None = None
+    rate: float | None = None
     bandwidth: float | None = None
     current: float | None = None
     capacitance: float | None = None
@@ -59,7 +59,7 @@ class Limits:
     ----------
     low, high : float
         Voltages, V.
-    slew : float
+    rate : float
         Fastest change, V/s.
     sample_time : float
         In s.
@@ -74,7 +74,7 @@ class Limits:
 
     low: float
     high: float
-    slew: float
+    rate: float
     sample_time: float
     samples: int
     periods: int
@@ -100,10 +100,10 @@ class Limits:
     @property
     def step(self) -> float:
         """Largest change from one sample to the next, V."""
-        return self.slew * self.sample_time
+        return self.rate * self.sample_time
 
     def kept(self, target: np.ndarray) -> np.ndarray:
-        """Return the voltage nearest to a target, (N,), that keeps the limits and begins and ends at rest.
+        """Return the voltage nearest to a target, (N,), that keeps the limits, from rest to rest.
 
         It is cut to what can be reached from rest and be left for it in time, and then follows no
         faster than the slew rate.
@@ -137,7 +137,7 @@ def limits_of(
     voltage_range: tuple[float, float],
     sample_time: float,
     duration: float | None = None,
-    slew: float | None = None,
+    rate: float | None = None,
 ) -> Limits:
     """Return the limits of a rig, those that are not given as the model and the records imply them.
 
@@ -148,7 +148,7 @@ def limits_of(
         That the model holds for, V.
     sample_time : float
         Of the model, s.
-    duration, slew : float, optional
+    duration, rate : float, optional
         Of the longest record, s, and the fastest change of the voltage in the records, V/s.
 
     Raises
@@ -171,9 +171,9 @@ def limits_of(
         said.append(f"periods: {wanted.periods} equal ones, as given")
     lowest, highest, told = _band(wanted, sample_time, count * sample_time)
     said.append(told)
-    rate, told = _slew(wanted, high - low, sample_time, highest, slew)
+    fastest, told = _fastest(wanted, high - low, sample_time, highest, rate)
     said.append(told)
-    found = Limits(low, high, rate, sample_time, count, wanted.periods, lowest, highest, tuple(said))
+    found = Limits(low, high, fastest, sample_time, count, wanted.periods, lowest, highest, tuple(said))
     _check_reach(found)
     return found
 
@@ -193,18 +193,18 @@ def _check_voltage(low: float, high: float, model: tuple[float, float]) -> None:
         )
 
 
-def _positive(**options: float | None) -> None:
-    for name, value in options.items():
-        if value is not None and not (np.isfinite(value) and value > 0.0):
-            raise InputError(f"--{name.replace('_', '-')} {value:g}: must be positive")
+def _check_positive(name: str, value: float | None) -> None:
+    if value is not None and not (np.isfinite(value) and value > 0.0):
+        raise InputError(f"the {name} must be positive, not {value:g}")
 
 
 def _samples(wanted: Wanted, sample_time: float, duration: float | None) -> tuple[int, str]:
     """Return the samples of a period, and where the duration is from."""
-    _positive(duration=wanted.duration, periods=wanted.periods)
+    _check_positive("duration", wanted.duration)
+    _check_positive("number of periods", wanted.periods)
     implied = DESIGN.duration_samples * sample_time if duration is None else duration
     whole = wanted.duration or implied
-    samples = int(round(whole / sample_time))
+    samples = round(whole / sample_time)
     fewest = 4 * STARTS.fewest_deciding
     if samples > MOST_SAMPLES:
         raise InputError(
@@ -222,7 +222,7 @@ def _samples(wanted: Wanted, sample_time: float, duration: float | None) -> tupl
 
 def _band(wanted: Wanted, sample_time: float, period: float) -> tuple[float, float, str]:
     """Return the lowest and highest frequency that is played, and where they are from."""
-    _positive(bandwidth=wanted.bandwidth)
+    _check_positive("bandwidth", wanted.bandwidth)
     nyquist, slowest = 0.5 / sample_time, 1.0 / period
     most = min(DESIGN.highest_share * nyquist, wanted.bandwidth or np.inf)
     why = "the amplifier's bandwidth" if wanted.bandwidth == most else "what the sampling shows well"
@@ -240,21 +240,24 @@ def _band(wanted: Wanted, sample_time: float, period: float) -> tuple[float, flo
         low, high, source = max(low, slowest), min(high, most), "as given"
     if low >= high:
         raise InputError(
-            f"a period of {period:g} s holds nothing slower than {slowest:g} Hz, but nothing faster than "
-            f"{high:g} Hz may be played: give a longer --duration, fewer --periods or a wider --band"
+            f"a period of {period:g} s holds nothing slower than {slowest:g} Hz, but nothing faster "
+            f"than {high:g} Hz may be played: give a longer --duration, fewer --periods "
+            "or a wider --band"
         )
     return low, high, f"band: {low:.4g} to {high:.4g} Hz, {source}"
 
 
-def _slew(
+def _fastest(
     wanted: Wanted, span: float, sample_time: float, highest: float, records: float | None
 ) -> tuple[float, str]:
     """Return the fastest change in V/s, the least of all that limit it, and where it is from."""
     if (wanted.current is None) != (wanted.capacitance is None):
         given, other = ("current", "capacitance")[:: 1 if wanted.capacitance is None else -1]
         raise InputError(f"--{given} limits the voltage with --{other} alone: give both or neither")
-    _positive(slew=wanted.slew, current=wanted.current, capacitance=wanted.capacitance)
-    rates = {"as given": wanted.slew}
+    _check_positive("slew rate", wanted.rate)
+    _check_positive("current", wanted.current)
+    _check_positive("capacitance", wanted.capacitance)
+    rates = {"as given": wanted.rate}
     if wanted.current is not None and wanted.capacitance is not None:
         rates["what the current charges the capacitance with"] = wanted.current / wanted.capacitance
     if wanted.bandwidth is not None:
@@ -274,11 +277,11 @@ def _slew(
 
 def _check_reach(limits: Limits) -> None:
     """Refuse limits under which a period ends before the range has been gone through a few times."""
-    swings = limits.slew * limits.samples * limits.sample_time / (2.0 * limits.span)
+    swings = limits.rate * limits.samples * limits.sample_time / (2.0 * limits.span)
     if swings < DESIGN.fewest_swings:
         raise InputError(
-            f"the limits exclude each other: at {limits.slew:.4g} V/s a swing through {limits.low:g} to "
-            f"{limits.high:g} V and back takes {2 * limits.span / limits.slew:.4g} s, and a period lasts "
-            f"{limits.samples * limits.sample_time:.4g} s; give a faster --slew, a smaller --voltage, a "
-            "longer --duration or fewer --periods"
+            f"the limits exclude each other: at {limits.rate:.4g} V/s a swing through {limits.low:g} "
+            f"to {limits.high:g} V and back takes {2 * limits.span / limits.rate:.4g} s, and a period "
+            f"lasts {limits.samples * limits.sample_time:.4g} s; give a faster --slew, a smaller "
+            "--voltage, a longer --duration or fewer --periods"
         )

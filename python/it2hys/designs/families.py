@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import signal
 
-from it2hys.design.limits import Limits
+from it2hys.designs.limits import Limits
 
 #: Shares of a period that a part of a combination has at least, beside an equal share of the rest.
 _LEAST_PART = 0.15
@@ -76,8 +76,10 @@ def _onto(unit: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
 
 def _tones(point: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
     """Return the frequencies of a multisine, Hz, whole numbers of cycles each."""
-    first, last = np.sort([_frequency(point[0], samples, limits), _frequency(point[1], samples, limits)])
-    count = 3 + int(round(point[2] * (_MOST_TONES - 3)))
+    first, last = np.sort(
+        [_frequency(point[0], samples, limits), _frequency(point[1], samples, limits)]
+    )
+    count = 3 + round(point[2] * (_MOST_TONES - 3))
     unit = 1.0 / (samples * limits.sample_time)
     cycles = np.unique(np.maximum(1, np.round(np.geomspace(first, last, count) / unit)))
     kept = cycles[cycles * unit <= limits.highest * (1.0 + 1e-12)]
@@ -85,11 +87,13 @@ def _tones(point: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
 
 
 def _multisine(point: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
-    """Sines whose amplitudes fall as a power of the frequency, and whose phases bend as a sweep's."""
+    """Return sines whose amplitudes fall with the frequency, and whose phases bend as a sweep's."""
     tones = _tones(point, samples, limits)
     number = np.arange(1, len(tones) + 1)
     amplitudes = (tones / tones[0]) ** (-1.5 * point[3])
-    phases = -np.pi * 2.0 * point[4] * number**2 / len(tones) + 2.0 * np.pi * _GOLDEN * number * point[5]
+    phases = (
+        -np.pi * 2.0 * point[4] * number**2 / len(tones) + 2.0 * np.pi * _GOLDEN * number * point[5]
+    )
     time = np.arange(samples) * limits.sample_time
     total = amplitudes @ np.sin(2.0 * np.pi * tones[:, None] * time + phases[:, None])
     return _onto(total, _ends(point[6], point[7], limits))
@@ -104,7 +108,7 @@ def _multisine_words(point: np.ndarray, samples: int, limits: Limits) -> str:
 
 
 def _chirp(point: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
-    """A swept sine, up or down, whose swings grow or shrink."""
+    """Return a swept sine, up or down, whose swings grow or shrink."""
     time = np.arange(samples) * limits.sample_time
     first, last = _frequency(point[0], samples, limits), _frequency(point[1], samples, limits)
     method = "linear" if point[2] < 0.5 or first == last else "logarithmic"
@@ -128,12 +132,12 @@ def _holds(point: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
     holds: list[int] = []
     while sum(holds) < samples:
         share = (len(holds) * _GOLDEN) % 1.0
-        holds.append(max(1, int(round(ends[0] * (ends[1] / ends[0]) ** share / limits.sample_time))))
+        holds.append(max(1, round(ends[0] * (ends[1] / ends[0]) ** share / limits.sample_time)))
     return np.array(holds)
 
 
 def _steps(point: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
-    """Held steps to levels that spread evenly over the range, between sometimes small ones."""
+    """Return held steps to levels that spread evenly over the range, between sometimes small ones."""
     holds = _holds(point, samples, limits)
     places = (point[2] + (1 + np.arange(len(holds))) * (0.25 + 0.5 * point[3])) % 1.0
     # from levels of the whole range towards two levels that take turns
@@ -150,7 +154,7 @@ def _steps_words(point: np.ndarray, samples: int, limits: Limits) -> str:
 
 
 def _reversals(point: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
-    """Triangles of falling amplitude, their frequency from one value to another."""
+    """Return triangles of falling amplitude, their frequency from one value to another."""
     first, last = _frequency(point[0], samples, limits), _frequency(point[1], samples, limits)
     frequency = np.geomspace(first, last, samples)
     phase = np.cumsum(frequency) * limits.sample_time
