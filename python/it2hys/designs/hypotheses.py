@@ -18,9 +18,10 @@ from it2hys.identification.criterion import Model, Trace
 from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING
 from it2hys.identification.inverse import References
 from it2hys.identification.starts import SAMPLED, SHIFT, SHIFTING
-from it2hys.model.chain import EFFECTS, active_effects
+from it2hys.model.chain import active_effects
 from it2hys.model.compiled import Drive, chain_predict
 from it2hys.model.parameters import ParameterSet, read_ssv
+from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
 from it2hys.policy import DESIGN
 from it2hys.records.clues import Clue, Clues, Extent
@@ -304,7 +305,7 @@ def question_of_set(
             "the set has no effect whose parameters could be determined; name rivals with "
             "--between EFFECT,EFFECT"
         )
-    told = ()
+    told: tuple[str, ...] = ()
     if noise is None:
         noise, text = _usual_noise(parameters)
         told = (text,)

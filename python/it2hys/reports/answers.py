@@ -287,7 +287,8 @@ def next_measurements(report: Mapping) -> list[str]:
     if report["unexplained"]:
         texts.append(
             "Records of other kinds would narrow down what is left: slow and fast, with holds, with "
-            "minor loops."
+            "minor loops. `it2hys design report.json --between EFFECT,EFFECT -o DIR` designs one that "
+            "decides between effects that you suspect."
             if report["kind"] == "diagnosis"
             else "Nothing yet: run `it2hys diagnose` with the same records first."
         )
@@ -307,7 +308,7 @@ def next_measurements(report: Mapping) -> list[str]:
 
 
 def _designed(report: Mapping) -> list[str]:
-    """Return what to play where effects cannot be told apart; or else what would show them."""
+    """Return what to play where effects or their parameters are open; or else what would show them."""
     found = report.get("next")
     if not found or found["command"] is None:
         return [*report["experiments"], *(found["promise"] if found else [])]

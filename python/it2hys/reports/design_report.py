@@ -283,13 +283,18 @@ def next_record(report: Mapping, result: object) -> tuple[dict | None, list[Pict
     result : Diagnosis or another result
         Of which there is no such record.
 
+    Notes
+    -----
+    It is designed between effects that cannot be told apart; where there are none, for the parameters
+    of effects that were found and the records leave open.
+
     Returns
     -------
     entry : dict or None
         A key of `report.json`; None where everything was told apart.
     pictures : list of Picture
     """
-    if not isinstance(result, Diagnosis) or not result.indistinguishable:
+    if not isinstance(result, Diagnosis) or not (result.indistinguishable or _open(report)):
         return None, []
     try:
         question = question_of_report(report, lambda: result.parameters)
@@ -302,6 +307,15 @@ def next_record(report: Mapping, result: object) -> tuple[dict | None, list[Pict
         "power": found.power,
     }
     return entry, [Picture(NEXT, drawn(found), "")]
+
+
+def _open(report: Mapping) -> bool:
+    """Return whether the records leave a parameter of an effect open that was found."""
+    known = load_table().parameters()
+    return any(
+        not entry["determined"] and known[name].effect in report["effects"]
+        for name, entry in report["parameters"].items()
+    )
 
 
 # --- what came out --------------------------------------------------------------------------------
