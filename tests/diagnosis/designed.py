@@ -47,8 +47,8 @@ class Loop:
         Probability, told beforehand, of telling the truth from the other one.
     designed, paper, chirp : tuple of str
         What was named on the records that followed.
-    seconds : float
-        Of the design, and of all.
+    design_seconds, seconds : float
+        Processor time of the design, and of all.
     failure : str
         The message of a run that ended with one.
     """
@@ -121,7 +121,9 @@ def run_loop(
         loop = replace(loop, first=first.effects, first_open=open_)
         question = between(first.parameters, pair, case.noise_rms)
         wanted = Wanted(duration=length * case.grid.sample_time)
+        before = time.process_time()
         found = design(question, wanted, families, seed, draws=0)
+        loop = replace(loop, design_seconds=time.process_time() - before)
         promised = [s.power for s in found.separations if s.truth == loop.truth]
         loop = replace(loop, family=found.family, promised=min(promised), design_seconds=found.seconds)
         voltages = {"designed": found.voltage}

@@ -399,7 +399,10 @@ class _Session:
                 continue
             ends = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
             named = replace(model, values={**model.values, **ends})
-            parameters = self._parameters(named, " + ".join(own))
+            try:
+                parameters = self._parameters(named, " + ".join(own))
+            except InputError:  # not usable over the whole range of the records: it rivals nothing
+                continue
             found.append(Rival(own, tuple(node.fit.model.effects), parameters))
         return tuple(found)
 
