@@ -125,7 +125,7 @@ def run_loop(
         found = design(question, wanted, families, seed, draws=0)
         loop = replace(loop, design_seconds=time.process_time() - before)
         promised = [s.power for s in found.separations if s.truth == loop.truth]
-        loop = replace(loop, family=found.family, promised=min(promised), design_seconds=found.seconds)
+        loop = replace(loop, family=found.family, promised=min(promised))
         voltages = {"designed": found.voltage}
         if compared:
             limits = found.limits

@@ -225,7 +225,8 @@ class _Session:
         traces = self._searched()
         bench = Bench(traces, self._scaling, self._extent, traces)
         start = Model(dict(given), effects, np.zeros(len(traces)), own)
-        return bench.fit_own(start, traces)
+        # as it was given, to the last bit: its range may end where rounding makes it unusable
+        return replace(bench.fit_own(start, traces), values=dict(given))
 
     def _check_given(self, given: ParameterSet) -> None:
         """Refuse a model that cannot be one of these records.
