@@ -10,9 +10,11 @@ from it2hys.errors import InputError
 
 # loaded when first asked for, so that the command line starts quickly
 _API = (
+    "DesignedRecord",
     "DiagnosedModel",
     "IdentifiedModel",
     "casadi_chain",
+    "design",
     "diagnose",
     "identify",
     "package",

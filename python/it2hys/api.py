@@ -18,18 +18,30 @@ import numpy as np
 from it2hys import diagnosis, identification
 from it2hys.cosimulation import simulation
 from it2hys.cosimulation.slave import Slave
+from it2hys.designs import designing
+from it2hys.designs.hypotheses import question_of, question_of_set
+from it2hys.designs.limits import Wanted
 from it2hys.errors import InputError
 from it2hys.fmu import packaging
 from it2hys.model.casadi_chain import casadi_chain
 from it2hys.model.parameters import ParameterSet, read_ssv
 from it2hys.records import Record, check_response, check_roles, read_record
-from it2hys.results import DiagnosedModel, IdentifiedModel, diagnosed, identified
+from it2hys.results import (
+    DesignedRecord,
+    DiagnosedModel,
+    IdentifiedModel,
+    designed,
+    diagnosed,
+    identified,
+)
 from it2hys.support.progress import Progress, progress_bar
 
 __all__ = [
+    "DesignedRecord",
     "DiagnosedModel",
     "IdentifiedModel",
     "casadi_chain",
+    "design",
     "diagnose",
     "identify",
     "package",
@@ -210,6 +222,94 @@ def diagnose(
             sensor_curve,
         )
     return diagnosed(found, [record for role in records for record in role])
+
+
+def design(
+    source: str | Path | ParameterSet,
+    between: Sequence[str] = (),
+    noise: float | None = None,
+    voltage: tuple[float, float] | None = None,
+    slew_rate: float | None = None,
+    bandwidth: float | None = None,
+    current: float | None = None,
+    capacitance: float | None = None,
+    duration: float | None = None,
+    periods: int = 1,
+    band: tuple[float, float] | None = None,
+    families: Sequence[str] = (),
+    seed: int = 0,
+    draws: int = 10,
+    checked: int = 0,
+    progress: bool | Progress = False,
+) -> DesignedRecord:
+    """Find the record to measure next: the voltage that decides most between models.
+
+    Parameters
+    ----------
+    source : ParameterSet or path
+        A parameter set or its SSV file, or the `report.json` of a diagnosis.
+    between : sequence of str
+        Effects to decide between; of a report by default those that its records cannot tell apart.
+        Without any the parameters of the model's effects are to be determined.
+    noise : float, optional
+        Of the displacement, m rms; that of the report by default.
+    voltage : tuple of float, optional
+        Lowest and highest voltage, V; the model's range by default.
+    slew_rate, bandwidth : float, optional
+        Fastest change, V/s, and bandwidth of the amplifier, Hz.
+    current, capacitance : float, optional
+        Most that the amplifier delivers, A, and what it drives, F.
+    duration : float, optional
+        Of the record, s.
+    periods : int
+        Equal periods of it, for averaging.
+    band : tuple of float, optional
+        Of the references that the model will be used for, Hz.
+    families : sequence of str
+        Kinds of voltages that may be played; all by default.
+    seed : int
+        The same one gives the same record.
+    draws, checked : int
+        Simulated records of every model that are refitted, and that are diagnosed.
+    progress : bool or callable
+        As for `identify`.
+
+    Returns
+    -------
+    DesignedRecord
+        `voltage` and `time` are what to play, `sentences` what it promises, `separations` the
+        probability of telling each pair of models apart, `intervals` what the parameters are known to
+        after it; `to_frame()` gives the voltage as a data frame, `plot()` draws it.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to decide, or the limits exclude each other.
+
+    Examples
+    --------
+    Is it a delay, or a lag? Held steps of 80 ms tell:
+
+    >>> from it2hys import design
+    >>> from it2hys.model.parameters import table_1
+    >>> found = design(
+    ...     table_1(), ["delay", "lag"], noise=5e-9, duration=0.08, families=["steps"], draws=0
+    ... )
+    >>> found.decides
+    True
+    >>> float(found.voltage[0]), float(found.voltage[-1]), len(found.voltage)
+    (0.0, 0.0, 800)
+    """
+    if isinstance(source, ParameterSet):
+        question = question_of_set(source, between, noise)
+    else:
+        question = question_of(source, between, noise)
+    wanted = Wanted(voltage, slew_rate, bandwidth, current, capacitance, None, duration, periods, band)
+    with _shown(progress) as show:
+        found = designing.design(
+            question, wanted, families, seed, draws=draws, checked=checked, progress=show
+        )
+    return designed(found)
 
 
 def package(

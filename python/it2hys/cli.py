@@ -125,9 +125,17 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="a static curve, where one is found, is the sensor's: the FMUs are without it",
     )
+    diagnose.add_argument(
+        "--design",
+        metavar="design.json",
+        type=Path,
+        help="of the record, as `design` left it: the report sets what came out beside its promise",
+    )
     diagnose.add_argument("--rules", type=int, metavar="L", help="number of rules (default: 3)")
     diagnose.add_argument("--seed", type=int, default=0, help="seed of the random starts")
     _add_workers(diagnose)
+
+    _add_design(commands)
 
     package = _command(commands, "package", _package, "write both FMUs from a parameter set")
     package.add_argument(
@@ -195,6 +203,72 @@ def make_parser() -> argparse.ArgumentParser:
     about = _command(commands, "help", _help, "show the help of a command")
     about.add_argument("topic", nargs="?", metavar="COMMAND", help="what to show the help of")
     return parser
+
+
+def _add_design(commands: argparse._SubParsersAction) -> None:
+    design = _command(
+        commands, "design", _design, "find the record to measure next: what decides between models"
+    )
+    design.add_argument(
+        "source",
+        metavar="REPORT.json|P.ssv",
+        type=Path,
+        help="report.json of `diagnose`, or a parameter set",
+    )
+    _add_output(design)
+    design.add_argument(
+        "--between",
+        default="",
+        metavar="EFFECT,...",
+        help="effects to decide between (default: those that the report cannot tell apart)",
+    )
+    limits = design.add_argument_group("limits of the rig")
+    limits.add_argument("--voltage", type=_pair, metavar="LOW,HIGH", help="in V")
+    limits.add_argument(
+        "--slew", dest="rate", type=_number, metavar="V_PER_S", help="fastest change, V/s"
+    )
+    limits.add_argument("--bandwidth", type=_number, metavar="HZ", help="of the amplifier")
+    limits.add_argument("--current", type=_number, metavar="A", help="most that the amplifier delivers")
+    limits.add_argument("--capacitance", type=_number, metavar="F", help="of what it drives")
+    limits.add_argument("--sample-time", type=_number, metavar="S", help="that of the model")
+    limits.add_argument("--duration", type=_number, metavar="S", help="of the record")
+    limits.add_argument("--periods", type=int, default=1, metavar="N", help="equal ones, for averaging")
+    limits.add_argument("--band", type=_pair, metavar="LOW,HIGH", help="of the later references, Hz")
+    design.add_argument(
+        "--noise", type=_number, metavar="UM", help="of the sensor, um rms (default: the report's)"
+    )
+    design.add_argument(
+        "--family",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="allow these only; may be repeated",
+    )
+    design.add_argument(
+        "--check",
+        type=int,
+        default=0,
+        metavar="N",
+        help="diagnose N simulated records of every model, 10 to 100 s each (default: 0)",
+    )
+    design.add_argument("--seed", type=int, default=0, help="the same one gives the same record")
+    design.add_argument("--json", action="store_true", help="print design.json")
+
+
+def _number(text: str) -> float:
+    """Return a number of an option."""
+    try:
+        return parse_number(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number") from None
+
+
+def _pair(text: str) -> tuple[float, float]:
+    """Return two numbers that a comma parts."""
+    low, comma, high = text.partition(",")
+    if not comma:
+        raise argparse.ArgumentTypeError(f"{text!r} must be two numbers, LOW,HIGH")
+    return _number(low), _number(high)
 
 
 def _add_sweep(commands: argparse._SubParsersAction) -> None:
@@ -476,10 +550,12 @@ def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.diagnosis import RULES, diagnose
     from it2hys.identification import Options, check_rule_count
     from it2hys.model.parameters import read_ssv
+    from it2hys.reports.design_report import designed_voltage, read_design
     from it2hys.reports.pair_report import write_report
     from it2hys.reports.provenance import Provenance
 
     check_rule_count(options.rules)
+    designed = None if options.design is None else read_design(options.design)
     settings = Options(seed=options.seed)
     model = None if options.model is None else read_ssv(options.model)
     with _progress(options) as progress:
@@ -497,17 +573,80 @@ def _diagnose(options: argparse.Namespace) -> int:
             sensor_curve=options.sensor_curve,
         )
     records = [*train, *validate, *test]
-    files = [] if options.model is None else [options.model]
+    files = [path for path in (options.model, options.design) if path is not None]
     provenance = Provenance.of_command(options.typed, options.seed, files)
+    promised = designed and (designed, designed_voltage(options.design, designed))
     with gathered(options.output) as folder:
-        write_report(diagnosis, records, folder, provenance=provenance)
+        write_report(diagnosis, records, folder, provenance=provenance, promised=promised)
     if _tell_report(options):
+        if diagnosis.indistinguishable:
+            _next(
+                options,
+                "the record that tells them apart:",
+                f"design {shlex.quote(str(options.output / 'report.json'))} -o DIR",
+            )
         _next(
             options,
             "the FMUs of it in a system, with feedforward and feedback:",
             f"package {shlex.quote(str(options.output / 'parameters.ssv'))} --ssp -o DIR",
         )
     return 0
+
+
+def _design(options: argparse.Namespace) -> int:
+    check_directory(options.output)
+    check_file(options.output / "voltage.csv", [options.source])
+    from it2hys.designs.designing import design
+    from it2hys.designs.hypotheses import question_of
+    from it2hys.designs.limits import Wanted
+    from it2hys.reports.courses import voltages_at_hand
+    from it2hys.reports.design_report import DESIGN_JSON, DESIGN_PAGE, write_design
+    from it2hys.reports.provenance import Provenance
+
+    noise = None if options.noise is None else 1e-6 * options.noise
+    question = question_of(options.source, _effects(options.between), noise)
+    wanted = Wanted(
+        options.voltage,
+        options.rate,
+        options.bandwidth,
+        options.current,
+        options.capacitance,
+        options.sample_time,
+        options.duration,
+        options.periods,
+        options.band,
+    )
+    with _progress(options) as progress:
+        found = design(
+            question,
+            wanted,
+            options.family,
+            options.seed,
+            voltages_at_hand(options.source, question.base["sampleTime"]),
+            checked=options.check,
+            progress=progress,
+        )
+    provenance = Provenance.of_command(options.typed, options.seed, [options.source])
+    model = options.source if options.source.suffix == ".ssv" else options.source.with_name(
+        "parameters.ssv"
+    )  # fmt: skip
+    with gathered(options.output) as folder:
+        write_design(found, folder, provenance, shlex.quote(str(model)))
+    if options.json:
+        print((options.output / DESIGN_JSON).read_text(encoding="utf-8"), end="")
+        return 0 if found.decides else 1
+    for text in found.sentences:
+        _say(options, text)
+    for text in (*question.said, *found.limits.said):
+        _say(options, f"  {text}")
+    _say(options, f"\npage: {options.output / DESIGN_PAGE}")
+    _next(
+        options,
+        f"play {options.output / 'voltage.csv'}, record the displacement, and:",
+        f"diagnose NEW.csv --model {shlex.quote(str(model))} --design "
+        f"{shlex.quote(str(options.output / DESIGN_JSON))} -o DIR",
+    )
+    return 0 if found.decides else 1
 
 
 def _report(options: argparse.Namespace) -> int:

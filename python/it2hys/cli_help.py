@@ -22,6 +22,13 @@ it2hys identify train.csv.gz --resample --rules 3 -o out/mystage
 it2hys diagnose train.csv minor_loops.csv --test test.csv -o out/diagnosis
 it2hys diagnose train.csv --validate holds.csv --exclude lag,delay -o out/diagnosis
 it2hys diagnose today.csv --model out/mystage/parameters.ssv -o out/today
+it2hys diagnose new.csv --model out/diagnosis/parameters.ssv --design out/next/design.json -o out/told
+""",
+    "design": """
+it2hys design out/diagnosis/report.json -o out/next
+it2hys design out/mystage/parameters.ssv --between delay,lag,play --noise 0.006 -o out/next
+it2hys design out/diagnosis/report.json --slew 20000 --current 0.1 --capacitance 2e-6 -o out/next
+it2hys design out/diagnosis/report.json --band 1,200 --periods 4 --duration 1.6 -o out/next
 """,
     "package": """
 it2hys package out/mystage/parameters.ssv -o out/systems --ssp

@@ -457,9 +457,45 @@ class Reference:
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Design:
+    """What a designed record is held to."""
+
+    decides: float = _number(
+        0.9, "probability",
+        "power from which on a record is said to decide between two models",
+        "convention: a planned test of a usual power",
+    )  # fmt: skip
+    typical: float = _number(
+        0.02, "share of the travel",
+        "rms change that an effect makes whose size is not known, when rivals are made of a model",
+        "convention: about what an effect worth naming makes",
+    )  # fmt: skip
+    base_gain: float = _number(
+        0.1, "share of the error",
+        "gain over the model without the effect that a design aims at",
+        "search.clear_gain, above which an addition need take no share of the excess",
+    )  # fmt: skip
+    duration_samples: int = _number(
+        4000, "samples",
+        "length of a record where neither a user nor records imply one",
+        "convention: as long as the demonstration's, 0.4 s at 10 kHz",
+    )  # fmt: skip
+    highest_share: float = _number(
+        0.4, "Nyquist frequency",
+        "highest frequency of a sine that is played: five samples a period",
+        "convention: held from sample to sample, a faster one is no sine any more",
+    )  # fmt: skip
+    fewest_swings: float = _number(
+        2.0, "swings",
+        "through the voltage range and back that a period has to have time for",
+        "convention: with less no loop is closed within another",
+    )  # fmt: skip
+
+
 SEARCH, NOISE, PHYSICS, STARTS = Search(), Noise(), Physics(), Starts()
-COVERAGE, CORE, REFERENCE = Coverage(), Core(), Reference()
-SECTIONS = (SEARCH, NOISE, PHYSICS, STARTS, COVERAGE, CORE, REFERENCE)
+COVERAGE, CORE, REFERENCE, DESIGN = Coverage(), Core(), Reference(), Design()
+SECTIONS = (SEARCH, NOISE, PHYSICS, STARTS, COVERAGE, CORE, REFERENCE, DESIGN)
 
 
 def thresholds() -> list[tuple[str, Any, str, str, str]]:

@@ -1,4 +1,4 @@
-"""What `identify` and `diagnose` hand to notebooks and scripts: results that show themselves."""
+"""What the functions of the API hand to notebooks and scripts: results that show themselves."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from html import escape
 from typing import TYPE_CHECKING
 
+from it2hys.designs.designing import Design
 from it2hys.diagnosis import Diagnosis
 from it2hys.errors import InputError
 from it2hys.identification import Identification, Judgement
@@ -95,6 +96,31 @@ class DiagnosedModel(Diagnosis):
         return _html(f"Diagnosis: {found} found", self.to_frame(), self.plot())
 
 
+@dataclass(frozen=True, eq=False)
+class DesignedRecord(Design):
+    """A record to play, and what it will decide."""
+
+    def to_frame(self) -> pl.DataFrame:
+        """Return the voltage to play as a data frame: time_s and voltage_V."""
+        import polars as pl
+
+        return pl.DataFrame({"time_s": self.time, "voltage_V": self.voltage})
+
+    def plot(self) -> Figure:
+        """Draw the voltage, its spectrum, what the models read on it, and what is left of that."""
+        from it2hys.reports.design_report import drawn
+
+        return drawn(self)
+
+    def _repr_html_(self) -> str:
+        return _html(" ".join(self.sentences), self.to_frame(), self.plot())
+
+
+def designed(result: Design) -> DesignedRecord:
+    """Return a design that shows itself."""
+    return DesignedRecord(**_values(result))
+
+
 def identified(result: Identification, records: Sequence[Record]) -> IdentifiedModel:
     """Return an identification with its records."""
     return IdentifiedModel(**_values(result), measured=tuple(records))
@@ -105,7 +131,7 @@ def diagnosed(result: Diagnosis, records: Sequence[Record]) -> DiagnosedModel:
     return DiagnosedModel(**_values(result), measured=tuple(records))
 
 
-def _values(result: Identification | Diagnosis) -> dict:
+def _values(result: Identification | Diagnosis | Design) -> dict:
     return {field.name: getattr(result, field.name) for field in fields(result)}
 
 

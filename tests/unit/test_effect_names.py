@@ -20,6 +20,7 @@ PARAMETERS = {re.sub(r"\[\d+\]", "", n) for n, v in load_table().parameters().it
 PARAMETERS |= {c["variable"] for group, c in load_table().counts.items() if group in EFFECTS}
 #: Names that are no effect's where they stand, and what they are.
 OTHERS = {
+    ("cli.py", "slew"): "an option: what an amplifier can do, whatever the model has of it",
     ("records/unused.py", "load"): "a word for a force in the header of a record",
     ("reports/courses.py", "load"): "a function of numpy",
 }

@@ -15,7 +15,7 @@ from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.statistics import FEWEST
 from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench
 from it2hys.diagnosis.next_experiment import deciding_experiment
-from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Stage
+from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Rival, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.selection import Node, Search
@@ -229,7 +229,8 @@ class _Session:
         traces = self._searched()
         bench = Bench(traces, self._scaling, self._extent, traces)
         start = Model(dict(given), effects, np.zeros(len(traces)), own)
-        return bench.fit_own(start, traces)
+        # as it was given, to the last bit: its range may end where rounding makes it unusable
+        return replace(bench.fit_own(start, traces), values=dict(given))
 
     def _check_given(self, given: ParameterSet) -> None:
         """Refuse a model that cannot be one of these records.
@@ -392,7 +393,28 @@ class _Session:
             stage_figures=stage_figures(fit, uncertainty),
             warnings=(*bound_sentences(fit, named), *self._findings(after), *self._warnings),
             seconds=self._seconds,
+            rivals=self._rivals(fit.model, [chosen, *search.rivals], bench),
         )
+
+    def _rivals(self, settled: Model, nodes: Sequence[Node], bench: Bench) -> tuple[Rival, ...]:
+        """Return the models that the records cannot tell apart, behind the one settled on."""
+        if len(nodes) < 2:
+            return ()
+        found = [Rival((), settled.effects, self._parameters(settled, "none of them"))]
+        for node in nodes:
+            model = self._on_whole(node.fit.model, bench)
+            usable = self._usable_range(model) if self._is_whole else None
+            own = tuple(e for e in EFFECTS if e in node.effects and e not in settled.effects)
+            if usable is None or not own:
+                continue
+            ends = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
+            named = replace(model, values={**model.values, **ends})
+            try:
+                parameters = self._parameters(named, " + ".join(own))
+            except InputError:  # not usable over the whole range of the records: it rivals nothing
+                continue
+            found.append(Rival(own, tuple(node.fit.model.effects), parameters))
+        return tuple(found)
 
     def _findings(self, after: Sequence[Judgement]) -> list[str]:
         """Return what there is to say of the records whatever the model."""
@@ -427,7 +449,7 @@ class _Session:
         }
         parameters = ParameterSet(_ordered(values), name).validate()
         if not _begins_at_rest(self._train[0], parameters.voltage_range):
-            return _at_rest(parameters)
+            return resting(parameters)
         start = model.start(0)
         start["initialDisplacement"] = float(
             np.clip(start["initialDisplacement"], *parameters.displacement_range)
@@ -538,9 +560,9 @@ def _begins_at_rest(record: Record, voltage_range: tuple[float, float]) -> bool:
     return bool(np.all(np.abs(first - np.clip(0.0, low, high)) <= STARTS.slack * (high - low)))
 
 
-def _at_rest(parameters: ParameterSet) -> ParameterSet:
-    """Return the set that begins at long rest at zero voltage, or as near to it as the range goes."""
-    wanted = float(np.clip(0.0, *parameters.voltage_range))
+def resting(parameters: ParameterSet, voltage: float = 0.0) -> ParameterSet:
+    """Return the set that begins at long rest at a voltage, V, or as near to it as the range goes."""
+    wanted = float(np.clip(voltage, *parameters.voltage_range))
 
     def excess(displacement: float) -> float:
         start = {**parameters, "initialDisplacement": displacement, **UNLIMITED}

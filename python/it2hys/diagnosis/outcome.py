@@ -79,6 +79,25 @@ class Stage:
 
 
 @dataclass(frozen=True, eq=False)
+class Rival:
+    """One of the models that the records cannot tell apart.
+
+    Parameters
+    ----------
+    own : tuple of str
+        Effects that the model settled on lacks; none in the rival that is this model itself.
+    effects : tuple of str
+        All that it has, in the order in which they came.
+    parameters : ParameterSet
+        As fitted to the records.
+    """
+
+    own: tuple[str, ...]
+    effects: tuple[str, ...]
+    parameters: ParameterSet
+
+
+@dataclass(frozen=True, eq=False)
 class Diagnosis:
     """What was found in the records.
 
@@ -116,6 +135,9 @@ class Diagnosis:
         Duration of each phase, s.
     has_sensor_curve : bool
         Whether the static curve is known to be the sensor's.
+    rivals : tuple of Rival
+        The models of `indistinguishable` as they were fitted, behind the one that was settled on; empty
+        where the records can tell, or nothing was fitted that they could not.
     """
 
     parameters: ParameterSet
@@ -137,6 +159,7 @@ class Diagnosis:
     warnings: tuple[str, ...]
     seconds: dict[str, float]
     has_sensor_curve: bool = False
+    rivals: tuple[Rival, ...] = ()
 
     @property
     def packaged(self) -> ParameterSet:

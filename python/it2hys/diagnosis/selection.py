@@ -95,6 +95,11 @@ class Gains:
             compare(before.wide, after.wide),
         )
 
+    @property
+    def tell(self) -> bool:
+        """Whether of two equally simple models one is better by more than chance."""
+        return any(g.gain > SEARCH.telling and g.p_value <= LEVEL for g in (self.free, self.band))
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -384,8 +389,7 @@ class Search:
     @staticmethod
     def _predicts_better(one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
-        gains = Gains.of(other.errors, one.errors)
-        return any(g.gain > SEARCH.telling and g.p_value <= LEVEL for g in (gains.free, gains.band))
+        return Gains.of(other.errors, one.errors).tell
 
     def _beats(self, one: Node, other: Node) -> bool:
         return one is not other and self._improves(other, one)

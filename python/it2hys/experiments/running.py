@@ -4,6 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
+from it2hys.designs.designing import design
+from it2hys.designs.hypotheses import question_of_report
 from it2hys.diagnosis import RULES, Diagnosis, diagnose
 from it2hys.experiments.estimator_comparison import compare_estimators
 from it2hys.experiments.feedforward import (
@@ -13,7 +17,7 @@ from it2hys.experiments.feedforward import (
     feedforward_section,
     track_on_stand,
 )
-from it2hys.experiments.scenario import RecordEntry, Scenario, read_scenario
+from it2hys.experiments.scenario import NextEntry, Paper, RecordEntry, Scenario, read_scenario
 from it2hys.experiments.scenario_files import find_scenario
 from it2hys.identification import Identification, Judgement, Options, identify
 from it2hys.identification.evaluation import as_identification, evaluate
@@ -21,6 +25,7 @@ from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.records import Record, write_record
 from it2hys.records.figures_of_merit import Errors
 from it2hys.reports.answers import ROLES, advice, found, verdict
+from it2hys.reports.design_report import design_json, write_design
 from it2hys.reports.figures import Compared
 from it2hys.reports.page import NONE, Answer, Section, Table
 from it2hys.reports.pair_report import write_report
@@ -43,8 +48,12 @@ UM = 1e6
 _QUESTION = "What the scenario shows"
 #: What the model before a diagnosis is called.
 START = "paper's model"
+#: The same where a diagnosis has been before it.
+FIRST = "first model"
 #: Where a run leaves its records, as CSV.
 RECORDS = "records"
+#: Where it leaves a record that it designed.
+DESIGNS = "next"
 
 
 @dataclass(frozen=True)
@@ -115,6 +124,8 @@ class _Run:
         self._scenario, self._file, self._directory = scenario, file, directory
         self._progress, self._workers = progress, workers
         self._records: list[Record] = []
+        self._entries: list[RecordEntry] = list(scenario.records)
+        self._told: list[str] = []
         self._introduction = [scenario.text] if scenario.text else []
 
     def run(self) -> Outcome:
@@ -169,30 +180,67 @@ class _Run:
         return tables, [*first, *texts], page
 
     def _with_diagnosis(self) -> tuple[list[Table], list[str], Path]:
-        scenario, records = self._scenario, self._records
-        diagnosis = diagnose(
-            *self._by_role(),
-            rules=scenario.rules or RULES,
-            options=Options(seed=scenario.seed),
-            progress=part(self._progress, 0.0, 0.8),
-            workers=self._workers,
-        )
-        names = model_names(diagnosis, START)
+        scenario = self._scenario
+        share = 0.35 if scenario.next else 0.8
+        diagnosis = self._diagnose(None, part(self._progress, 0.0, share))
+        start, promised = START, None
+        if scenario.next:
+            promised = self._measure_next(scenario.next, diagnosis)
+            start = FIRST
+            diagnosis = self._diagnose(diagnosis.parameters, part(self._progress, 0.5, 0.8))
+        names = model_names(diagnosis, start)
         models = dict(zip(names.values(), (diagnosis.base, diagnosis.parameters), strict=True))
         tracked = self._track(models, diagnosis.after)
-        lines = straight_line_errors(records, diagnosis.after)
-        report = summary(diagnosis, records, START)
+        lines = straight_line_errors(self._records, diagnosis.after)
+        report = summary(diagnosis, self._records, start)
         first = verdict(report)
-        texts = _tracking_texts(tracked, "" if first else advice(report))
-        table = before_and_after(scenario.records, diagnosis, lines, tracked)
+        texts = [*self._told, *_tracking_texts(tracked, "" if first else advice(report))]
+        table = before_and_after(self._entries, diagnosis, lines, tracked, start)
         page = self._write(
             diagnosis,
             Answer(_QUESTION, texts, table, self._introduction),
             _tracking_sections(tracked),
             _drawn(tracked),
             {"tracking": feedforward_json(tracked)} if tracked else {},
+            start,
+            promised,
         )
         return [table], [*first, *texts, *found(report)], page
+
+    def _diagnose(self, model: ParameterSet | None, progress: Progress) -> Diagnosis:
+        """Diagnose the records there are, from the paper's model or a given one."""
+        return diagnose(
+            *self._by_role(),
+            model,
+            rules=self._scenario.rules or RULES,
+            options=Options(seed=self._scenario.seed),
+            progress=progress,
+            workers=self._workers,
+        )
+
+    def _measure_next(self, entry: NextEntry, first: Diagnosis) -> tuple[dict, np.ndarray]:
+        """Design a record from what a diagnosis leaves open, and measure it instead of those fitted."""
+        scenario, folder = self._scenario, self._directory / RECORDS
+        question = question_of_report(summary(first, self._records), lambda: first.parameters)
+        found = design(
+            question, entry.wanted(), seed=scenario.seed, progress=part(self._progress, 0.35, 0.5)
+        )
+        write_design(found, self._directory / DESIGNS)
+        seed = scenario.seed + len(scenario.records)
+        record = _written(scenario.stand.record(found.voltage, entry.name, seed=seed), folder)
+        kept = [
+            pair for pair in zip(self._records, self._entries, strict=True) if pair[1].role != "train"
+        ]
+        self._records = [record, *(r for r, _ in kept)]
+        new = RecordEntry.model_construct(name=entry.name, role="train", paper=Paper())
+        self._entries = [new, *(e for _, e in kept)]
+        open_ = " or ".join(e for group in first.indistinguishable for e in group)
+        named = " and ".join(first.effects) or "no effect"
+        self._told = [
+            f"On the first record the diagnosis named {named}, and left open: {open_}. "
+            + " ".join(found.sentences)
+        ]
+        return design_json(found, Provenance(), "parameters.ssv"), found.voltage
 
     def _write(
         self,
@@ -201,6 +249,8 @@ class _Run:
         sections: Sequence[Section],
         tracked: Compared | None = None,
         more: Mapping[str, object] | None = None,
+        start: str = START,
+        promised: tuple[Mapping, np.ndarray] | None = None,
     ) -> Path:
         """Write the report, with what the scenario shows at its top."""
         scenario = self._scenario
@@ -214,13 +264,14 @@ class _Run:
             tracked,
             [*sections, own_records(scenario)],
             more,
-            START,
+            start,
             part(self._progress, 0.85, 1.0),
+            promised,
         )
 
     def _by_role(self) -> list[list[Record]]:
         """Return the training, validation and test records."""
-        pairs = list(zip(self._records, self._scenario.records, strict=True))
+        pairs = list(zip(self._records, self._entries, strict=True))
         return [[record for record, entry in pairs if entry.role == role] for role in ROLES]
 
     def _track(self, models: dict[str, ParameterSet], results: Sequence[Judged]) -> Feedforward | None:
@@ -275,6 +326,7 @@ def before_and_after(
     diagnosis: Diagnosis,
     lines: Sequence[Errors],
     tracked: Feedforward | None,
+    start: str = START,
 ) -> Table:
     """Return what a diagnosis brought, beside the published figures and what one has without it.
 
@@ -286,6 +338,8 @@ def before_and_after(
     lines : sequence of Errors
         Of a straight line on the records.
     tracked : Feedforward or None
+    start : str
+        What the model before is called.
     """
     rows = _tracking_rows(tracked) if tracked else []
     for entry, before, after, line in zip(
@@ -296,7 +350,7 @@ def before_and_after(
             values = (100 * before.e_mr, 100 * after.e_mr, published, 100 * line.e_mr, None)
             rows.append([f"free run of {entry.name}, e_mr %", *(_figure(v, 2) for v in values)])
     return Table(
-        ["", *model_names(diagnosis, START).values(), "published", "straight line", "none"],
+        ["", *model_names(diagnosis, start).values(), "published", "straight line", "none"],
         rows,
         "Straight line: as model and as proportional feedforward. None: feedforward by the data sheet.",
     )

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, StrictBool, StrictFloat, StrictInt, model_validator
 
+from it2hys.designs.limits import Wanted
 from it2hys.errors import InputError
 from it2hys.reports.answers import ROLES
 from it2hys.stand import PARTS as STAND_PARTS
@@ -77,6 +78,19 @@ class Tracking(Signal):
     lead_in: StrictFloat = 0.0
 
 
+class NextEntry(Table):
+    """The record that is designed from what the others leave open, and measured in their place."""
+
+    name: str = "designed"
+    duration: StrictFloat | None = None
+    rate: StrictFloat | None = None
+    band: tuple[StrictFloat, StrictFloat] | None = None
+
+    def wanted(self) -> Wanted:
+        """Return the limits: duration, s, fastest change, V/s, and band of later references, Hz."""
+        return Wanted(duration=self.duration, rate=self.rate, band=self.band)
+
+
 class StandEntry(Table):
     """What the simulated stand is without, and its noise in m rms."""
 
@@ -104,12 +118,15 @@ class Scenario(Table):
     stand: Annotated[StandEntry, AfterValidator(StandEntry.stand)] = Stand()
     records: Annotated[tuple[RecordEntry, ...], AfterValidator(_in_order)] = Field(alias="record")
     tracking: Tracking | None = None
+    next: NextEntry | None = None
     estimators: StrictBool = False
 
     @model_validator(mode="after")
     def _can_be_identified(self) -> "Scenario":
         if self.model != "table 1" and not any(r.role == "train" for r in self.records):
             raise ValueError("record: a model can only be identified with a record of role 'train'")
+        if self.next and self.model != "diagnosed":
+            raise ValueError("next: only what a diagnosis leaves open can be designed for")
         return self
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from it2hys.designs.designing import probability
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS
 from it2hys.identification.explained import low_share
 from it2hys.records.figures_of_merit import Errors, noise_size, small_figure, times_the_noise
@@ -39,14 +40,18 @@ _NO_MEMORY = (
     "with frequency, where a piezo's loop hardly does. One step ahead, where the model is given the "
     "measured y(k-1), its error is much smaller: that value is nearly the answer."
 )
+#: A record whose voltage is off the designed one by more than this share of its span is another one.
+_PLAYED = 0.01
 #: An inverse is called worse than another from this ratio of their errors on.
 _WORSE = 1.05
 
 
 def answers(report: Mapping) -> list[Answer]:
     """Return the answers with which a page begins."""
+    promised = [promised_and_found(report)] if report.get("promised") else []
     return [
         Answer("What was found", [*verdict(report), *found(report)]),
+        *promised,
         Answer("How good the pair is", [_judged_on(report)], quality_table(report), _quality(report)),
         Answer("Use as feedforward", feedforward(report)),
         Answer("What is not explained", unexplained(report)),
@@ -282,11 +287,12 @@ def _curve(report: Mapping) -> list[str]:
 def next_measurements(report: Mapping) -> list[str]:
     """Return which records would tell more."""
     roles = {entry["role"] for entry in report["error"]["after"].values()}
-    texts = list(report["experiments"])
+    texts = _designed(report)
     if report["unexplained"]:
         texts.append(
             "Records of other kinds would narrow down what is left: slow and fast, with holds, with "
-            "minor loops."
+            "minor loops. `it2hys design report.json --between EFFECT,EFFECT -o DIR` designs one that "
+            "decides between effects that you suspect."
             if report["kind"] == "diagnosis"
             else "Nothing yet: run `it2hys diagnose` with the same records first."
         )
@@ -303,6 +309,61 @@ def next_measurements(report: Mapping) -> list[str]:
     if report["warnings"]:
         texts.append("See the notes in the details: they say what else the records do not show.")
     return texts or ["Nothing is needed for the range and band above."]
+
+
+def _designed(report: Mapping) -> list[str]:
+    """Return what to play where effects or their parameters are open; or else what would show them."""
+    found = report.get("next")
+    if not found or found["command"] is None:
+        return [*report["experiments"], *(found["promise"] if found else [])]
+    return [
+        *found["promise"],
+        f"That is a quick design, within the limits of these records; `{found['command']}` in this "
+        "folder takes a minute, keeps the limits of your rig (--slew, --bandwidth, --current ...) and "
+        "writes the voltage to play.",
+    ]
+
+
+def promised_and_found(report: Mapping) -> Answer:
+    """Return the design's promise beside what came out, for the page."""
+    entry = report["promised"]
+    names = " from ".join(entry["names"])
+    texts = []
+    if len(entry["names"]) > 1:
+        came = (
+            f"{entry['named'][0]} was named"
+            if entry["told"]
+            else "none of them was named alone"
+            if not entry["named"]
+            else f"{' and '.join(entry['named'])} were named together"
+        )
+        texts.append(
+            f"Promised: this record tells {names} with probability {probability(entry['power'])} at a "
+            f"noise of {entry['noise_um']:.2g} µm. It came out that {came}, at a noise of "
+            f"{report['noise_rms_um']:.2g} µm."
+        )
+    else:
+        texts.append(
+            f"Promised at a noise of {entry['noise_um']:.2g} µm, and found at one of "
+            f"{report['noise_rms_um']:.2g} µm:"
+        )
+    off, span = entry["played_off_V"], np.ptp(report["range"]["voltage_V"])
+    if off is not None and off > _PLAYED * span:
+        texts.append(
+            f"The voltage recorded is not the one designed: it is off by {figure(off)} V rms. The "
+            "promise does not hold for it."
+        )
+    rows = [
+        [
+            p["name"],
+            f"{p['value']:.4g}",
+            p["unit"],
+            *(NONE if p[key] is None else f"± {p[key]:.2g}" for key in ("promised", "found")),
+        ]
+        for p in entry["parameters"]
+    ]
+    table = Table(["parameter", "value", "unit", "promised", "came out"], rows) if rows else None
+    return Answer("What the design promised", texts, table)
 
 
 def notes(report: Mapping) -> list[str]:

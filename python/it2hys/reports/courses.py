@@ -171,3 +171,30 @@ def read_courses(directory: Path, names: Sequence[str]) -> dict[str, Course]:
         ) from None
     except (KeyError, ValueError, OSError, EOFError) as error:
         raise InputError(f"{path}: does not hold what report.json says: {error}") from None
+
+
+def voltages_at_hand(report: Path, sample_time: float, most: int = 2) -> dict[str, np.ndarray]:
+    """Return the voltages of the longest records of a report, V, by name, as far as they are whole.
+
+    Parameters
+    ----------
+    report : Path
+        A `report.json`; beside another file there are none.
+    sample_time : float
+        s; a course that was thinned for the page has another one.
+    most : int
+        Records.
+    """
+    path = report.with_name(COURSES)
+    if report.suffix != ".json" or not path.is_file():
+        return {}
+    found = {}
+    with np.load(path, allow_pickle=False) as stored:
+        for key in stored.files:
+            name, _, signal_name = key.rpartition(_SEPARATOR)
+            if signal_name == "voltage":
+                steps = np.diff(stored[f"{name}{_SEPARATOR}time"])
+                if np.allclose(steps, sample_time, rtol=1e-3):
+                    found[name] = stored[key]
+    longest = sorted(found, key=lambda name: -len(found[name]))[:most]
+    return {name: found[name] for name in longest}

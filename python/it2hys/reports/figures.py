@@ -293,6 +293,54 @@ def overview(record: Compared, tracked: Compared | None, names: tuple[str, str])
 
 
 @_styled
+def designed_record(
+    time: np.ndarray,
+    voltage: np.ndarray,
+    readings: dict[str, np.ndarray],
+    left: dict[str, np.ndarray],
+    noise: float,
+) -> Figure:
+    """Draw a record to play: voltage, its spectrum, what models read on it and what is left of that.
+
+    Parameters
+    ----------
+    time, voltage : ndarray, shape (N,)
+        In s and V.
+    readings : dict of str to ndarray, shape (N,)
+        Displacements of the models in m, by their names.
+    left : dict of str to ndarray, shape (N,)
+        What a model leaves of another's readings once it is refitted to them, m, by what it is.
+    noise : float
+        In m rms: a band of two standard deviations.
+    """
+    figure = Figure(figsize=(6.4, 7.6 if left else 5.8))
+    axes = figure.subplots(4 if left else 3, 1)
+    axes[0].plot(time, voltage, **MODEL)
+    axes[0].set(xlabel="time in s", ylabel="voltage in V")
+    axes[0].set_title("Voltage to play", loc="left", fontsize=10)
+    frequency, density = amplitude_density(voltage, float(time[1] - time[0]))
+    axes[1].loglog(frequency, density, **MODEL)
+    axes[1].set(xlabel="frequency in Hz", ylabel="V/√Hz")
+    axes[1].set_title("Its spectrum", loc="left", fontsize=10)
+    for name, y in readings.items():
+        axes[2].plot(time, y * UM, linewidth=0.9, label=name)
+    axes[2].set(xlabel="time in s", ylabel="displacement in µm")
+    axes[2].set_title("What the models read", loc="left", fontsize=10)
+    axes[2].sharex(axes[0])
+    _legend(axes[2])
+    if left:
+        for name, y in left.items():
+            axes[3].plot(time, y * UM, linewidth=0.7, label=name)
+        axes[3].axhspan(-2e6 * noise, 2e6 * noise, color="0.85", zorder=0, label="noise, ±2σ")
+        axes[3].set(xlabel="time in s", ylabel="difference in µm")
+        axes[3].set_title("What is left", loc="left", fontsize=10)
+        axes[3].sharex(axes[0])
+        columns = 2 if len(left) < 4 else 3
+        axes[3].legend(loc="upper center", bbox_to_anchor=(0.5, -0.35), ncols=columns, fontsize=7)
+    return figure
+
+
+@_styled
 def residual_views(
     time: np.ndarray,
     voltage: np.ndarray,

@@ -169,8 +169,13 @@ def write_pictures(
         write_atomically(directory / f"{picture.name}.png", png(picture.figure))
 
 
-def write_page(directory: Path, page: Page, progress: Progress = lambda share, text: None) -> Path:
-    """Write `report.html` and the PNG files of its pictures into an existing directory.
+def write_page(
+    directory: Path,
+    page: Page,
+    progress: Progress = lambda share, text: None,
+    name: str = PAGE,
+) -> Path:
+    """Write `report.html`, or a page of another name, and its PNG files into an existing directory.
 
     Returns
     -------
@@ -193,7 +198,7 @@ def write_page(directory: Path, page: Page, progress: Progress = lambda share, t
         script=Markup(script()) if page.views else "",
         views=[Markup(view.content) for view in page.views],
     )
-    path = directory / PAGE
+    path = directory / name
     write_atomically(path, text.encode())
     return path
 

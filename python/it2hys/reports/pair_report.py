@@ -26,6 +26,12 @@ from it2hys.records.figures_of_merit import max_relative_error, rms_error
 from it2hys.reports import figures
 from it2hys.reports.answers import ROLES, answers, verdict
 from it2hys.reports.courses import Course, make_course, read_courses, write_courses
+from it2hys.reports.design_report import (
+    NEXT,
+    NEXT_CAPTION,
+    beside_promise,
+    next_record,
+)
 from it2hys.reports.details import details
 from it2hys.reports.interactive import as_json, record_view
 from it2hys.reports.origin import origin
@@ -65,6 +71,7 @@ def write_report(
     more: Mapping[str, object] | None = None,
     start: str = START,
     progress: Progress = lambda share, text: None,
+    promised: tuple[Mapping, np.ndarray | None] | None = None,
 ) -> Path:
     """Write the parameter set, both FMUs, `report.json`, its figures and `report.html`.
 
@@ -92,6 +99,8 @@ def write_report(
         What the model before a diagnosis is called.
     progress : callable
         Told the share done and what is being done.
+    promised : tuple of mapping and ndarray, optional
+        The design that a training record was made by, and its voltage: what came out stands beside it.
 
     Returns
     -------
@@ -119,6 +128,12 @@ def write_report(
         **(more or {}),
     }
     pictures = _record_pictures(result, records)
+    report["promised"] = None
+    if promised is not None:
+        trained = [r for r, role in zip(records, roles, strict=True) if role == "train"]
+        report["promised"] = beside_promise(*promised, trained, report)
+    report["next"], drawn_next = next_record(report, result)
+    pictures += drawn_next
     if isinstance(result, Diagnosis):
         if result.sensor_curves:
             _write_sensor_curve(result, directory / SENSOR_CURVE)
@@ -180,6 +195,8 @@ def draw_report(directory: str | Path) -> Path:
     if len(courses) > len(views):
         hint += f" {len(views)} of {len(courses)} records are here; of the others there are PNGs."
     pictures = [Picture("overview", None, _overview_caption(report)), *_waterfall(report)]
+    if report.get("next"):
+        pictures.append(Picture(NEXT, None, NEXT_CAPTION))
     page = Page(report["title"], about(report), answered, pictures, views, hint, details(report))
     return write_page(directory, page)
 

@@ -104,6 +104,7 @@ def _identified(found: Identification) -> dict:
         "left_over": [],
         "indistinguishable": [],
         "experiments": [],
+        "rivals": [],
         "evidence": [],
         "steps": [],
         "condition": finite_or_none(found.condition),
@@ -137,6 +138,10 @@ def _diagnosed(found: Diagnosis, start: str) -> dict:
         "left_over": list(found.left_over),
         "indistinguishable": [list(group) for group in found.indistinguishable],
         "experiments": list(found.experiments),
+        "rivals": [
+            {"own": list(r.own), "effects": list(r.effects), "parameters": dict(r.parameters)}
+            for r in found.rivals
+        ],
         "error": {},
         "evidence": [
             {
@@ -238,6 +243,7 @@ def record_json(record: Record, judgement: Judgement, ends: ParameterSet) -> dic
         "notes": list(record.notes),
         "samples": len(record),
         "sample_time_s": record.sample_time,
+        "fastest_V_per_s": float(np.max(np.abs(np.diff(record.voltage)))) / record.sample_time,
         "noise_method": judgement.noise_method,
         "out_of_range": out_of_range_sentence(
             ends, judgement.out_of_range, record.voltage, judgement.y - judgement.offset

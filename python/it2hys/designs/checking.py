@@ -1,0 +1,93 @@
+"""What a promise is worth: designed records simulated with noise, told apart as a diagnosis does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from it2hys.designs.hypotheses import Hypothesis
+from it2hys.designs.promise import Ground
+from it2hys.diagnosis.diagnose import diagnose
+from it2hys.diagnosis.fitting import Bench
+from it2hys.diagnosis.selection import Gains
+from it2hys.identification.preparation import prepare
+from it2hys.identification.traces import set_aside, to_trace
+from it2hys.records import Record
+
+#: Iterations of a refit to a noisy record.
+_ITERATIONS = 25
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """How often a model was told from another on simulated records of it.
+
+    Parameters
+    ----------
+    truth, rival : str
+    told, draws : int
+    by : str
+        "refits", or "diagnosis".
+    """
+
+    truth: str
+    rival: str
+    told: int
+    draws: int
+    by: str = "refits"
+
+    @property
+    def share(self) -> float:
+        """Of the draws."""
+        return self.told / self.draws
+
+    @property
+    def error(self) -> float:
+        """Standard error of the share, by Wilson's formula, which has one where all were told."""
+        n, p = self.draws, self.share
+        return float(np.sqrt(p * (1.0 - p) / n + 0.25 / n**2) / (1.0 + 1.0 / n))
+
+
+def record_of(ground: Ground, truth: Hypothesis, voltage: np.ndarray, seed: int) -> Record:
+    """Return a record that a model makes of a voltage, (N,), with noise."""
+    rng = np.random.default_rng([seed, len(voltage)])
+    time = np.arange(len(voltage)) * ground.limits.sample_time
+    y = ground.reading(truth, voltage) + ground.noise_draw(len(voltage), rng)
+    return Record("designed", time, voltage, y, ground.limits.sample_time)
+
+
+def simulate_pair(
+    ground: Ground, truth: Hypothesis, rival: Hypothesis, voltage: np.ndarray, draws: int, seed: int
+) -> Simulated:
+    """Refit both models to noisy records of one, and compare them as the diagnosis does."""
+    told = 0
+    for i in range(draws):
+        record = record_of(ground, truth, voltage, seed + i)
+        traces, deciding = set_aside([to_trace(prepare(record), "train", False)])
+        bench = Bench(traces, ground.scaling, ground.extent, deciding, True)
+        errors = []
+        for model in (ground.start(truth, rival), truth.model):
+            errors.append(bench.errors(bench.fit(model, _ITERATIONS).model))
+        told += Gains.of(*errors).tell
+    return Simulated(truth.name, rival.name, told, draws)
+
+
+def diagnose_records(
+    ground: Ground,
+    truth: Hypothesis,
+    voltage: np.ndarray,
+    draws: int,
+    seed: int,
+    each: Callable[[str], None] = lambda text: None,
+) -> Simulated:
+    """Diagnose noisy records of a model from the one without the effects; count its name alone."""
+    assert ground.neither is not None
+    told = 0
+    for i in range(draws):
+        each(f"diagnosis of a simulated record of {truth.name}, {i + 1} of {draws}")
+        record = record_of(ground, truth, voltage, seed + i)
+        found = diagnose([record], model=ground.neither.parameters)
+        told += {*found.effects} == {*truth.own}
+    return Simulated(truth.name, "all others", told, draws, "diagnosis")

@@ -1,0 +1,398 @@
+"""Between what a record is to decide: models, each with its own parameters, that rival each other."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from it2hys.diagnosis.diagnose import resting
+from it2hys.diagnosis.evidence import EVIDENCE
+from it2hys.diagnosis.fitting import behind_gain, with_effect, without_effect
+from it2hys.errors import InputError
+from it2hys.identification.criterion import Model, Trace
+from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING
+from it2hys.identification.inverse import References
+from it2hys.identification.starts import SAMPLED, SHIFT, SHIFTING
+from it2hys.model.chain import active_effects
+from it2hys.model.compiled import Drive, chain_predict
+from it2hys.model.parameters import ParameterSet, read_ssv
+from it2hys.model.stages import EFFECTS
+from it2hys.model.variables import load_table
+from it2hys.policy import DESIGN
+from it2hys.records.clues import Clue, Clues, Extent
+from it2hys.stand.excitations import identification
+from it2hys.support.keys import known_names
+
+#: The model without anything that the others differ in.
+NEITHER = "neither"
+#: Noise where nothing is known of the sensor, as a share of the travel.
+_USUAL_NOISE = 5e-4
+#: Samples of the voltage on which the size of an effect is measured.
+_PROBE = 4000
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """A model that may be the right one.
+
+    Parameters
+    ----------
+    name : str
+        What it has and the others lack.
+    effects : tuple of str
+        All that it has, in the order in which they came.
+    parameters : ParameterSet
+    said : str
+        Where its parameters are from.
+    own : tuple of str
+        Effects of the name; none of the model without them.
+    """
+
+    name: str
+    effects: tuple[str, ...]
+    parameters: ParameterSet
+    said: str = ""
+    own: tuple[str, ...] = ()
+
+    @cached_property
+    def model(self) -> Model:
+        """The chain of one record."""
+        known = load_table().parameters()
+        names = [n for n in BY_RECORD if known[n].effect in (None, *self.effects)]
+        return Model(
+            dict(self.parameters),
+            self.effects,
+            np.zeros(1),
+            {n: np.array([float(self.parameters[n])]) for n in names},
+        )
+
+    def at_rest(self, voltage: float) -> Hypothesis:
+        """Return the model at long rest at a voltage, V."""
+        clear = {n: 0.0 for n in BY_RECORD if n not in OF_READING and n != "initialDisplacement"}
+        rested = resting(self.parameters.replace(**clear), voltage)
+        return Hypothesis(self.name, self.effects, rested, self.said, self.own)
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What a record is to answer.
+
+    Parameters
+    ----------
+    hypotheses : tuple of Hypothesis
+        Those between which it is to decide; one alone whose parameters are to be determined.
+    neither : Hypothesis or None
+        The model without what these differ in.
+    noise : float
+        Of the displacement, m rms.
+    duration, rate : float or None
+        Of the records at hand: the longest, s, and the fastest change of the voltage, V/s.
+    said : tuple of str
+        Where what is not given is from.
+    """
+
+    hypotheses: tuple[Hypothesis, ...]
+    neither: Hypothesis | None
+    noise: float
+    duration: float | None = None
+    rate: float | None = None
+    said: tuple[str, ...] = ()
+
+    @property
+    def base(self) -> ParameterSet:
+        """The parameters of the model without what the rivals differ in, or of the only one."""
+        return (self.neither or self.hypotheses[0]).parameters
+
+
+def trace_of(
+    voltage: np.ndarray, y: np.ndarray, noise: float, sample_time: float, name: str = "designed"
+) -> Trace:
+    """Return a record, all of whose samples are fitted and judged, from voltage, V, and reading, m."""
+    trusted = np.ones(len(y), dtype=bool)
+    references = References(y, trusted, noise, sample_time)
+    return Trace(
+        name, "train", Drive.of(voltage), y, 1.0 * trusted, trusted, 0, noise, references
+    )  # fmt: skip
+
+
+def effects_of(parameters: ParameterSet) -> tuple[str, ...]:
+    """Return the effects of a set, without the part of a sample that only goes with a sampled one."""
+    here = active_effects(parameters)
+    others = [e for e in here if e != SHIFTING]
+    is_part = parameters[SHIFT] <= parameters["sampleTime"] and any(e in SAMPLED for e in others)
+    return tuple(others if is_part else here)
+
+
+# --- from a model and names of effects ---------------------------------------------------------------
+
+
+def between(parameters: ParameterSet, effects: Sequence[str], noise: float | None = None) -> Question:
+    """Return the question which of some effects a model has.
+
+    Those that the parameter set has stay as they are there; the others are given the size that changes
+    the displacement by a usual share of the travel.
+
+    Parameters
+    ----------
+    parameters : ParameterSet
+    effects : sequence of str
+        At least two names.
+    noise : float, optional
+        Of the sensor, m rms.
+
+    Raises
+    ------
+    InputError
+        If a name is no effect's or twice there, or the voltage cannot show the effect.
+    """
+    for name in effects:
+        if name not in EFFECTS:
+            raise InputError(f"--between: no effect {name!r}; {known_names(name, list(EFFECTS))}")
+    if len({*effects}) < max(2, len(effects)):
+        raise InputError(f"--between {','.join(effects)}: name at least two effects, each once")
+    here = effects_of(parameters)
+    whole = Hypothesis(NEITHER, here, parameters)
+    model = whole.model
+    for effect in (e for e in effects if e in here):
+        model = without_effect(model, effect)
+    neither = _hypothesis(NEITHER, model, parameters, "the model without any of them", ())
+    hypotheses = []
+    for effect in effects:
+        if effect in here:
+            own = whole.model
+            for other in (e for e in effects if e in here and e != effect):
+                own = without_effect(own, other)
+            said = f"{effect}: as in the parameter set"
+        else:
+            own, said = _typical(neither, effect)
+        hypotheses.append(_hypothesis(effect, own, parameters, said, (effect,)))
+    told = [h.said for h in hypotheses]
+    if noise is None:
+        noise, text = _usual_noise(parameters)
+        told.append(text)
+    return Question(tuple(hypotheses), neither, noise, said=tuple(told))
+
+
+def _hypothesis(
+    name: str, model: Model, parameters: ParameterSet, said: str, own: tuple[str, ...]
+) -> Hypothesis:
+    values = dict(model.values)
+    for effect in EFFECTS.values():
+        values = effect.ordered(values)
+    return Hypothesis(name, tuple(model.effects), ParameterSet(values, name).validate(), said, own)
+
+
+def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str]:
+    """Return the model with an effect of a usual size, and what it is.
+
+    Of the guesses that a fit would begin with it is the one whose change of the displacement is nearest
+    to a usual share of the travel.
+    """
+    model, evidence = neither.model, EVIDENCE[effect]
+    if evidence.channel == "force":
+        raise InputError(
+            f"--between {effect}: shows in records with a {evidence.channel} column alone; no voltage "
+            "decides it"
+        )
+    low, high = neither.parameters.voltage_range
+    sample_time = neither.parameters["sampleTime"]
+    shape = identification(np.arange(_PROBE) * 1e-4)
+    voltage = low + (high - low) * shape / shape.max()
+    drive = Drive.of(voltage)
+    run = chain_predict(model.packed(trace_of(voltage, voltage, 0.0, sample_time), 0), drive)[0]
+    extent = Extent(
+        sample_time,
+        _PROBE * sample_time,
+        (low, high),
+        (float(run.min()), float(run.max())),
+        zero=neither.parameters["displacementZero"],
+    )
+    clue = Clue(voltage, drive.force, drive.temperature, run, np.zeros(_PROBE), np.ones(_PROBE, bool))
+    trace = trace_of(voltage, run, 0.0, sample_time)
+    wanted = DESIGN.typical * float(np.ptp(run))
+    best, least = None, np.inf
+    for guess in [*evidence.guesses(Clues(extent, [clue])), *_from_bounds(effect, extent)]:
+        trial = with_effect(model, effect, guess, extent)
+        if gain := evidence.gain_at_rest(trial.values):
+            trial = behind_gain(trial, gain, [trace])
+        with np.errstate(over="ignore", invalid="ignore"):  # of a run on its way to infinity
+            change = float(np.sqrt(np.mean((trial.predict(trace, 0) - run) ** 2)))
+        if change > 0.0 and np.isfinite(change) and abs(np.log(change / wanted)) < least:
+            best, least = (trial, guess, change), abs(np.log(change / wanted))
+    if best is None:
+        raise InputError(
+            f"--between {effect}: no usual size of it is known; give a parameter set that has it"
+        )
+    trial, guess, change = best
+    return trial, (
+        f"{effect}: {_listed(guess)}, a usual size, which changes the displacement by "
+        f"{1e6 * change:.3g} um rms"
+    )
+
+
+def _from_bounds(effect: str, extent: Extent) -> list[dict[str, float]]:
+    """Return values a twentieth of the way to their bound, of what a fit begins with at none."""
+    starts = EFFECTS[effect].starts(extent)
+    names = [n for n, s in starts.items() if s.value == 0.0 and n not in BY_RECORD]
+    return [{n: share * starts[n].high for n in names} for share in (0.01, 0.02, 0.05)] if names else []
+
+
+def _listed(values: Mapping[str, float]) -> str:
+    """Return the first parameters of a guess, with their units."""
+    known = load_table().parameters()
+    shown = [
+        f"{n} = {v:.3g} {known[n].type.unit or ''}".rstrip()
+        for n, v in values.items()
+        if known[n].group is None and known[n].type.base == "Real"
+    ] or [f"{n} = {v:.3g}" for n, v in list(values.items())[:4]]
+    return ", ".join(shown[:3])
+
+
+# --- from a report -------------------------------------------------------------------------------
+
+
+def question_of(
+    source: str | Path, effects: Sequence[str] = (), noise: float | None = None
+) -> Question:
+    """Return the question of a report, or of a parameter set and effects.
+
+    Parameters
+    ----------
+    source : path
+        A `report.json`, or a parameter set (.ssv).
+    effects : sequence of str
+        Those between which to decide; of a report by default those that its records cannot tell apart.
+    noise : float, optional
+        In m rms; that of the report by default.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used, or asks for nothing that a record could decide.
+    """
+    source = Path(source)
+    if source.suffix == ".ssv":
+        parameters = read_ssv(source)
+        try:
+            return question_of_set(parameters, effects, noise)
+        except InputError as error:
+            raise InputError(f"{source}: {error}") from None
+    _check_noise(noise)
+    try:
+        return question_of_report(_read(source), lambda: _beside(source), effects, noise)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+
+
+def question_of_set(
+    parameters: ParameterSet, effects: Sequence[str] = (), noise: float | None = None
+) -> Question:
+    """Return the question which of some effects a model has, or, of none, how large its own ones are.
+
+    Parameters and errors are as in `question_of`.
+    """
+    _check_noise(noise)
+    if effects:
+        return between(parameters, effects, noise)
+    own = effects_of(parameters)
+    if not own:
+        raise InputError(
+            "the set has no effect whose parameters could be determined; name rivals with "
+            "--between EFFECT,EFFECT"
+        )
+    told: tuple[str, ...] = ()
+    if noise is None:
+        noise, text = _usual_noise(parameters)
+        told = (text,)
+    return Question((Hypothesis("the model", own, parameters),), None, noise, said=told)
+
+
+def _check_noise(noise: float | None) -> None:
+    if noise is not None and not (np.isfinite(noise) and noise > 0.0):
+        raise InputError(f"--noise {1e6 * noise:g}: must be positive")
+
+
+def _usual_noise(parameters: ParameterSet) -> tuple[float, str]:
+    """Return the noise of a usual sensor, m rms, and that it is one."""
+    low, high = parameters.displacement_range
+    noise = _USUAL_NOISE * (high - low)
+    return noise, f"noise: {1e6 * noise:.3g} um, a usual share of the travel; give --noise"
+
+
+def question_of_report(
+    report: Mapping,
+    found: Callable[[], ParameterSet],
+    effects: Sequence[str] = (),
+    noise: float | None = None,
+) -> Question:
+    """Return the question that a report leaves open.
+
+    Parameters
+    ----------
+    report : Mapping
+        What `report.json` holds.
+    found : callable
+        Returns the parameter set that it is of.
+    effects, noise
+        As in `question_of`.
+
+    Raises
+    ------
+    InputError
+        If there is nothing that a record could decide.
+    """
+    known = noise if noise is not None else 1e-6 * float(report["noise_rms_um"])
+    about = {
+        "duration": max(r["samples"] * r["sample_time_s"] for r in report["records"].values()),
+        "rate": max(r.get("fastest_V_per_s", 0.0) for r in report["records"].values()) or None,
+    }
+    rivals = report.get("rivals") or []
+    group = [*effects] or [*(report["indistinguishable"] or [[]])[0]]
+    if not effects and len(rivals) > 2:
+        neither, *others = (_of_report(r) for r in rivals)
+        return Question(tuple(others), neither, known, **about)
+    if group:
+        return replace(between(found(), group, known), **about)
+    undetermined = [n for n, p in report["parameters"].items() if not p["determined"]]
+    if not report["effects"] and not undetermined:
+        raise InputError(
+            "there are no effects that the records cannot tell apart, and no parameter that they do "
+            "not determine: nothing to decide; --between EFFECT,... asks a question of your own"
+        )
+    parameters = found()
+    only = Hypothesis("the model", effects_of(parameters), parameters)
+    return Question((only,), None, known, **about)
+
+
+def _of_report(entry: Mapping) -> Hypothesis:
+    own = tuple(entry["own"])
+    parameters = ParameterSet(entry["parameters"], " + ".join(own) or NEITHER).validate()
+    said = f"{' + '.join(own)}: as fitted to the records" if own else "the model without any of them"
+    return Hypothesis(" + ".join(own) or NEITHER, tuple(entry["effects"]), parameters, said, own)
+
+
+def _beside(source: Path) -> ParameterSet:
+    """Return the parameter set that lies beside a report."""
+    return read_ssv(source.with_name("parameters.ssv"))
+
+
+def _read(source: Path) -> dict:
+    """Return a report."""
+    try:
+        report = json.loads(source.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{source}: no such file") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{source}: is neither a report.json nor a .ssv: {error}") from None
+    wanted = ("noise_rms_um", "records", "indistinguishable", "parameters", "effects")
+    missing = [key for key in wanted if not isinstance(report, dict) or key not in report]
+    if missing:
+        raise InputError(
+            f"{source}: lacks {', '.join(missing)}; give the report.json that `it2hys diagnose` left"
+        )
+    return report

@@ -1,0 +1,310 @@
+"""What a record would decide, told before it is measured.
+
+The readings of one model on a voltage are what another model, refitted to them, has to come near to:
+the difference that is left (T-optimality) is set against what the diagnosis asks for before it calls
+one of two models the better one. Refits are those of the identification, by the exact sensitivities
+of the compiled chain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.stats import norm
+
+from it2hys.designs.families import FAMILIES
+from it2hys.designs.hypotheses import Hypothesis, Question, trace_of
+from it2hys.designs.limits import Limits
+from it2hys.diagnosis.evidence import EVIDENCE
+from it2hys.diagnosis.fitting import with_effect
+from it2hys.diagnosis.selection import LEVEL
+from it2hys.identification.criterion import ChainFit, Model, Trace, minimise
+from it2hys.identification.scaling import Scaling
+from it2hys.identification.starts import Starts
+from it2hys.identification.traces import set_aside
+from it2hys.identification.uncertainty import assess, correlation_time
+from it2hys.policy import DESIGN, SEARCH
+from it2hys.records.clues import Extent
+
+#: Iterations of a refit while designs are compared, and of one that a promise rests on.
+_QUICK, _THOROUGH = 8, 60
+#: Guesses of an effect from which it is fitted first to what another one makes.
+_GUESSES = 6
+#: Standard deviations by which a test statistic of the wanted power is above its threshold.
+_SURE = float(norm.ppf(DESIGN.decides))
+#: Differences of so many half travels are those of runs on their way to infinity.
+_FAR = 1e3
+
+
+@dataclass(frozen=True)
+class Separation:
+    """How far one model is from another that would make the same readings, on a record.
+
+    Parameters
+    ----------
+    truth, rival : str
+        The model that makes the readings, and the one that is refitted to them.
+    distance : float
+        Root of the sum of squares of what the refit leaves, in units of the noise.
+    gain : float
+        Expected share by which the error of the truth is smaller, on the samples that decide.
+    power : float
+        Probability that the diagnosis calls the truth the better model.
+    score : float
+        Log of what is left over, by what is needed for the wanted power; positive where it decides.
+    """
+
+    truth: str
+    rival: str
+    distance: float
+    gain: float
+    power: float
+    score: float
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The models and limits of a question, and what refits of them start from.
+
+    Parameters
+    ----------
+    question : Question
+    limits : Limits
+    """
+
+    question: Question
+    limits: Limits
+
+    @cached_property
+    def hypotheses(self) -> tuple[Hypothesis, ...]:
+        """The rivals, at rest where a record begins."""
+        return tuple(h.at_rest(self.limits.rest) for h in self.question.hypotheses)
+
+    @cached_property
+    def neither(self) -> Hypothesis | None:
+        """The model without what they differ in, at rest where a record begins."""
+        known = self.question.neither
+        return None if known is None else known.at_rest(self.limits.rest)
+
+    @cached_property
+    def pairs(self) -> list[tuple[Hypothesis, Hypothesis]]:
+        """Those that may be the truth, each with all others that it has to be told from."""
+        if len(self.hypotheses) < 2:
+            return []
+        others = [*self.hypotheses, *([self.neither] if self.neither else [])]
+        return [(a, b) for a in self.hypotheses for b in others if a is not b]
+
+    @cached_property
+    def probe(self) -> np.ndarray:
+        """A voltage that shows a little of all: steps, reversals and sines, V."""
+        family = FAMILIES["steps, reversals and multisine"]
+        return family.voltage(np.full(family.size, 0.6), self.limits)
+
+    @cached_property
+    def scaling(self) -> Scaling:
+        """That of the displacements on the probe."""
+        return Scaling.of_data(self._readings, np.array([self.limits.low, self.limits.high]))
+
+    @cached_property
+    def extent(self) -> Extent:
+        """What a record within the limits spans."""
+        limits, y = self.limits, self._readings
+        return Extent(
+            limits.sample_time,
+            limits.samples * limits.periods * limits.sample_time,
+            (limits.low, limits.high),
+            (float(y.min()), float(y.max())),
+            zero=self.question.base["displacementZero"],
+        )
+
+    @cached_property
+    def _readings(self) -> np.ndarray:
+        runs = [self.reading(h, self.probe) for h in self.hypotheses]
+        return np.concatenate(runs)
+
+    @cached_property
+    def _starts(self) -> dict[tuple[str, str], Model]:
+        """Of every pair the rival refitted to what the truth makes of the probe."""
+        return {(a.name, b.name): self._imitation(a, b) for a, b in self.pairs}
+
+    def start(self, truth: Hypothesis, rival: Hypothesis) -> Model:
+        """Return a rival as it is when refitted to what the truth makes of the probe."""
+        return self._starts[truth.name, rival.name]
+
+    def reading(self, hypothesis: Hypothesis, voltage: np.ndarray) -> np.ndarray:
+        """Return what a model reads on a voltage, (N,), without noise, m."""
+        trace = trace_of(voltage, voltage, 0.0, self.limits.sample_time)
+        return hypothesis.model.predict(trace, 0)
+
+    def trace(self, voltage: np.ndarray, y: np.ndarray) -> Trace:
+        """Return a record of this noise."""
+        return trace_of(voltage, y, self.question.noise, self.limits.sample_time)
+
+    def fit(self, traces: Sequence[Trace], model: Model, iterations: int) -> ChainFit:
+        """Return a fit of everything to records, from a model."""
+        return minimise(Starts(list(traces), self.scaling, self.extent).criterion(model), iterations)
+
+    def _imitation(self, truth: Hypothesis, rival: Hypothesis) -> Model:
+        """Return the rival as near to what the truth makes of the probe as refits bring it.
+
+        They start from its own parameters, and from guesses of its effects where these are its own.
+        """
+        trace = self.trace(self.probe, self.reading(truth, self.probe))
+        starts = [rival.model]
+        if len(rival.own) == 1 and self.neither is not None:
+            guesses = EVIDENCE[rival.own[0]].guesses(
+                Starts([trace], self.scaling, self.extent).clues(self.neither.model)
+            )
+            places = np.unique(np.linspace(0, len(guesses) - 1, _GUESSES).round().astype(int))
+            chosen = [guesses[i] for i in places] if guesses else []
+            starts += [with_effect(self.neither.model, rival.own[0], g, self.extent) for g in chosen]
+        fits = [self.fit([trace], start, _QUICK) for start in starts]
+        best = min(fits, key=lambda fit: fit.minimum.cost)
+        if not np.isfinite(best.minimum.cost):
+            return rival.model
+        return self.fit([trace], best.model, _THOROUGH).model
+
+    # --- one of several ------------------------------------------------------------------------------
+
+    def separation(
+        self, truth: Hypothesis, rival: Hypothesis, voltage: np.ndarray, thorough: bool = False
+    ) -> Separation:
+        """Return how far a rival stays from the truth on a voltage, (N,).
+
+        `thorough` is as for `left_over`.
+        """
+        left, deciding = self.left_over(truth, rival, voltage, thorough)
+        return self.judged(truth, rival, left, deciding)
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def left_over(
+        self, truth: Hypothesis, rival: Hypothesis, voltage: np.ndarray, thorough: bool = False
+    ) -> tuple[np.ndarray | None, np.ndarray]:
+        """Return what a rival leaves of the readings of the truth on a voltage once it is refitted.
+
+        Parameters
+        ----------
+        truth, rival : Hypothesis
+        voltage : ndarray, shape (N,)
+        thorough : bool
+            Refit to the end, from several starts, and as the diagnosis does: without what decides.
+
+        Returns
+        -------
+        left : ndarray, shape (N,), or None
+            Rival less truth, m; None where the run of one is on its way to infinity, so that the
+            voltage is none that they can be compared on.
+        deciding : ndarray of bool, shape (N,)
+            Samples that decide.
+        """
+        y = self.reading(truth, voltage)
+        trace = self.trace(voltage, y)
+        (fitted,), (deciding,) = set_aside([trace])
+        start = self.start(truth, rival)
+        if thorough:
+            fits = [self.fit([fitted], s, _THOROUGH) for s in (start, rival.model)]
+        else:
+            fits = [self.fit([trace], start, _QUICK)]
+            if not np.isfinite(fits[0].minimum.cost):
+                fits.append(self.fit([trace], rival.model, _QUICK))
+        found = min(fits, key=lambda fit: fit.minimum.cost)
+        left = found.model.predict(trace, 0) - y
+        is_near = bool(np.all(np.abs(left) < _FAR * self.scaling.y_unit))
+        return (left if is_near else None), deciding.judged
+
+    def judged(
+        self,
+        truth: Hypothesis,
+        rival: Hypothesis,
+        left: np.ndarray | None,
+        deciding: np.ndarray,
+        quieter: float = 1.0,
+    ) -> Separation:
+        """Return what the diagnosis would make of a difference that is left, as `left_over` has it.
+
+        It compares mean squares of both errors on the samples that decide, by a bootstrap of blocks,
+        and asks for a gain besides: both are thresholds of the mean square difference. The noise is
+        `quieter` times smaller than the question's.
+        """
+        if left is None:
+            return Separation(truth.name, rival.name, np.inf, 1.0, 0.0, -np.inf)
+        noise, d = self.question.noise / quieter, left[deciding]
+        power, count = d**2, len(d)
+        draw = np.random.default_rng(0).standard_normal(count)
+        length = int(SEARCH.block * correlation_time(2.0 * noise * draw * d + power))
+        length = int(np.clip(length, 1, max(1, count // SEARCH.fewest_blocks)))
+        blocks = power[: count // length * length].reshape(-1, length).mean(axis=1)
+        mean = float(np.mean(power))
+        of_noise = 4.0 * noise**2 * mean / count
+        spread = np.sqrt(of_noise + float(np.var(blocks)) / len(blocks))
+        least = SEARCH.telling if rival.own else DESIGN.base_gain
+        needed = max(noise**2 * (1.0 / (1.0 - least) ** 2 - 1.0), float(norm.isf(LEVEL)) * spread)
+        of_noise = max(np.sqrt(of_noise), np.finfo(float).tiny)
+        return Separation(
+            truth.name,
+            rival.name,
+            float(np.linalg.norm(left)) / noise,
+            float(1.0 - noise / np.sqrt(noise**2 + mean)),
+            float(norm.cdf((mean - needed) / of_noise)),
+            float(np.log(max(mean, np.finfo(float).tiny) / (needed + _SURE * of_noise))),
+        )
+
+    # --- parameters of one ---------------------------------------------------------------------------
+
+    def information(self, voltage: np.ndarray, of_effects: bool = False) -> float:
+        """Return how much a record tells of the parameters, nats a parameter, the least of all models.
+
+        It is half the logarithm of the determinant (D-optimality) of the information on the coordinates
+        of a fit, for whose prior a standard deviation of 1 stands.
+
+        Parameters
+        ----------
+        voltage : ndarray, shape (N,)
+        of_effects : bool
+            On the effects' parameters alone, all else being free; on all where there are none.
+        """
+        return min(self._information(h, voltage, of_effects) for h in self.hypotheses)
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _information(self, hypothesis: Hypothesis, voltage: np.ndarray, of_effects: bool) -> float:
+        trace = self.trace(voltage, self.reading(hypothesis, voltage))
+        criterion = Starts([trace], self.scaling, self.extent).criterion(hypothesis.model)
+        linear = criterion.jacobian(criterion.pack(hypothesis.model))
+        if linear is None:
+            return -np.inf
+        jacobian = linear[0] * (self.scaling.y_unit / self.question.noise)
+        count = jacobian.shape[1]
+        factor = np.linalg.qr(np.vstack([jacobian, np.eye(count)]), mode="r")
+        if not (of_effects and criterion.common):
+            return float(np.sum(np.log(np.abs(np.diag(factor)))) / count)
+        inverse = solve_triangular(factor, np.eye(count))[criterion.places_of_common]
+        return float(-0.5 * np.linalg.slogdet(inverse @ inverse.T)[1] / len(inverse))
+
+    def intervals(
+        self, hypothesis: Hypothesis, voltage: np.ndarray, seed: int = 0
+    ) -> dict[str, tuple[float, float]]:
+        """Return the 95 % intervals of a model's parameters on a record, by FMU name, SI units.
+
+        They are those of the report of a fit, at the truth, to a record with noise.
+        """
+        y = self.reading(hypothesis, voltage)
+        noisy = y + self.noise_draw(len(y), np.random.default_rng(seed))
+        trace = self.trace(voltage, noisy)
+        criterion = Starts([trace], self.scaling, self.extent).criterion(hypothesis.model)
+        at_truth = minimise(criterion, 0)
+        found = assess(at_truth).intervals
+        effects = {n: ends for n, ends in found.items() if not n.startswith("rule[")}
+        return effects or found
+
+    def noise_draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Return noise of the question's size, (count,), m."""
+        return self.question.noise * rng.standard_normal(count)
+
+
+def worst(separations: Iterable[Separation]) -> Separation:
+    """Return the separation that is least likely to be seen."""
+    return min(separations, key=lambda s: s.score)

@@ -1,0 +1,398 @@
+"""A designed record as files: the voltage as CSV, what it promises as JSON, and both as a page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from it2hys.designs.designing import Design, design, probability
+from it2hys.designs.hypotheses import question_of_report
+from it2hys.designs.promise import Separation
+from it2hys.diagnosis.outcome import Diagnosis
+from it2hys.errors import InputError
+from it2hys.model.variables import load_table
+from it2hys.records import Record
+from it2hys.records.writing import write_signals
+from it2hys.reports import figures
+from it2hys.reports.answers import figure
+from it2hys.reports.page import NONE, Answer, Page, Picture, Section, Table, write_page, write_pictures
+from it2hys.reports.provenance import Provenance, about
+from it2hys.reports.summary import finite_or_none
+from it2hys.support.files import make_directory, write_atomically
+
+UM = 1e6
+#: What a design leaves in its directory.
+VOLTAGE, DESIGN_JSON, DESIGN_PAGE, PICTURE = "voltage.csv", "design.json", "design.html", "design"
+#: The figure of the record to measure next, in a diagnosis.
+NEXT = "next"
+NEXT_CAPTION = (
+    "The record to measure next: voltage, spectrum, what the models that these records cannot tell "
+    "apart read on it, and what is left of one's readings when another is refitted to them."
+)
+
+
+def write_design(
+    found: Design, directory: str | Path, provenance: Provenance | None = None, model: str = "P.ssv"
+) -> Path:
+    """Write `voltage.csv`, `design.json`, the figure and `design.html`.
+
+    Parameters
+    ----------
+    found : Design
+    directory : path
+        Created if it does not exist.
+    provenance : Provenance, optional
+    model : str
+        The parameter set to start the diagnosis of the new record from, as it is typed.
+
+    Returns
+    -------
+    Path
+        The page.
+    """
+    directory = make_directory(directory)
+    report = design_json(found, provenance or Provenance(), model)
+    write_signals(directory / VOLTAGE, found.time, {"voltage": (found.voltage, "V")})
+    write_pictures(directory, [Picture(PICTURE, drawn(found), "")])
+    write_atomically(directory / DESIGN_JSON, (json.dumps(report, indent=1) + "\n").encode())
+    return write_page(directory, _page(report), name=DESIGN_PAGE)
+
+
+def drawn(found: Design):
+    """Return the figure of a designed record."""
+    return figures.designed_record(
+        found.time, found.voltage, found.readings, found.left, found.question.noise
+    )
+
+
+def design_json(found: Design, provenance: Provenance, model: str) -> dict:
+    """Return what `design.json` says; docs/design.schema.json documents the keys."""
+    limits, question = found.limits, found.question
+    rate = float(np.max(np.abs(np.diff(found.voltage)))) / limits.sample_time
+    return {
+        "title": f"The next experiment: {' or '.join(found.names)}"
+        if len(found.names) > 1
+        else "The next experiment: parameters",
+        **provenance.entries(),
+        "names": list(found.names),
+        "decides": found.decides,
+        "power": found.power,
+        "promise": found.sentences,
+        "noise_um": UM * question.noise,
+        "family": found.family,
+        "words": found.words,
+        "limits": {
+            "voltage_V": [limits.low, limits.high],
+            "slew_V_per_s": limits.rate,
+            "sample_time_s": limits.sample_time,
+            "duration_s": limits.duration,
+            "periods": limits.periods,
+            "band_Hz": [limits.lowest, limits.highest],
+            "said": list(limits.said),
+        },
+        "record": {
+            "file": VOLTAGE,
+            "samples": len(found.voltage),
+            "voltage_V": [float(found.voltage.min()), float(found.voltage.max())],
+            "fastest_V_per_s": rate,
+        },
+        "models": [
+            {"name": h.name, "effects": list(h.effects), "said": h.said} for h in question.hypotheses
+        ],
+        "said": list(question.said),
+        "pairs": [_pair_json(s) for s in found.separations],
+        "parameters": _parameters_json(found, found.intervals),
+        "others": {
+            name: {
+                "pairs": [_pair_json(s) for s in separations],
+                "parameters": _parameters_json(found, found.other_intervals[name]),
+            }
+            for name, separations in found.others.items()
+        },
+        "simulated": [
+            {"truth": s.truth, "rival": s.rival, "told": s.told, "draws": s.draws, "by": s.by}
+            for s in found.simulated
+        ],
+        "needed": list(found.needed),
+        "measure": f"it2hys diagnose NEW.csv --model {model} --design {DESIGN_JSON} -o DIR",
+        "evaluated": found.evaluated,
+        "seconds": found.seconds,
+    }
+
+
+def _pair_json(s: Separation) -> dict:
+    return {
+        "truth": s.truth,
+        "rival": s.rival,
+        "distance_noise": finite_or_none(s.distance),
+        "gain_percent": 100 * s.gain,
+        "power": s.power,
+    }
+
+
+def _parameters_json(
+    found: Design, intervals: Mapping[str, Mapping[str, tuple[float, float]]]
+) -> dict[str, dict]:
+    known = load_table().parameters()
+    sets = {h.name: h.parameters for h in found.question.hypotheses}
+    return {
+        model: {
+            name: {
+                "value": sets[model][name],
+                "ci95": [finite_or_none(low), finite_or_none(high)],
+                "unit": known[name].type.unit or "1",
+            }
+            for name, (low, high) in own.items()
+        }
+        for model, own in intervals.items()
+    }
+
+
+# --- the page ------------------------------------------------------------------------------------
+
+
+def _page(report: Mapping) -> Page:
+    answers = [Answer("What to play", [*report["promise"], _rates(report)])]
+    if report["pairs"]:
+        answers.append(Answer("What it tells apart", [_TOLD], _pairs_table(report), _checked(report)))
+    answers.append(Answer("Which parameters it determines", [_DETERMINED], _parameter_table(report)))
+    answers.append(
+        Answer(
+            "What to do with it",
+            [
+                f"Play {VOLTAGE} (time_s, voltage_V) on the rig, record the displacement at the same "
+                f"rate, and run `{report['measure']}`: its report sets what came out beside "
+                "this promise."
+            ],
+        )
+    )
+    assumed = [
+        f"{text[:1].upper()}{text[1:]}." for text in (*_models(report), *report["limits"]["said"])
+    ]
+    details = [
+        Section("Limits and assumptions", [*assumed, _WHITE]),
+        Section("How it was found", [_how(report)]),
+    ]
+    caption = (
+        "The voltage, its spectrum, what the models read on it, and what is left of one's readings "
+        "when another is refitted to them."
+    )
+    picture = Picture(PICTURE, None, caption)
+    return Page(report["title"], about(report), answers, [picture], details=details)
+
+
+_TOLD = (
+    "The probability that `it2hys diagnose` calls the true model the better one, at its own test "
+    "level. Every model is refitted to the readings of every other; the distance is what that leaves, "
+    "over the whole record, in units of the noise."
+)
+_DETERMINED = "Expected 95 % intervals, if the model is the right one."
+_WHITE = "The noise is taken as white, of one size, and independent of the motion."
+
+
+def _models(report: Mapping) -> list[str]:
+    known = [m["said"] for m in report["models"] if m["said"]]
+    return list(dict.fromkeys([*known, *report["said"]]))
+
+
+def _rates(report: Mapping) -> str:
+    record, limits = report["record"], report["limits"]
+    low, high = record["voltage_V"]
+    return (
+        f"It goes from {figure(low)} to {figure(high)} V, changes by at most "
+        f"{record['fastest_V_per_s']:.4g} V/s, lasts {limits['duration_s']:.4g} s in "
+        f"{record['samples']} samples every {1e3 * limits['sample_time_s']:.4g} ms, and begins and "
+        "ends at rest."
+    )
+
+
+def _pairs_table(report: Mapping) -> Table:
+    others = report["others"]
+    rows = []
+    for i, pair in enumerate(report["pairs"]):
+        rows.append(
+            [
+                pair["truth"],
+                pair["rival"],
+                _distance(pair),
+                probability(pair["power"]),
+                *(probability(o["pairs"][i]["power"]) for o in others.values()),
+            ]
+        )
+    return Table(
+        ["if it is", "told from", "distance / noise", "this record", *others],
+        rows,
+        "Probability of telling them apart",
+    )
+
+
+def _distance(pair: Mapping) -> str:
+    return NONE if pair["distance_noise"] is None else f"{pair['distance_noise']:.0f}"
+
+
+def _checked(report: Mapping) -> list[str]:
+    """Return what came of simulated records."""
+    texts = []
+    for by, what in (("refits", "Both models refitted to"), ("diagnosis", "The diagnosis itself on")):
+        told = [s for s in report["simulated"] if s["by"] == by]
+        if told:
+            counts = ", ".join(
+                f"{s['truth']} told from {s['rival']} in {s['told']} of {s['draws']}" for s in told
+            )
+            texts.append(f"{what} simulated records with noise: {counts}.")
+    return texts
+
+
+def _parameter_table(report: Mapping) -> Table:
+    others = report["others"]
+    rows = []
+    for model, own in report["parameters"].items():
+        for name, entry in own.items():
+            ends = [entry["ci95"], *(o["parameters"][model][name]["ci95"] for o in others.values())]
+            widths = [NONE if w is None else f"± {w:.2g}" for w in map(_half_width, ends)]
+            rows.append([model, name, f"{entry['value']:.4g}", entry["unit"], *widths])
+    return Table(["model", "parameter", "value", "unit", "this record", *others], rows)
+
+
+def _half_width(ends: Sequence[float | None]) -> float | None:
+    low, high = ends
+    return None if low is None or high is None else 0.5 * (high - low)
+
+
+def _how(report: Mapping) -> str:
+    return (
+        f"Of {report['evaluated']} records of the families that were allowed, it is the one that "
+        "decides most of the pair that it decides least; beyond what decides by far, the one that "
+        f"tells most of all parameters. Seed {report['seed']}; the same seed gives the same record."
+    )
+
+
+# --- what a diagnosis ends with ------------------------------------------------------------------
+
+
+def next_record(report: Mapping, result: object) -> tuple[dict | None, list[Picture]]:
+    """Return the record that decides what a diagnosis could not, coarsely designed, and its figure.
+
+    Parameters
+    ----------
+    report : Mapping
+        What the diagnosis says, but for this.
+    result : Diagnosis or another result
+        Of which there is no such record.
+
+    Notes
+    -----
+    It is designed between effects that cannot be told apart; where there are none, for the parameters
+    of effects that were found and the records leave open.
+
+    Returns
+    -------
+    entry : dict or None
+        A key of `report.json`; None where everything was told apart.
+    pictures : list of Picture
+    """
+    if not isinstance(result, Diagnosis) or not (result.indistinguishable or _open(report)):
+        return None, []
+    try:
+        question = question_of_report(report, lambda: result.parameters)
+        found = design(question, coarse=True)
+    except InputError as error:  # what no voltage decides: a channel is needed, or a faster sampling
+        return {"promise": [f"No record was designed: {error}"], "command": None, "power": None}, []
+    entry = {
+        "promise": found.sentences,
+        "command": "it2hys design report.json -o DIR",
+        "power": found.power,
+    }
+    return entry, [Picture(NEXT, drawn(found), "")]
+
+
+def _open(report: Mapping) -> bool:
+    """Return whether the records leave a parameter of an effect open that was found."""
+    known = load_table().parameters()
+    return any(
+        not entry["determined"] and known[name].effect in report["effects"]
+        for name, entry in report["parameters"].items()
+    )
+
+
+# --- what came out --------------------------------------------------------------------------------
+
+
+def read_design(path: str | Path) -> dict:
+    """Return what a `design.json` holds.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is something else.
+    """
+    path = Path(path)
+    try:
+        report = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; `it2hys design` writes it") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    wanted = ("names", "power", "promise", "noise_um", "pairs", "parameters", "record")
+    if missing := [key for key in wanted if not isinstance(report, dict) or key not in report]:
+        raise InputError(f"{path}: lacks {', '.join(missing)}: it is no design.json of `it2hys design`")
+    return report
+
+
+def designed_voltage(path: str | Path, report: Mapping) -> np.ndarray | None:
+    """Return the voltage beside a `design.json`, V; None where it is not there any more."""
+    file = Path(path).with_name(report["record"]["file"])
+    if not file.is_file():
+        return None
+    return np.loadtxt(file, delimiter=",", skiprows=1)[:, 1]
+
+
+def beside_promise(
+    design: Mapping, voltage: np.ndarray | None, records: Sequence[Record], report: Mapping
+) -> dict:
+    """Return what a design promised and what came out, a key of `report.json`.
+
+    Parameters
+    ----------
+    design : Mapping
+        `design.json`.
+    voltage : ndarray, shape (N,), or None
+        That it asked for, V.
+    records : sequence of Record
+        The training records.
+    report : Mapping
+        What the diagnosis says.
+    """
+    named = [e for e in report["effects"] if e in design["names"]]
+    return {
+        "names": design["names"],
+        "power": design["power"],
+        "noise_um": design["noise_um"],
+        "named": named,
+        "told": len(named) == 1,
+        "played_off_V": None if voltage is None else finite_or_none(_off(voltage, records)),
+        "parameters": [
+            {
+                "name": name,
+                "unit": entry["unit"],
+                "promised": _half_width(entry["ci95"]),
+                "found": _half_width(report["parameters"][name]["ci95"]),
+                "value": report["parameters"][name]["value"],
+            }
+            for model in ([*named] if len(design["names"]) > 1 else design["names"])
+            for name, entry in design["parameters"].get(model, {}).items()
+            if name in report["parameters"]
+        ],
+    }
+
+
+def _off(voltage: np.ndarray, records: Sequence[Record]) -> float:
+    """Return by how much the record that is nearest to a voltage is off it, V rms."""
+    found = [np.inf]
+    for record in records:
+        count = min(len(record), len(voltage))
+        found.append(float(np.sqrt(np.mean((record.voltage[:count] - voltage[:count]) ** 2))))
+    return min(found)

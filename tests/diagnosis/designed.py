@@ -1,0 +1,142 @@
+"""The loop closed on the independent simulator: a record that cannot tell, a design, the next record.
+
+A stage of `cases` has one effect of a pair. Its first record is a sine, on which many effects look
+alike. From what that leaves, the next record is designed between the two; it is played on the stage,
+and, for comparison, so are the paper's signal and a chirp of the same length.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+from diagnosis import simulator as sim
+from diagnosis.cases import Case
+
+from it2hys.designs.designing import chirp_signal, design, paper_signal
+from it2hys.designs.hypotheses import Question, between
+from it2hys.designs.limits import Wanted
+from it2hys.diagnosis import diagnose
+from it2hys.records import Record
+
+PAIRS = (
+    ("delay", "lag"), ("play", "creep"), ("play", "lag"), ("lag", "resonance"),
+    ("creep", "drift"), ("nonlinearity", "play"), ("saturation", "slew"),
+)  # fmt: skip
+#: Frequency of the first record at the sample time of `_QUICK`, Hz and s.
+_SINE, _QUICK = 20.0, 1e-4
+
+
+@dataclass(frozen=True)
+class Loop:
+    """What came of one stage.
+
+    Parameters
+    ----------
+    pair : tuple of str
+    seed : int
+    truth : str
+        The effect that the stage has.
+    first, first_open : tuple of str
+        What was named on the first record, and what it was said not to tell apart.
+    family : str
+        Of the designed record.
+    promised : float
+        Probability, told beforehand, of telling the truth from the other one.
+    designed, paper, chirp : tuple of str
+        What was named on the records that followed.
+    design_seconds, seconds : float
+        Processor time of the design, and of all.
+    failure : str
+        The message of a run that ended with one.
+    """
+
+    pair: tuple[str, ...]
+    seed: int
+    truth: str
+    first: tuple[str, ...] = ()
+    first_open: tuple[str, ...] = ()
+    family: str = ""
+    promised: float = float("nan")
+    designed: tuple[str, ...] = ()
+    paper: tuple[str, ...] = ()
+    chirp: tuple[str, ...] = ()
+    design_seconds: float = 0.0
+    seconds: float = 0.0
+    failure: str = ""
+
+    @classmethod
+    def read(cls, line: str) -> Loop:
+        """Return what `line` of this class wrote."""
+        return cls(**{k: tuple(v) if isinstance(v, list) else v for k, v in json.loads(line).items()})
+
+    @property
+    def line(self) -> str:
+        """One line of JSON."""
+        return json.dumps(asdict(self)) + "\n"
+
+    def is_right(self, named: tuple[str, ...]) -> bool:
+        """Whether the truth was named, and nothing else."""
+        return set(named) == {self.truth}
+
+    @property
+    def was_open(self) -> bool:
+        """Whether the first record did not name the truth alone."""
+        return not self.is_right(self.first)
+
+
+def measured(case: Case, voltage: np.ndarray, name: str, seed: int) -> Record:
+    """Return a record of a case's stage on a voltage, (N,), from long rest, with noise."""
+    clock = np.arange(len(voltage)) * case.grid.sample_time
+    around = sim.Surroundings(case.grid, clock[None])
+    clean = 1e-6 * case.plant.run(voltage[None], around)[0]
+    noise = case.noise_rms * np.random.default_rng([case.seed, seed]).standard_normal(len(voltage))
+    return Record(name, clock, voltage, clean + noise, case.grid.sample_time)
+
+
+def stage(pair: tuple[str, str], seed: int, length: int) -> Case:
+    """Return a stage with one effect of a pair: the first for even seeds."""
+    truth = pair[seed % 2]
+    return Case(seed, f"{truth} of {pair}", (truth,), drift_by="time", length=length)
+
+
+def first_record(case: Case, length: int) -> Record:
+    """Return the first record: a sine over the range of the case."""
+    greatest = max(float(r.voltage.max()) for r in case.train)
+    clock = np.arange(length) * _QUICK
+    return measured(case, 0.5 * greatest * (1.0 - np.cos(2.0 * np.pi * _SINE * clock)), "first", 1)
+
+
+def run_loop(
+    pair: tuple[str, str], seed: int, length: int = 4000, compared: bool = True, families: tuple = ()
+) -> Loop:
+    """Close the loop on one stage; a failure is its outcome."""
+    case = stage(pair, seed, length)
+    loop, begin = Loop(pair, seed, case.truth[0]), time.process_time()
+    try:
+        first = diagnose([first_record(case, length)])
+        open_ = tuple(e for group in first.indistinguishable for e in group)
+        loop = replace(loop, first=first.effects, first_open=open_)
+        question = between(first.parameters, pair, case.noise_rms)
+        wanted = Wanted(duration=length * case.grid.sample_time)
+        before = time.process_time()
+        found = design(question, wanted, families, seed, draws=0)
+        loop = replace(loop, design_seconds=time.process_time() - before)
+        promised = [s.power for s in found.separations if s.truth == loop.truth]
+        loop = replace(loop, family=found.family, promised=min(promised))
+        voltages = {"designed": found.voltage}
+        if compared:
+            limits = found.limits
+            voltages |= {"paper": paper_signal(limits), "chirp": chirp_signal(limits)}
+        for name, voltage in voltages.items():
+            loop = replace(loop, **{name: named_on(case, question, voltage, name)})
+    except Exception as error:  # whatever it is, the others go on and this one counts as failed
+        loop = replace(loop, failure=f"{type(error).__name__}: {error}")
+    return replace(loop, seconds=time.process_time() - begin)
+
+
+def named_on(case: Case, question: Question, voltage: np.ndarray, name: str) -> tuple[str, ...]:
+    """Return what a diagnosis names on a record of a voltage, from the model without either effect."""
+    return diagnose([measured(case, voltage, name, 2)], model=question.base).effects

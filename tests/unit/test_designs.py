@@ -1,0 +1,344 @@
+"""The next experiment: limits that are kept, rivals that are told apart, and what is promised of it."""
+
+import itertools
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import TS, UM
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from it2hys.designs.checking import Simulated, simulate_pair
+from it2hys.designs.designing import PAPER, design, paper_signal
+from it2hys.designs.families import FAMILIES
+from it2hys.designs.hypotheses import between, question_of, question_of_report, question_of_set
+from it2hys.designs.limits import Limits, Wanted, limits_of
+from it2hys.designs.promise import Ground, worst
+from it2hys.errors import InputError
+from it2hys.model.parameters import table_1, write_ssv
+
+NOISE = 0.006 * UM
+SHORT = Wanted(duration=0.12)
+RINGING = {"resonance.frequency": 900.0, "resonance.damping": 0.1}
+
+
+def limits(**wanted):
+    base = table_1()
+    return limits_of(Wanted(**wanted), base.voltage_range, base["sampleTime"])
+
+
+# --- limits and families -------------------------------------------------------------------------
+
+rigs = st.builds(
+    lambda low, span, rate, samples, periods, lowest, decades: Limits(
+        low,
+        low + span,
+        rate * span / (samples * 1e-4),
+        1e-4,
+        samples,
+        periods,
+        lowest,
+        min(lowest * 10**decades, 4000.0),
+    ),
+    st.floats(-200.0, 200.0),
+    st.floats(1.0, 300.0),
+    st.floats(4.0, 4000.0),
+    st.integers(200, 1500),
+    st.integers(1, 3),
+    st.floats(2.0, 50.0),
+    st.floats(0.1, 3.0),
+)
+
+
+@settings(max_examples=120, deadline=None)
+@given(rigs, st.sampled_from(sorted(FAMILIES)), st.data())
+def test_every_record_of_every_family_keeps_every_limit_to_rounding(rig, name, data):
+    family = FAMILIES[name]
+    point = np.array(
+        data.draw(st.lists(st.floats(0.0, 1.0), min_size=family.size, max_size=family.size))
+    )
+    voltage = family.voltage(point, rig)
+    assert len(voltage) == rig.samples * rig.periods
+    assert voltage.min() >= rig.low and voltage.max() <= rig.high
+    slack = 1e-9 * max(rig.span, abs(rig.low), abs(rig.high))
+    assert np.max(np.abs(np.diff(voltage))) <= rig.rate * rig.sample_time + slack
+    assert abs(voltage[0] - rig.rest) <= slack and abs(voltage[-1] - rig.rest) <= slack
+    assert np.array_equal(voltage, np.tile(voltage[: rig.samples], rig.periods))
+    assert rig.holds(voltage)
+
+
+def test_what_breaks_a_limit_is_seen():
+    rig = limits(rate=2e4)
+    voltage = FAMILIES["steps"].voltage(np.full(5, 0.5), rig)
+    assert rig.holds(voltage)
+    middle = len(voltage) // 2
+    for change in (
+        lambda v: np.where(np.arange(len(v)) == middle, v + 3.0, v),
+        lambda v: v + 1e-3,
+        lambda v: np.clip(v * 1.2, 0.0, 140.0),
+    ):
+        assert not rig.holds(change(voltage))
+
+
+def test_sines_are_within_the_band_and_spectra_show_it():
+    rig = limits(band=(20.0, 200.0))
+    for share in (0.0, 0.5, 1.0):
+        voltage = FAMILIES["multisine"].voltage(
+            np.array([0.0, 1.0, share, 0.2, 0.5, 0.3, 1.0, 0.5]), rig
+        )
+        inner = voltage[400:-400] - voltage[400:-400].mean()
+        power = np.abs(np.fft.rfft(inner * np.hanning(len(inner)))) ** 2
+        frequency = np.fft.rfftfreq(len(inner), TS)
+        assert power[frequency > 220.0].sum() < 1e-3 * power.sum()
+
+
+def test_the_slowest_of_what_limits_the_rate_counts_and_is_said():
+    cases = {
+        "as given": {"rate": 3e3, "bandwidth": 500.0},
+        "current": {"rate": 3e4, "current": 0.01, "capacitance": 2e-6},
+        "rise time": {"rate": 1e9, "bandwidth": 20.0},
+    }
+    rates = {"as given": 3e3, "current": 5e3, "rise time": 110.0 * 20.0 / 0.35}
+    for why, wanted in cases.items():
+        found = limits(**wanted)
+        assert found.rate == pytest.approx(rates[why])
+        assert any("slew rate" in text and why in text for text in found.said)
+
+
+def test_periods_are_equal_and_the_record_is_as_long_as_asked_for():
+    rig = limits(duration=0.4, periods=4)
+    assert (rig.samples, rig.periods, rig.duration) == (1000, 4, pytest.approx(0.4))
+
+
+@pytest.mark.parametrize(
+    ("wanted", "said"),
+    [
+        ({"voltage": (80.0, 20.0)}, "lowest must be below"),
+        ({"voltage": (0.0, 300.0)}, "the model holds for 0 to 110 V"),
+        ({"rate": 100.0}, "the limits exclude each other"),
+        ({"rate": 0.0}, "slew rate must be positive"),
+        ({"current": 0.1}, "--capacitance"),
+        ({"capacitance": 1e-6}, "--current"),
+        ({"sample_time": 2e-4}, "play and record at that rate"),
+        ({"duration": 0.01}, "needs at least 800"),
+        ({"duration": 1e6}, "at most"),
+        ({"periods": 0}, "periods must be positive"),
+        ({"band": (300.0, 200.0)}, "lowest must be below the highest"),
+        ({"band": (300.0, 500.0), "bandwidth": 100.0}, "they exclude each other"),
+        ({"band": (0.1, 1.0)}, "a longer --duration"),
+    ],
+)
+def test_limits_that_exclude_each_other_are_refused_in_one_message(wanted, said):
+    with pytest.raises(InputError, match=said) as error:
+        limits(**wanted)
+    assert "\n" not in str(error.value)
+
+
+# --- what is to be decided -----------------------------------------------------------------------
+
+
+def test_rivals_have_one_effect_each_and_those_of_the_set_as_they_are():
+    base = table_1().replace(**{"lag.timeConstant": 7e-4, **RINGING})
+    question = between(base, ["lag", "delay", "play"], NOISE)
+    assert [h.name for h in question.hypotheses] == ["lag", "delay", "play"]
+    assert question.hypotheses[0].parameters["lag.timeConstant"] == 7e-4
+    for h in question.hypotheses:
+        assert set(h.effects) == {h.name, "resonance"}
+        assert h.said.startswith(h.name)
+    assert question.neither.effects == ("resonance",)
+
+
+@pytest.mark.parametrize(
+    ("effects", "said"),
+    [
+        (["delay", "delay"], "at least two effects, each once"),
+        (["delay"], "at least two"),
+        (["delay", "lagg"], "did you mean|known are|no effect 'lagg'"),
+        (["load", "lag"], "force column"),
+    ],
+)
+def test_names_that_ask_nothing_are_refused(effects, said):
+    with pytest.raises(InputError, match=said):
+        between(table_1(), effects, NOISE)
+
+
+def test_a_set_without_effects_leaves_nothing_to_determine():
+    with pytest.raises(InputError, match="--between"):
+        question_of_set(table_1())
+
+
+def test_a_sample_time_that_is_too_coarse_for_an_effect_is_refused_by_its_name():
+    quick = table_1().replace(**{"lag.timeConstant": 0.5e-4})
+    with pytest.raises(InputError, match="too coarse for lag"):
+        design(between(quick, ["lag", "play"], NOISE), SHORT)
+    with pytest.raises(InputError, match="too coarse for delay"):
+        design(between(table_1(), ["delay", "play"], NOISE), Wanted(sample_time=1e-3))
+
+
+REPORT = {
+    "noise_rms_um": 0.006,
+    "records": {"a": {"samples": 1500, "sample_time_s": TS, "fastest_V_per_s": 3e4}},
+    "indistinguishable": [],
+    "parameters": {"rule[1].q1": {"determined": True}},
+    "effects": [],
+}
+
+
+def test_a_report_without_rivals_is_refused_unless_parameters_are_open(tmp_path):
+    path = tmp_path / "report.json"
+    path.write_text(json.dumps(REPORT))
+    with pytest.raises(InputError, match="nothing to decide") as error:
+        question_of(path)
+    assert str(path) in str(error.value)
+    stage = table_1().replace(**{"lag.timeConstant": 5e-4})
+    write_ssv(stage, tmp_path / "parameters.ssv")
+    open_report = {**REPORT, "parameters": {"rule[1].q1": {"determined": False}}}
+    path.write_text(json.dumps(open_report))
+    question = question_of(path)
+    assert question.neither is None and question.hypotheses[0].effects == ("lag",)
+
+
+def test_a_report_hands_on_its_rivals_its_noise_and_what_its_records_were():
+    rivals = [
+        {"own": own, "effects": own, "parameters": dict(table_1().replace(**values))}
+        for own, values in (
+            ([], {}),
+            (["delay"], {"delay.time": 3e-4}),
+            (["lag"], {"lag.timeConstant": 4e-4}),
+        )
+    ]
+    group = [["delay", "lag"]]
+    question = question_of_report({**REPORT, "indistinguishable": group, "rivals": rivals}, table_1)
+    assert [h.name for h in question.hypotheses] == ["delay", "lag"]
+    assert question.hypotheses[1].parameters["lag.timeConstant"] == 4e-4
+    assert question.noise == pytest.approx(NOISE)
+    assert (question.duration, question.rate) == (pytest.approx(0.15), 3e4)
+
+
+@pytest.mark.parametrize("text", ["{}", "[1]", "not JSON"])
+def test_a_file_that_is_no_report_is_refused(tmp_path, text):
+    path = tmp_path / "report.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"report\.json"):
+        question_of(path)
+
+
+# --- what is promised ----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def ground():
+    question = between(table_1(), ["delay", "lag"], NOISE)
+    return Ground(question, limits(duration=0.12))
+
+
+def pair(ground, truth, rival):
+    return next((a, b) for a, b in ground.pairs if (a.name, b.name) == (truth, rival))
+
+
+def test_a_rival_with_the_same_readings_is_as_near_as_rounding(ground):
+    """A model that is refitted to its own readings leaves nothing."""
+    truth, _ = pair(ground, "lag", "delay")
+    twin = replace(truth, name="delay")
+    left, _ = ground.left_over(truth, twin, ground.probe, thorough=True)
+    assert np.max(np.abs(left)) < 0.5 * NOISE
+
+
+def test_every_pair_is_looked_at_both_ways_and_against_neither(ground):
+    names = {(a.name, b.name) for a, b in ground.pairs}
+    assert names == {(a, b) for a in ("delay", "lag") for b in ("delay", "lag", "neither") if a != b}
+
+
+def test_power_falls_with_the_noise_and_is_a_test_level_without_a_difference(ground):
+    truth, rival = pair(ground, "delay", "lag")
+    voltage = FAMILIES["steps"].voltage(np.full(5, 0.5), ground.limits)
+    powers = []
+    for factor in (1.0, 10.0, 100.0, 1000.0):
+        question = replace(ground.question, noise=factor * NOISE)
+        powers.append(Ground(question, ground.limits).separation(truth, rival, voltage).power)
+    assert powers[0] > 0.99 and powers[-1] < 0.01
+    assert all(a >= b - 1e-6 for a, b in itertools.pairwise(powers))
+
+
+def test_a_voltage_that_stands_still_promises_nothing(ground):
+    truth, rival = pair(ground, "delay", "lag")
+    still = np.full(ground.limits.samples, ground.limits.rest)
+    assert ground.separation(truth, rival, still).power < 0.01
+
+
+@pytest.mark.parametrize("factor", [1.0, 12.0])
+def test_promised_power_is_what_simulated_records_give(ground, factor):
+    """Refits to noisy records, compared as a diagnosis does, at a noise where all are told and less."""
+    quiet = Ground(replace(ground.question, noise=factor * NOISE), ground.limits)
+    truth, rival = pair(quiet, "lag", "delay")
+    voltage = FAMILIES["steps"].voltage(np.array([0.3, 0.6, 0.5, 0.5, 0.0]), quiet.limits)
+    promised = quiet.separation(truth, rival, voltage, thorough=True).power
+    found = simulate_pair(quiet, truth, rival, voltage, 8, seed=5)
+    assert abs(found.share - promised) <= 3.0 * found.error + 0.1
+
+
+def test_a_share_of_all_draws_has_an_error_too():
+    assert 0.0 < Simulated("a", "b", 8, 8).error < Simulated("a", "b", 4, 8).error < 0.25
+
+
+# --- the search ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def found():
+    question = between(table_1(), ["delay", "lag"], NOISE)
+    return design(question, SHORT, ("steps", "multisine"), seed=3, draws=2)
+
+
+def test_a_design_decides_by_more_than_the_papers_signal(found):
+    assert found.decides and found.power > 0.9
+    assert worst(found.separations).score > worst(found.others[PAPER]).score
+    assert len(found.voltage) == 1200 and found.limits.holds(found.voltage)
+    assert "delay from lag" in found.sentences[0] and "Play this record" in found.sentences[0]
+    assert all(s.told == s.draws == 2 for s in found.simulated)
+
+
+def test_a_design_says_what_its_parameters_will_be_known_to(found):
+    low, high = found.intervals["delay"]["delay.time"]
+    truth = found.question.hypotheses[0].parameters["delay.time"]
+    assert low < truth < high and high - low < 0.1 * truth
+
+
+def test_the_same_seed_gives_the_same_record_and_another_one_another(found):
+    first, again, other = (
+        design(found.question, SHORT, ("steps",), seed, draws=0, coarse=True) for seed in (3, 3, 4)
+    )
+    assert np.array_equal(again.voltage, first.voltage)
+    assert not np.array_equal(other.voltage, first.voltage)
+
+
+def test_parameters_of_one_model_are_determined_better_than_by_the_papers_signal():
+    stage = table_1().replace(**{"lag.timeConstant": 5e-4, **RINGING})
+    question = question_of_set(stage, noise=NOISE)
+    told = design(question, SHORT, ("steps", "chirp"), draws=0)
+    assert told.decides and not told.separations
+    ground = Ground(question, told.limits)
+    paper = ground.information(paper_signal(told.limits), of_effects=True)
+    assert ground.information(told.voltage, of_effects=True) > paper + 0.5
+    own, others = told.intervals["the model"], told.other_intervals[PAPER]["the model"]
+    for name in ("lag.timeConstant", "resonance.frequency"):
+        assert np.ptp(own[name]) < np.ptp(others[name])
+
+
+def test_where_nothing_can_decide_it_says_what_would_be_needed():
+    """A delay of a tick and a lag of as much, behind a slow amplifier and a noise of micrometres."""
+    base = table_1().replace(**{"delay.time": 1.1e-4})
+    question = replace(between(base, ["delay", "lag"], NOISE), noise=1.0 * UM)
+    told = design(question, Wanted(duration=0.1, rate=1e4), ("steps", "multisine"), draws=0)
+    assert not told.decides
+    text = " ".join(told.sentences)
+    assert "No record within these limits decides" in text
+    assert "times lower" in text or "No lower noise" in text
+    assert "faster amplifier" in text
+
+
+def test_an_unknown_family_is_refused():
+    with pytest.raises(InputError, match="no family"):
+        design(between(table_1(), ["delay", "lag"], NOISE), SHORT, ("sawtooth",))
