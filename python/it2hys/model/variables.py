@@ -7,8 +7,8 @@ the table too.
 
 import re
 import tomllib
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import groupby
 from pathlib import Path
@@ -138,7 +138,21 @@ def load_table() -> Table:
                 effect=row.get("effect"),
             )
         )
-    return Table(tuple(variables), types, source["units"], source["counts"], source["outdated"])
+    variables += [replace(v, value_reference=len(variables) + i) for i, v in enumerate(_more)]
+    units = source["units"] | {v.type.unit: {} for v in _more if v.type.unit not in source["units"]}
+    types |= {v.type.name: v.type for v in _more}
+    return Table(tuple(variables), types, units, source["counts"], source["outdated"])
+
+
+#: Rows of effects that are not in the file.
+_more: tuple[Variable, ...] = ()
+
+
+def table_with(variables: Sequence[Variable]) -> None:
+    """Let the table end with these rows, in place of those that it ended with."""
+    global _more
+    _more = tuple(variables)
+    load_table.cache_clear()
 
 
 def off_values(effects: Collection[str]) -> dict[str, float | int]:
