@@ -16,7 +16,6 @@ from it2hys.identification.result import Options
 from it2hys.identification.rule_search import search_rules
 from it2hys.identification.scaling import moved
 from it2hys.identification.starts import (
-    SAMPLED,
     SHIFT,
     SHIFTING,
     Starts,
@@ -24,14 +23,14 @@ from it2hys.identification.starts import (
     with_histories,
 )
 from it2hys.model.compiled import Drive
+from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table, off_values
 from it2hys.policy import NOISE
 from it2hys.records.clues import Extent
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
-#: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
-IMITATED = tuple(name for name, e in EVIDENCE.items() if e.imitated)
+#: Guesses of an effect that the rules imitate for which those are sought anew, and starts.
 _ANEW, _ANEW_STARTS = 6, 1
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
@@ -57,7 +56,7 @@ def is_sampling(model: Model, effect: str) -> bool:
 
     It is if it shifts or smooths by less than a sample.
     """
-    if not any(e in SAMPLED and e != effect for e in model.effects):
+    if not any(EFFECTS[e].sampled and e != effect for e in model.effects):
         return False
     return EVIDENCE[effect].is_within_a_sample(model.values)
 
@@ -193,7 +192,7 @@ class Bench(Starts):
         if fit is None:
             return None
         fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
-        if effect in SAMPLED and shifts(fit.model):
+        if EFFECTS[effect].sampled and shifts(fit.model):
             fits += [self.fit(_shifted(fit.model, share), _SETTLING) for share in _SHIFTS]
         return self.preferred([f for f in fits if f])
 

@@ -18,9 +18,7 @@ from it2hys.model.stages import EFFECTS
 from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clue, Clues, Extent
 
-#: Effects whose sampled form may differ from the truth by a part of a sample.
-SAMPLED = tuple(name for name, e in EFFECTS.items() if e.sampled)
-#: The effect that shifts the voltage, up to a sample of which goes with those, and its parameter.
+#: The effect that shifts the voltage, up to a sample of which goes with sampled ones, and its parameter.
 SHIFTING, SHIFT = next((name, e.shift) for name, e in EFFECTS.items() if e.shift)
 #: Histories from which what belongs to a record is fitted, and those that a lead-in has to tell apart.
 _HISTORIES, _COMPARED = 3, 7
@@ -41,7 +39,7 @@ def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
 
 def shifts(model: Model) -> bool:
     """Return whether a delay of up to a sample belongs to a model without it being an effect."""
-    return SHIFTING not in model.effects and any(e in SAMPLED for e in model.effects)
+    return SHIFTING not in model.effects and any(EFFECTS[e].sampled for e in model.effects)
 
 
 @dataclass(frozen=True, eq=False)
