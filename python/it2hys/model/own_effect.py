@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +35,8 @@ AT_REST = Surroundings(0.0, 293.15, 0.0)
 BEYOND = 0.5
 #: Steps of the search for the input: halving alone takes 53 to the last digit.
 SEARCH_STEPS = 60
+#: Steps of this share of the bracket are rounding.
+ROUNDING = 4.0 * sys.float_info.epsilon
 #: Newton steps to where a stage rests; one where it is affine, and one that makes up for rounding.
 REST_STEPS, AFFINE_REST_STEPS = 30, 2
 #: More states than this are a long memory, unless the effect says otherwise.
@@ -219,7 +222,7 @@ def solved(
         return y - (at - y) / slope
     curve = _curve(effect, values, state, around)
     first, last = bracket(effect, values)
-    low, high = ca.SX(first), ca.SX(last)
+    low, high, rounding = ca.SX(first), ca.SX(last), ROUNDING * (last - first)
     x, step = ca.fmin(ca.fmax(y, low), high), high - low
     for _ in range(SEARCH_STEPS):
         value, slope = curve(x)
@@ -227,19 +230,16 @@ def solved(
         newton = -excess / slope
         high = ca.if_else(excess > 0.0, x, high)
         low = ca.if_else(excess > 0.0, low, x)
-        well = ca.logic_and(
-            ca.logic_and(x + newton >= low, x + newton <= high),
-            ca.fabs(newton) <= 0.5 * ca.fabs(step),
-        )
-        # a root that is found stays found: there 0 may be 0 / 0
-        well = ca.logic_or(well, excess == 0.0)
-        newton = ca.if_else(excess == 0.0, -excess / slope, newton)
+        inside = ca.logic_and(x + newton >= low, x + newton <= high)
+        halves = ca.fabs(newton) <= 0.5 * ca.fabs(step)
+        well = ca.logic_or(ca.logic_and(inside, halves), ca.fabs(newton) <= rounding)
         step = ca.if_else(well, newton, 0.5 * (low + high) - x)
         x = x + step
     value, slope = curve(x)
-    polished = x - (value - y) / slope  # its derivatives are those of the root
+    # its derivatives are those of the root
+    root = x - ca.if_else(slope > 0.0, (value - y) / slope, 0.0)
     lowest, highest = curve(ca.SX(first))[0], curve(ca.SX(last))[0]
-    return ca.if_else(lowest >= y, first, ca.if_else(highest <= y, last, polished))
+    return ca.if_else(lowest >= y, first, ca.if_else(highest <= y, last, root))
 
 
 def _curve(
