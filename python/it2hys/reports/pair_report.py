@@ -15,6 +15,7 @@ import numpy as np
 from it2hys.cosimulation.simulation import track
 from it2hys.diagnosis.outcome import Diagnosis
 from it2hys.errors import InputError
+from it2hys.fmu.own_library import only_used
 from it2hys.fmu.packaging import package
 from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING
 from it2hys.identification.judgement import Judgement
@@ -110,7 +111,8 @@ def write_report(
         if isinstance(result, Diagnosis)
         else ("identify", result.parameters)
     )
-    package(packaged, directory, origin=origin(verb, records, judgements_of(result)))
+    with only_used(packaged) as alone:
+        package(alone, directory, origin=origin(verb, records, judgements_of(result)))
     roles = [j.role for j in judgements_of(result)]
     report = {
         "title": title or ("Diagnosis" if isinstance(result, Diagnosis) else "Identification"),
