@@ -13,7 +13,7 @@ from it2hys.diagnosis.bounds import bound_sentences
 from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.statistics import FEWEST
-from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench
+from it2hys.diagnosis.fitting import UNLIMITED, Bench, imitated
 from it2hys.diagnosis.next_experiment import deciding_experiment
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
@@ -24,7 +24,7 @@ from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.criterion import ChainFit, Model, Trace
-from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.judgement import Judgement, judge_records, judged_samples
 from it2hys.identification.preparation import (
@@ -54,10 +54,6 @@ from it2hys.support.progress import Progress
 #: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
 #: more does better than the effect is tried in the search.
 RULES = 3
-#: Effects that a loop of one amplitude and one frequency cannot tell apart.
-ONE_LOOP = tuple(name for name, e in EVIDENCE.items() if e.of_any_loop)
-#: Effects that a controller's slow correction looks like.
-REGULATED = tuple(name for name, e in EVIDENCE.items() if e.of_a_controller)
 #: Iterations of the last fit.
 _FINAL = 150
 
@@ -152,9 +148,13 @@ class _Session:
         ]
         # one loop, gone through again and again, is any of these, or the core
         one_tone = holds_one_tone(prepared)
-        self._inseparable = tuple(e for e in ONE_LOOP if e not in self._declared) if one_tone else ()
+        # what a loop of one amplitude and one frequency cannot tell apart
+        of_any_loop = [n for n, e in EVIDENCE.items() if e.of_any_loop and n not in self._declared]
+        self._inseparable = tuple(of_any_loop) if one_tone else ()
         regulated = all(find_feedback(r) for r in validation or train)
-        self._regulated = tuple(e for e in REGULATED if regulated and e not in self._declared)
+        # what a controller's slow correction looks like
+        of_control = [n for n, e in EVIDENCE.items() if e.of_a_controller and n not in self._declared]
+        self._regulated = tuple(of_control) if regulated else ()
         self._seconds: dict[str, float] = {}
         searched = searched_text(self._windows, self._whole)
         self._is_whole = not searched
@@ -219,7 +219,7 @@ class _Session:
         self._declared = tuple(e for e in self._declared if e not in unknown)
         own = {
             name: np.full(len(self._windows), given[name])
-            for name in BY_RECORD
+            for name in by_record()
             if _effect_of(name) in (None, *effects)
         }
         traces = self._searched()
@@ -292,7 +292,7 @@ class _Session:
         for effect in self._declared:
             self._progress(0.25, f"declared: {effect}")
             fits = [bench.add(model, effect)]
-            if effect in IMITATED:
+            if effect in imitated():
                 fits.append(bench.add_anew(model, effect))
             if not any(fits):
                 raise InputError(f"'{effect}' is declared, but no fit with it stays finite")

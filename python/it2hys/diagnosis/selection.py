@@ -12,11 +12,11 @@ from scipy.stats import chi2
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import (
-    IMITATED,
     SHIFTING,
     Bench,
     Errors,
     extended,
+    imitated,
     is_delay,
     is_sampling,
     without_effect,
@@ -35,11 +35,20 @@ BEAM = 3
 DEPTH = 4
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
-#: Comparisons, all on the same samples, that share the budget: on the way there are 132 at most, of
-#: 10 models with 12 additions, a delay by two tests, and a delay anew; the rest is for what is tested
-#: again in the end.
-COMPARISONS = DEPTH * BEAM * (len(EFFECTS) + 1)
-LEVEL = SEARCH.budget / COMPARISONS
+
+
+def comparisons(effects: int | None = None) -> int:
+    """Return how many comparisons, all on the same samples, share the budget, of so many effects.
+
+    Of eleven there are 132 at most on the way, of 10 models with 12 additions, a delay by two tests,
+    and a delay anew; the rest is for what is tested again in the end.
+    """
+    return DEPTH * BEAM * ((len(EFFECTS) if effects is None else effects) + 1)
+
+
+def level(effects: int | None = None) -> float:
+    """Return the p-value that a single comparison must not exceed."""
+    return SEARCH.budget / comparisons(effects)
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +242,7 @@ class Search:
 
     def _with_new_rules(self, node: Node, fits: Mapping[str, ChainFit]) -> dict[str, ChainFit]:
         """Return better fits of what the rules can imitate, unless one explains what was left over."""
-        effects = [e for e in IMITATED if e in fits]
+        effects = [e for e in imitated() if e in fits]
         best = min([node.fit, *fits.values()], key=lambda fit: fit.minimum.cost)
         if self.bench.is_near_noise(best):
             effects = [e for e in effects if {*fits} == {WAITING}]
@@ -279,7 +288,7 @@ class Search:
         if ratio <= 1.0:
             return False
         statistic = node.fit.criterion.samples * np.log(ratio)
-        return bool(chi2.sf(statistic, max(added, 1)) <= LEVEL)
+        return bool(chi2.sf(statistic, max(added, 1)) <= level())
 
     def _improves(self, before: Node, after: Node) -> bool:
         """Return whether a pair of model and inverse is better by more than chance.
@@ -307,13 +316,13 @@ class Search:
         return (
             WAITING in after.effects - before.effects
             and gains.wide.gain > SEARCH.inverse_gain
-            and gains.wide.p_value <= LEVEL
+            and gains.wide.p_value <= level()
             and gains.free.gain > -SEARCH.equal
         )
 
     def is_better(self, comparison: Comparison) -> bool:
         """Return whether a gain is more than chance, and enough to speak of."""
-        if comparison.gain < SEARCH.least_gain or comparison.p_value > LEVEL:
+        if comparison.gain < SEARCH.least_gain or comparison.p_value > level():
             return False
         return comparison.gain > SEARCH.clear_gain or self._share(comparison) > SEARCH.least_share
 
@@ -385,7 +394,7 @@ class Search:
     def _predicts_better(one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
         gains = Gains.of(other.errors, one.errors)
-        return any(g.gain > SEARCH.telling and g.p_value <= LEVEL for g in (gains.free, gains.band))
+        return any(g.gain > SEARCH.telling and g.p_value <= level() for g in (gains.free, gains.band))
 
     def _beats(self, one: Node, other: Node) -> bool:
         return one is not other and self._improves(other, one)
