@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 
 from it2hys.diagnosis.bounds import bound_sentences
 from it2hys.diagnosis.deciding import steps_aside
-from it2hys.diagnosis.evidence import EVIDENCE
+from it2hys.diagnosis.evidence import EVIDENCE, EffectEvidence
 from it2hys.diagnosis.evidence.statistics import FEWEST
-from it2hys.diagnosis.fitting import UNLIMITED, Bench, imitated
+from it2hys.diagnosis.fitting import UNLIMITED, Bench
 from it2hys.diagnosis.next_experiment import deciding_experiment
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
@@ -148,13 +148,9 @@ class _Session:
         ]
         # one loop, gone through again and again, is any of these, or the core
         one_tone = holds_one_tone(prepared)
-        # what a loop of one amplitude and one frequency cannot tell apart
-        of_any_loop = [n for n, e in EVIDENCE.items() if e.of_any_loop and n not in self._declared]
-        self._inseparable = tuple(of_any_loop) if one_tone else ()
+        self._inseparable = self._undeclared(lambda e: e.of_any_loop) if one_tone else ()
         regulated = all(find_feedback(r) for r in validation or train)
-        # what a controller's slow correction looks like
-        of_control = [n for n, e in EVIDENCE.items() if e.of_a_controller and n not in self._declared]
-        self._regulated = tuple(of_control) if regulated else ()
+        self._regulated = self._undeclared(lambda e: e.of_a_controller) if regulated else ()
         self._seconds: dict[str, float] = {}
         searched = searched_text(self._windows, self._whole)
         self._is_whole = not searched
@@ -175,6 +171,10 @@ class _Session:
         fit = self._timed("final fit", self._finish, bench, node)
         self._progress(0.95, "assessment")
         return self._timed("assessment", self._assess, base, bench, search, chosen, node, fit)
+
+    def _undeclared(self, which: Callable[[EffectEvidence], bool]) -> tuple[str, ...]:
+        """Return the effects of a kind that are not in the model from the start."""
+        return tuple(e for e in EFFECTS if which(EVIDENCE[e]) and e not in self._declared)
 
     def _timed(self, name: str, phase: Callable, *arguments: object):
         start = time.perf_counter()
@@ -292,7 +292,7 @@ class _Session:
         for effect in self._declared:
             self._progress(0.25, f"declared: {effect}")
             fits = [bench.add(model, effect)]
-            if effect in imitated():
+            if EVIDENCE[effect].imitated:
                 fits.append(bench.add_anew(model, effect))
             if not any(fits):
                 raise InputError(f"'{effect}' is declared, but no fit with it stays finite")

@@ -30,7 +30,7 @@ from it2hys.records.clues import Extent
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
-#: Guesses of an effect that the rules can imitate for which those are sought anew, and starts.
+#: Guesses of an effect that the rules imitate for which those are sought anew, and starts.
 _ANEW, _ANEW_STARTS = 6, 1
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
@@ -43,11 +43,6 @@ _ROWS = 20_000
 UNLIMITED = {
     "displacementMin": -np.inf, "displacementMax": np.inf, "voltageMin": -np.inf, "voltageMax": np.inf,
 }  # fmt: skip
-
-
-def imitated() -> tuple[str, ...]:
-    """Return the effects that the rules can imitate in part."""
-    return tuple(name for name, e in EVIDENCE.items() if e.imitated)
 
 
 def _shifted(model: Model, share: float) -> Model:

@@ -16,7 +16,6 @@ from it2hys.diagnosis.fitting import (
     Bench,
     Errors,
     extended,
-    imitated,
     is_delay,
     is_sampling,
     without_effect,
@@ -37,18 +36,19 @@ DEPTH = 4
 FINALISTS, FINISHING = 4, 60
 
 
-def comparisons(effects: int | None = None) -> int:
-    """Return how many comparisons, all on the same samples, share the budget, of so many effects.
+def comparisons(effects: int) -> int:
+    """Return how many comparisons, all on the same samples, share the budget.
 
-    Of eleven there are 132 at most on the way, of 10 models with 12 additions, a delay by two tests,
-    and a delay anew; the rest is for what is tested again in the end.
+    With the 11 effects of the catalogue there are 132 at most on the way, of 10 models with 12
+    additions, a delay by two tests, and a delay anew; the rest is for what is tested again in the end.
+    An effect of the user's own is one addition more.
     """
-    return DEPTH * BEAM * ((len(EFFECTS) if effects is None else effects) + 1)
+    return DEPTH * BEAM * (effects + 1)
 
 
-def level(effects: int | None = None) -> float:
-    """Return the p-value that a single comparison must not exceed."""
-    return SEARCH.budget / comparisons(effects)
+def level(effects: int = 0) -> float:
+    """Return the probability by chance up to which one comparison counts; by default of all effects."""
+    return SEARCH.budget / comparisons(effects or len(EFFECTS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,7 +242,7 @@ class Search:
 
     def _with_new_rules(self, node: Node, fits: Mapping[str, ChainFit]) -> dict[str, ChainFit]:
         """Return better fits of what the rules can imitate, unless one explains what was left over."""
-        effects = [e for e in imitated() if e in fits]
+        effects = [e for e in fits if e in EFFECTS and EVIDENCE[e].imitated]
         best = min([node.fit, *fits.values()], key=lambda fit: fit.minimum.cost)
         if self.bench.is_near_noise(best):
             effects = [e for e in effects if {*fits} == {WAITING}]
