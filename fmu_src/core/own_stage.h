@@ -16,8 +16,25 @@ enum { OWN_SEARCH_STEPS = 60, OWN_GRID = 64 };
 static const struct chain_surroundings OWN_AT_REST = { 0, REAL(293.15), 0 };
 
 /* Of `step`, which it does not take: the output at the input x, and its derivative by x. */
-typedef real own_curve(const void *constants, const void *state, real x, const struct chain_surroundings *around,
-                       real *slope);
+typedef real own_curve(const void *constants, const void *state, real x,
+                       const struct chain_surroundings *around, real *slope);
+
+/* Where the range has no ends, ends between which the curve that rises has the value y. */
+static inline void own_bracket(own_curve *curve, const void *constants, const void *state, real y,
+                               const struct chain_surroundings *around, real *first, real *last)
+{
+    real slope, width = real_fmax(real_fabs(y), REAL(1e-6));
+
+    *first = *last = y;
+    for (int i = 0; i < OWN_SEARCH_STEPS; i++, width *= 2) {
+        const bool low = curve(constants, state, *first, around, &slope) > y;
+        const bool high = curve(constants, state, *last, around, &slope) < y;
+        if (!low && !high)
+            return;
+        *first -= low ? width : 0;
+        *last += high ? width : 0;
+    }
+}
 
 /* Where a curve that rises has the value y, or the end of the bracket beyond which it lies. Newton's method
  * within a bracket that every step narrows, which is halved instead where Newton would leave it or does not halve
@@ -25,6 +42,8 @@ typedef real own_curve(const void *constants, const void *state, real x, const s
 static inline real own_search(own_curve *curve, const void *constants, const void *state, real y,
                               const struct chain_surroundings *around, real first, real last)
 {
+    if (!(last - first < REAL_MAX))
+        own_bracket(curve, constants, state, y, around, &first, &last);
     const real rounding = OWN_ROUNDING * (last - first);
     real low = first, high = last, slope;
     real x = clamp(y, first, last), step = last - first;

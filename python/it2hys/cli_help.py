@@ -26,6 +26,12 @@ it2hys diagnose today.csv --model out/mystage/parameters.ssv -o out/today
     "package": """
 it2hys package out/mystage/parameters.ssv -o out/systems --ssp
 it2hys package out/mystage/parameters.ssv -o out/firmware --c-header
+it2hys package out/mystage/parameters.ssv -o out/systems --effect out/mystage/mount.py
+""",
+    "effect": """
+it2hys effect new mount
+it2hys effect check mount.py --records train.csv
+it2hys diagnose train.csv --effect mount.py -o out/diagnosis
 """,
     "simulate": """
 it2hys simulate out/mystage/IT2Plant.fmu --input voltage.csv -o displacement.csv

@@ -24,7 +24,7 @@ from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.criterion import ChainFit, Model, Trace
-from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.judgement import Judgement, judge_records, judged_samples
 from it2hys.identification.preparation import (
@@ -219,7 +219,7 @@ class _Session:
         self._declared = tuple(e for e in self._declared if e not in unknown)
         own = {
             name: np.full(len(self._windows), given[name])
-            for name in BY_RECORD
+            for name in by_record()
             if _effect_of(name) in (None, *effects)
         }
         traces = self._searched()

@@ -10,7 +10,7 @@ import numpy as np
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
-from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.inverse import inverse_error, noise_of_inverse
 from it2hys.identification.result import Options
 from it2hys.identification.rule_search import search_rules
@@ -73,10 +73,10 @@ def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Mo
     """Return the model with an effect at guessed values."""
     known = load_table().parameters()
     own = dict(model.own)
-    for name in BY_RECORD:
+    for name in by_record():
         if known[name].effect == effect:
             own[name] = np.broadcast_to(guess.get(name, 0.0), model.offsets.shape).copy()
-    values = {**model.values, **{n: v for n, v in guess.items() if n not in BY_RECORD}}
+    values = {**model.values, **{n: v for n, v in guess.items() if n not in by_record()}}
     result = replace(model, values=values, effects=(*model.effects, effect), own=own)
     if shifts(result) and not values[SHIFT]:
         values[SHIFT] = 0.5 * extent.sample_time

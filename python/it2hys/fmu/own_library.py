@@ -13,18 +13,21 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
 from it2hys.errors import InputError
 from it2hys.fmu.amalgamation import write_folders
-from it2hys.fmu.codegen import write_headers
+from it2hys.fmu.codegen import hash_header, table_header, write_headers
 from it2hys.fmu.own_stage import own_stage, stages_with
 from it2hys.model.compiled import library_name, packaged_native
 from it2hys.model.own_effect import OwnEffect
 from it2hys.model.own_loading import load_effect
+from it2hys.model.parameters import ParameterSet
 from it2hys.model.stages import own_effects, set_own_effects
+from it2hys.model.variables import load_table
 
 #: Folder of the C sources in what the package brings.
 SOURCES = "source"
@@ -62,6 +65,11 @@ def use_effects(paths: Iterable[str | Path]) -> tuple[OwnEffect, ...]:
     effects = tuple(load_effect(path) for path in paths)
     if [e.digest for e in effects] == [e.digest for e in own_effects().values()]:
         return tuple(own_effects().values())
+    _put(effects)
+    return effects
+
+
+def _put(effects: Sequence[OwnEffect]) -> None:
     set_own_effects(effects, None)  # the table and the list are what C is generated from
     try:
         native = _built(effects) if effects else None
@@ -69,7 +77,25 @@ def use_effects(paths: Iterable[str | Path]) -> tuple[OwnEffect, ...]:
         set_own_effects((), None)
         raise
     set_own_effects(effects, native)
-    return effects
+
+
+@contextmanager
+def only_used(parameters: ParameterSet) -> Iterator[ParameterSet]:
+    """Have no effects of one's own in the chain but those that a set has, for a while.
+
+    Yields the set without the parameters of the others.
+    """
+    before = tuple(own_effects().values())
+    used = [e for e in before if e.is_on(parameters)]
+    if len(used) == len(before):
+        yield parameters
+        return
+    gone = {f"{e.name}.{p.name}" for e in before if e not in used for p in e.parameters}
+    _put(used)
+    try:
+        yield ParameterSet({n: v for n, v in parameters.items() if n not in gone}, parameters.name)
+    finally:
+        _put(before)
 
 
 @cache
@@ -139,7 +165,8 @@ def _built(effects: Sequence[OwnEffect]) -> Path:
 def _key(sources: Path, generated: Mapping[str, str], effects: Sequence[OwnEffect]) -> str:
     """Return a name for what comes out."""
     hashed = hashlib.sha256(repr((compiler(), sys.platform, *generated.items())).encode())
-    hashed.update(repr([(e.name, e.side, e.memory, e.parameters) for e in effects]).encode())
+    hashed.update((hash_header() + table_header(load_table())).encode())
+    hashed.update(repr([(e.name, e.side, e.memory) for e in effects]).encode())
     for path in sorted(p for p in sources.rglob("*") if p.is_file()):
         hashed.update(path.relative_to(sources).as_posix().encode() + path.read_bytes())
     return hashed.hexdigest()[:24]

@@ -99,6 +99,16 @@ def _raised(path: Path, error: BaseException, doing: str) -> str:
     return f"{path}:{line}: {doing} raises {type(error).__name__}: {said}"
 
 
+def check_name(name: str) -> None:
+    """Refuse what cannot be the name of an effect."""
+    if not _is_name(name):
+        raise InputError(f"{name!r} must be a lower-case identifier, and no word of C")
+
+
+def _is_name(name: object) -> bool:
+    return isinstance(name, str) and bool(_NAME.fullmatch(name)) and name not in _RESERVED
+
+
 class _Check:
     """What makes an effect a stage."""
 
@@ -143,10 +153,7 @@ class _Check:
 
     def _declarations(self) -> None:
         effect = self._effect
-        if (
-            not (isinstance(effect.name, str) and _NAME.fullmatch(effect.name))
-            or effect.name in _RESERVED
-        ):
+        if not _is_name(effect.name):
             self._refuse(
                 None, f"name is {effect.name!r}; it must be a lower-case identifier, and no word of C"
             )

@@ -102,7 +102,7 @@ def set_own_effects(effects: Sequence[OwnEffect], native: Path | None) -> None:
     for stages, side in zip((BEFORE_CORE, BEHIND_CORE, READING), Side, strict=True):
         stages.clear()
         stages.update(_on(side))
-    table_with([v for e in effects for v in _variables(e)])
+    table_with([v for e in effects for v in _variables(e)], [e.digest for e in effects])
     compiled.use_native(native)
     if effects:
         files = [str(e.file) for e in effects]

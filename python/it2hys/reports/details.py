@@ -155,9 +155,9 @@ def _evidence(report: Mapping) -> Section:
             "its p-value. Error: of the free run on the records that decide, without and with the "
             "effect, everything fitted anew; p is the probability of that change by chance (block "
             "bootstrap). An effect is added only if the change is large enough to matter, and so "
-            f"unlikely by chance (p below {level(effects):.1g}) that a whole search, of up to {comparisons(effects)} "
-            f"comparisons, names anything by chance in {100 * SEARCH.budget:.0f} % of the cases at "
-            "most.",
+            f"unlikely by chance (p below {level(effects):.1g}) that a whole search, of up to "
+            f"{comparisons(effects)} comparisons, names anything by chance in "
+            f"{100 * SEARCH.budget:.0f} % of the cases at most.",
             "There is one exception: a delay, which a slow core imitates in the free run, is added "
             "where the free run stays as good and the inverse gets better by far.",
         ],
