@@ -1,9 +1,9 @@
 """Effects of the user's own on records of an independent simulator: what the worked examples do.
 
-Run as ``python benchmarks/own_effects.py [--seeds N]``, as ``make own-effects`` does. With the physics of
+Run as ``python benchmarks/own_effects.py [--seeds N] [--kind KIND]``, as ``make own-effects`` does. With the physics of
 each example of ``examples/own_effects`` the records are diagnosed without its file (they have to stay
 unexplained) and with it (it has to be named); with all files, records without that physics are
-diagnosed (none may be named). A diagnosis takes about half a minute.
+diagnosed (none may be named). A diagnosis takes about a minute.
 
 Each is written to ``build/own_effects`` once it is done; what is there for the same sources is not done
 again. The exit code is 1 where a case did not come out as it has to.
@@ -28,7 +28,7 @@ if Path(sys.path[0]).resolve() == Path(__file__).resolve().parent:
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 import numpy as np
-from diagnosis.own_cases import PHYSICS, OwnOutcome, run, suite
+from diagnosis.own_cases import KINDS, PHYSICS, OwnOutcome, run, suite
 from tqdm import tqdm
 
 from it2hys.support.processes import make_pool
@@ -48,7 +48,9 @@ def main() -> int:
     """Run what is missing and print the table; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=20, help="of each kind of case (20)")
-    cases = list(suite(parser.parse_args().seeds))
+    parser.add_argument("--kind", choices=KINDS, help="only these")
+    options = parser.parse_args()
+    cases = [c for c in suite(options.seeds) if c.kind == (options.kind or c.kind)]
     path = DONE / f"{_digest()}.jsonl"
     path.parent.mkdir(parents=True, exist_ok=True)
     done = _finished(path)
@@ -99,11 +101,12 @@ def _in_brief(o: OwnOutcome) -> str:
 
 def table(outcomes: Sequence[OwnOutcome]) -> str:
     """Return a table, in Markdown, of what the examples do; medians, and the worst in brackets."""
+    examples = [e for e in PHYSICS if any(o.example == e for o in outcomes)]
     lines = [
         "| example | without: unexplained | given: named | error over noise | inverse, V | of it noise, V |",
         "|---|---|---|---|---|---|",
     ]
-    for example in PHYSICS:
+    for example in examples:
         absent, given = (
             [o for o in outcomes if o.example == example and o.kind == kind]
             for kind in ("absent", "given")
@@ -113,7 +116,7 @@ def table(outcomes: Sequence[OwnOutcome]) -> str:
             f"| {example} | {_count(absent)} | {_count(given)} "
             f"| {_fall([(o.before / o.noise, o.after / o.noise) for o in known])} "
             f"| {_fall([(o.inverse_before, o.inverse_after) for o in known])} "
-            f"| {np.median([o.inverse_noise for o in known]):.2g} |"
+            f"| {_median([o.inverse_noise for o in known])} |"
         )
     others = [o for o in outcomes if o.kind == "not there"]
     false = {e: sum(e in (*o.named, *o.indistinguishable) for o in others) for e in PHYSICS}
@@ -125,7 +128,13 @@ def _count(outcomes: Sequence[OwnOutcome]) -> str:
     return f"{sum(o.is_right for o in outcomes)} of {len(outcomes)}"
 
 
+def _median(values: Sequence[float]) -> str:
+    return f"{np.median(values):.2g}" if values else "-"
+
+
 def _fall(pairs: Sequence[tuple[float, float]]) -> str:
+    if not pairs:
+        return "-"
     before, after = np.array(pairs).T
     return f"{np.median(before):.3g} -> {np.median(after):.3g} ({np.max(after):.3g})"
 

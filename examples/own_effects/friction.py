@@ -22,10 +22,19 @@ class Friction(OwnEffect):
         for i in ELEMENTS
         for p in (
             OwnParameter(
-                f"share{i}", low=1e-4, high=0.6, guesses=(0.03,), description=f"Stiffness {i} over the stack's"
+                f"share{i}",
+                low=1e-4,
+                high=0.6,
+                guesses=(0.03,),
+                description=f"Stiffness {i} over the stack's",
             ),
             OwnParameter(
-                f"slip{i}", unit="m", low=1e-8, high=2e-5, guesses=GUESSES[i], description=f"Slip of element {i}"
+                f"slip{i}",
+                unit="m",
+                low=1e-8,
+                high=2e-5,
+                guesses=GUESSES[i],
+                description=f"Slip of element {i}",
             ),
         )
     )

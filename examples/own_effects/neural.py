@@ -16,7 +16,11 @@ DECAY = 1e-3  # a weight of 1 costs as two samples that are off by the noise (po
 def guesses():
     """Return small weights, other ones for each unit: equal units would stay equal."""
     rng = np.random.default_rng(0)
-    return {f"{kind}{i}": 0.3 * float(rng.uniform(-1, 1)) for i in UNITS for kind in ("a", "b", "c", "d", "e")}
+    return {
+        f"{kind}{i}": 0.3 * float(rng.uniform(-1, 1))
+        for i in UNITS
+        for kind in ("a", "b", "c", "d", "e")
+    }
 
 
 class Neural(OwnEffect):

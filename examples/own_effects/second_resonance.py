@@ -21,7 +21,9 @@ class SecondResonance(OwnEffect):
     memory = Memory.AIMED  # the last ticks are all that it remembers
     sampled = True  # how the voltage is held shifts ringing by a part of a sample
     parameters = (
-        OwnParameter("gain", low=-0.8, high=0.8, guesses=(0.1,), description="Moved mass over the base's"),
+        OwnParameter(
+            "gain", low=-0.8, high=0.8, guesses=(0.1,), description="Moved mass over the base's"
+        ),
         OwnParameter(
             "frequency",
             unit="Hz",
@@ -30,7 +32,9 @@ class SecondResonance(OwnEffect):
             guesses=(80.0, 120.0, 180.0, 270.0, 400.0, 600.0),
             description="Natural frequency of the mount",
         ),
-        OwnParameter("damping", low=1e-3, high=0.5, guesses=(0.03,), description="Damping of the mount"),
+        OwnParameter(
+            "damping", low=1e-3, high=0.5, guesses=(0.03,), description="Damping of the mount"
+        ),
     )
 
     def step(self, values, state, x, around):

@@ -22,7 +22,12 @@ class ThermalPath(OwnEffect):
     memory = Memory.LONG
     parameters = (
         OwnParameter(
-            "gain", unit="m.s", low=-1e-6, high=1e-6, guesses=(1e-9,), description="Expansion per stroke rate"
+            "gain",
+            unit="m.s",
+            low=-1e-6,
+            high=1e-6,
+            guesses=(1e-9,),
+            description="Expansion per stroke rate",
         ),
         OwnParameter(
             "time",

@@ -27,9 +27,12 @@ PHYSICS = {
     "thermal_path": "self-heating",
     "neural": "drag",
 }
+KINDS = ("absent", "given", "not there")
 #: What else is in records without the physics of any example: nothing, and effects of the catalogue.
 OTHERS = ((), (), ("play",), (), ("creep",), (), ("resonance",), (), ("drift",), ("nonlinearity",))
-TRAINING, SAMPLE_TIME, LENGTH = 4, 1e-4, 2000
+TRAINING, SAMPLE_TIME = 4, 1e-4
+#: Samples of a record with the physics of an example, and of one without.
+LENGTH, SHORTER = 2000, 1200
 #: First seed of a range; those from 60000 on were looked at while the examples were written.
 LOOKED_AT, FIRST = 60_000, 70_000
 
@@ -76,16 +79,14 @@ class OwnCase:
 def with_physics(example: str, seed: int) -> Case:
     """Return a case with the physics of an example and nothing else, in short records."""
     physics = PHYSICS[example]
-    return Case(
-        seed, physics, outside=True, anomaly=physics, sample_time=SAMPLE_TIME, length=LENGTH
-    )
+    return Case(seed, physics, outside=True, anomaly=physics, sample_time=SAMPLE_TIME, length=LENGTH)
 
 
 def without_physics(number: int, seed: int) -> Case:
     """Return a case without that of any example, in short records."""
     truth = OTHERS[number % len(OTHERS)]
     name = "+".join(truth) or "none"
-    return Case(seed, name, truth, sample_time=SAMPLE_TIME, length=LENGTH)
+    return Case(seed, name, truth, sample_time=SAMPLE_TIME, length=SHORTER)
 
 
 def suite(count: int, first: int = FIRST) -> Iterator[OwnCase]:
