@@ -1,9 +1,9 @@
 """Effects of the user's own on records of an independent simulator: what the worked examples do.
 
-Run as ``python benchmarks/own_effects.py [--seeds N] [--kind KIND]``, as ``make own-effects`` does. With the physics of
-each example of ``examples/own_effects`` the records are diagnosed without its file (they have to stay
-unexplained) and with it (it has to be named); with all files, records without that physics are
-diagnosed (none may be named). A diagnosis takes about a minute.
+Run as ``python benchmarks/own_effects.py [--seeds N] [--kind KIND]``, as ``make own-effects`` does.
+With the physics of each example of ``examples/own_effects`` the records are diagnosed without its file
+(they have to stay unexplained) and with it (it has to be named); with all files, records without that
+physics are diagnosed (none may be named). A diagnosis takes about a minute.
 
 Each is written to ``build/own_effects`` once it is done; what is there for the same sources is not done
 again. The exit code is 1 where a case did not come out as it has to.
@@ -40,7 +40,8 @@ DONE = ROOT / "build" / "own_effects"
 SOURCES = (
     *(f"python/it2hys/{room}/**/*.py" for room in ("diagnosis", "identification", "model", "records")),
     "python/it2hys/policy.py", "fmu_src/**/*.[ch]", "examples/own_effects/*.py",
-    *(f"tests/diagnosis/{n}.py" for n in ("cases", "simulator", "voltages", "own_cases", "own_physics")),
+    *(f"tests/diagnosis/{name}.py" for name in ("cases", "simulator", "voltages")),
+    "tests/diagnosis/own_*.py",
 )  # fmt: skip
 
 
@@ -103,7 +104,7 @@ def table(outcomes: Sequence[OwnOutcome]) -> str:
     """Return a table, in Markdown, of what the examples do; medians, and the worst in brackets."""
     examples = [e for e in PHYSICS if any(o.example == e for o in outcomes)]
     lines = [
-        "| example | without: unexplained | given: named | error over noise | inverse, V | of it noise, V |",
+        "| example | without: unexplained | given: named | error over noise | inverse, V | its noise, V |",
         "|---|---|---|---|---|---|",
     ]
     for example in examples:

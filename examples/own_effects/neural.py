@@ -1,4 +1,4 @@
-"""Neural stage: how much of what is left could any smooth function of the recent voltage explain?"""
+"""Neural stage, a ceiling: how much could any smooth function of the recent voltage explain."""
 
 import casadi as ca
 import numpy as np
@@ -16,11 +16,7 @@ DECAY = 1e-3  # a weight of 1 costs as two samples that are off by the noise (po
 def guesses():
     """Return small weights, other ones for each unit: equal units would stay equal."""
     rng = np.random.default_rng(0)
-    return {
-        f"{kind}{i}": 0.3 * float(rng.uniform(-1, 1))
-        for i in UNITS
-        for kind in ("a", "b", "c", "d", "e")
-    }
+    return {f"{kind}{i}": 0.3 * float(rng.uniform(-1, 1)) for i in UNITS for kind in "abcde"}
 
 
 class Neural(OwnEffect):
@@ -36,8 +32,8 @@ class Neural(OwnEffect):
     states = len(TICKS)
     memory = Memory.LONG
     parameters = (
-        *(OwnParameter(f"output{i}", unit="m", low=-3e-6, high=3e-6, guesses=(OUTPUT,)) for i in UNITS),
-        *(OwnParameter(name, low=-10.0, high=10.0, guesses=(g,)) for name, g in guesses().items()),
+        *(OwnParameter(f"output{i}", "m", -3e-6, 3e-6, (OUTPUT,), "Of a unit") for i in UNITS),
+        *(OwnParameter(n, "1", -10.0, 10.0, (guess,), "Weight") for n, guess in guesses().items()),
     )
 
     def step(self, values, state, x, around):

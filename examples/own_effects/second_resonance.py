@@ -6,6 +6,8 @@ import casadi as ca
 
 from it2hys import Memory, OwnEffect, OwnParameter
 
+FREQUENCIES = (80.0, 120.0, 180.0, 270.0, 400.0, 600.0)  # Hz
+
 
 class SecondResonance(OwnEffect):
     """The base gives way to the stage's inertia: y = x - gain (x - r), where r rings about x.
@@ -21,20 +23,9 @@ class SecondResonance(OwnEffect):
     memory = Memory.AIMED  # the last ticks are all that it remembers
     sampled = True  # how the voltage is held shifts ringing by a part of a sample
     parameters = (
-        OwnParameter(
-            "gain", low=-0.8, high=0.8, guesses=(0.1,), description="Moved mass over the base's"
-        ),
-        OwnParameter(
-            "frequency",
-            unit="Hz",
-            low=10.0,
-            high=2000.0,
-            guesses=(80.0, 120.0, 180.0, 270.0, 400.0, 600.0),
-            description="Natural frequency of the mount",
-        ),
-        OwnParameter(
-            "damping", low=1e-3, high=0.5, guesses=(0.03,), description="Damping of the mount"
-        ),
+        OwnParameter("gain", "1", -0.8, 0.8, (0.1,), "Moved mass over the base's"),
+        OwnParameter("frequency", "Hz", 10.0, 2000.0, FREQUENCIES, "Natural frequency of the mount"),
+        OwnParameter("damping", "1", 1e-3, 0.5, (0.03,), "Damping of the mount"),
     )
 
     def step(self, values, state, x, around):
