@@ -12,7 +12,6 @@ from it2hys.diagnosis.evidence.own import own_evidence
 from it2hys.model.own_effect import OwnEffect
 from it2hys.model.stages import EFFECTS
 
-
 _BUILT_IN: dict[str, EffectEvidence] = {
     name: import_module(f"{__name__}.{name}").EVIDENCE
     for name, effect in EFFECTS.items()
