@@ -203,10 +203,9 @@ def _in_chain(effect: OwnEffect) -> Iterator[Finding]:
 
 
 def _time_of_a_tick(parameters: ParameterSet, voltage: np.ndarray) -> float:
-    packed = compiled.pack_chain(parameters)
     taken = []
     for _ in range(5):
         begin = time.perf_counter()
-        compiled.chain_free_run(packed, voltage)
+        compiled.chain_free_run(parameters, voltage)
         taken.append(time.perf_counter() - begin)
     return min(taken) / len(voltage)

@@ -79,7 +79,7 @@ class _Stage:
         self.effect, self.name = effect, effect.name
         self.n = effect.states
         values, self.s, self.x, around = symbols_of(effect)
-        self.around = list(around)
+        self.around = [ca.SX(a) for a in around]
         ends = {end: ca.SX.sym(end) for end in ENDS[effect.side]}
         self.y = ca.SX.sym("y")
         #: Parameters, and where they are in struct chain_parameters.

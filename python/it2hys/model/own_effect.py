@@ -136,7 +136,7 @@ class OwnEffect(Effect):
 
     def is_on(self, parameters: Values) -> bool:
         """Return whether a parameter set has the effect."""
-        return parameters[self.switch] != 0.0
+        return bool(parameters[self.switch] != 0.0)
 
     def size(self, parameters: Values) -> int:
         """Return the number of states."""
@@ -152,10 +152,14 @@ class OwnEffect(Effect):
         By default the input is the output and all states are 0, if that is at rest; otherwise it is
         sought from there by Newton's method.
         """
-        x, state = y, [0.0] * self.states
+        x, state = y, self._still()
         for _ in range(self.rest_steps):
-            x, *state = rest_step(self, values, y, [x, *state])
+            x, *following = rest_step(self, values, y, [x, *state])
+            state = list(following)
         return x, state
+
+    def _still(self) -> list[Scalar]:
+        return [0.0] * self.states
 
     @property
     def rest_steps(self) -> int:
@@ -251,14 +255,19 @@ def _curve(
     slope = ca.jacobian(y, symbol)
     held = ca.vertcat(*(s for s in ca.symvar(ca.vertcat(y, slope)) if not ca.is_equal(s, symbol)))
     function = ca.Function("curve", [symbol, held], [y, slope])
-    return lambda x: function(x, held)
+
+    def at(x: Scalar) -> tuple[ca.SX, ca.SX]:
+        value, slope = function(x, held)
+        return value, slope
+
+    return at
 
 
 def rest_step(effect: OwnEffect, values: Values, y: Scalar, at: Sequence[Scalar]) -> list[ca.SX]:
     """Return input and states one Newton step nearer to rest at the output y."""
     symbols = ca.SX.sym("u", 1 + effect.states)
     x, *state = ca.vertsplit(symbols)
-    output, following = effect.step(values, state, x, AT_REST)
+    output, following = effect.step(values, list(state), x, AT_REST)
     excess = ca.vertcat(output - y, *(a - b for a, b in zip(following, state, strict=True)))
     moved = symbols - ca.solve(ca.jacobian(excess, symbols), excess)
     return ca.vertsplit(ca.substitute(moved, symbols, ca.vertcat(*at)))
@@ -322,7 +331,7 @@ def _rest_steps(effect: OwnEffect) -> int:
     if is_at_rest(effect, lambda values, y: (y, [0.0] * effect.states)):
         return 0
     values, state, x, _ = symbols_of(effect)
-    output, following = effect.step(values, state, x, AT_REST)
+    output, following = effect.step(values, list(state), x, AT_REST)
     at = ca.vertcat(x, *state)
     return AFFINE_REST_STEPS if ca.is_linear(ca.vertcat(output, *following), at) else REST_STEPS
 

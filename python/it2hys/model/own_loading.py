@@ -11,6 +11,7 @@ import re
 import sys
 import traceback
 from pathlib import Path
+from typing import Any, NoReturn
 
 import casadi as ca
 import numpy as np
@@ -124,7 +125,7 @@ class _Check:
         self._rest()
         self._inverse()
 
-    def _refuse(self, function: str | None, text: str) -> None:
+    def _refuse(self, function: str | None, text: str) -> NoReturn:
         """Refuse the effect, with the line of the method or of the class."""
         raise InputError(f"{self._effect.file}:{line_of(self._effect, function)}: {text}")
 
@@ -134,9 +135,7 @@ class _Check:
         except InputError:
             raise
         except Exception as error:
-            own = [*self._effect.parameters] and [
-                f"{self._effect.name}.{p.name}" for p in self._effect.parameters
-            ]
+            own = [f"{self._effect.name}.{p.name}" for p in self._effect.parameters]
             more = f" (known are {', '.join([*own, *SHARED])})" if isinstance(error, KeyError) else ""
             raise InputError(_raised(self._effect.file, error, function) + more) from None
         if not isinstance(result, tuple) or len(result) != 2:
@@ -171,9 +170,9 @@ class _Check:
             )
         allowed = (Memory.AIMED, Memory.LONG) if effect.states else (Memory.NONE,)
         if effect.memory not in allowed:
-            names = " or ".join(f"Memory.{m.name}" for m in allowed)
+            choice = " or ".join(f"Memory.{m.name}" for m in allowed)
             self._refuse(
-                None, f"memory is {effect.memory}; with {effect.states} states it must be {names}"
+                None, f"memory is {effect.memory}; with {effect.states} states it must be {choice}"
             )
         if not effect.parameters:
             self._refuse(None, "parameters is empty; the first one switches the effect: 0 is off")
@@ -217,7 +216,7 @@ class _Check:
                 "the number of states cannot change",
             )
         expressions = [self._scalar("step", e) for e in (output, *following)]
-        given = [*values.values(), *state, x, *around]
+        given = [*values.values(), *state, x, *map(ca.SX, around)]
         self._closed("step", expressions, given)
         if effect.side == "reading" and ca.depends_on(expressions[0], ca.vertcat(around[0], around[1])):
             self._refuse(
@@ -225,12 +224,12 @@ class _Check:
             )
         self._finite(ca.Function("step", [ca.vertcat(*given)], [ca.vertcat(*expressions)]))
 
-    def _scalar(self, function: str, value: object) -> ca.SX:
+    def _scalar(self, function: str, value: Any) -> ca.SX:
         try:
             expression = ca.SX(value)
-        except Exception:
-            expression = None
-        if expression is None or expression.shape != (1, 1):
+        except Exception:  # CasADi refuses by exceptions of many kinds
+            expression = ca.SX(0, 0)
+        if expression.shape != (1, 1):
             self._refuse(
                 function, f"{function} returns {_kind(value)} where a number or an SX is wanted"
             )
@@ -303,7 +302,7 @@ class _Check:
                 "inverse", f"inverse returns {len(states)} states, and states is {effect.states}"
             )
         expressions = [self._scalar("inverse", e) for e in (back, *states)]
-        given = [*values.values(), *more.values(), *state, x, *around]
+        given = [*values.values(), *more.values(), *state, x, *map(ca.SX, around)]
         self._closed("inverse", expressions, given)
         wanted = next_states if effect.memory is Memory.AIMED else state
         off = ca.vertcat(back - x, *(a - b for a, b in zip(states, wanted, strict=True)))
@@ -315,11 +314,11 @@ class _Check:
                     function([*own.values(), *ends, *[0.0] * effect.states, place, *AT_REST])
                 ).ravel()
                 if not np.all(np.abs(out) <= 1e-7 * ends[1]):
-                    more = "" if abs(out[0]) > 1e-7 * ends[1] else f" in a state ({_STATES_WANTED})"
+                    note = "" if abs(out[0]) > 1e-7 * ends[1] else f" in a state ({_STATES_WANTED})"
                     self._refuse(
                         "inverse",
                         f"inverse does not undo step: at x = {place:g} it is off by "
-                        f"{np.abs(out).max():g}{more}",
+                        f"{np.abs(out).max():g}{note}",
                     )
 
 
