@@ -10,6 +10,7 @@ from conftest import UM
 from it2hys.fmu.own_library import use_effects
 from it2hys.model.own_effect import OwnEffect, sample_values
 from it2hys.model.parameters import ParameterSet, table_1
+from it2hys.model.stages import own_effects
 
 FOLDER = Path(__file__).parent / "unit" / "own"
 # what is built for the tests goes with the build folder
@@ -25,10 +26,11 @@ def file_of(name: str) -> Path:
 @contextmanager
 def in_chain(*names: str) -> Iterator[tuple[OwnEffect, ...]]:
     """Have effects of tests/unit/own in the chain, for a while."""
+    before = [e.file for e in own_effects().values()]
     try:
         yield use_effects(map(file_of, names))
     finally:
-        use_effects(())
+        use_effects(before)
 
 
 def with_own(effects: Sequence[OwnEffect], guess: int = 0, **changes: float) -> ParameterSet:

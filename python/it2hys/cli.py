@@ -539,6 +539,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.diagnosis import RULES, diagnose
     from it2hys.identification import Options, check_rule_count
     from it2hys.model.parameters import read_ssv
+    from it2hys.model.stages import own_effects
     from it2hys.reports.pair_report import write_report
     from it2hys.reports.provenance import Provenance
 
@@ -565,10 +566,12 @@ def _diagnose(options: argparse.Namespace) -> int:
     with gathered(options.output) as folder:
         write_report(diagnosis, records, folder, provenance=provenance)
     if _tell_report(options):
+        own = [options.output / f"{name}.py" for name in own_effects() if name in diagnosis.effects]
+        needed = "".join(f" --effect {shlex.quote(str(path))}" for path in own)
         _next(
             options,
             "the FMUs of it in a system, with feedforward and feedback:",
-            f"package {shlex.quote(str(options.output / 'parameters.ssv'))} --ssp -o DIR",
+            f"package {shlex.quote(str(options.output / 'parameters.ssv'))}{needed} --ssp -o DIR",
         )
     return 0
 

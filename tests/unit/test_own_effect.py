@@ -71,7 +71,7 @@ def test_what_cannot_be_a_stage_is_refused_with_file_and_line(case, tmp_path):
 
 
 MORE = {
-    "inverse does not undo step": "    def inverse(self, values, state, y, _):\n        return y, state",
+    "inverse does not undo step": "    def inverse(self, _, state, y, __):\n        return y, state",
     "rest is not at rest": "    def rest(self, values, y):\n        return y, [y, 0.0]",
 }
 
