@@ -104,7 +104,7 @@ def table(outcomes: Sequence[OwnOutcome]) -> str:
     """Return a table, in Markdown, of what the examples do; medians, and the worst in brackets."""
     examples = [e for e in PHYSICS if any(o.example == e for o in outcomes)]
     lines = [
-        "| example | without: unexplained | given: named | error over noise | inverse, V | its noise, V |",
+        "| example | without: unexplained | given: named | error over noise | inverse, V | its noise |",
         "|---|---|---|---|---|---|",
     ]
     for example in examples:
