@@ -74,7 +74,7 @@ def test_what_the_effect_adds_is_told_from_noise():
 
     found = evidence("second_resonance").signature(clues(ringing))
     assert found.p_value < 1e-3 and found.statistic > 0.3, found
-    assert "'second_resonance'" in found.text and "frequency = 180" in found.text
+    assert "'second_resonance'" in found.text and "frequency = 180 Hz" in found.text
 
 
 def test_guesses_are_all_combinations():
