@@ -2,6 +2,7 @@
 # make test   lint, C tests, the same under sanitizers, valgrind and a static analyzer, Python tests, installation
 # make docs   the documentation's site, build/docs/html/index.html; the code of its pages is run
 # make diagnosis  the diagnosis on simulated stages of seeds that nothing was chosen on (SEEDS=30000, CASES=6): a gate, hours
+# make own-effects  the worked examples of own effects on simulated stages (SEEDS=20, KIND=given): hours; goes on where it ended
 # make bench  ratios against peers (REFERENCE_FMUS=their sources), limits and an earlier commit (BEFORE=commit), growth; soak
 # make modelica  the Modelica library's release archive, dist/IT2Hysteresis-VERSION.zip
 # make clean  remove everything that was built
@@ -51,7 +52,7 @@ $(VDMCHECK)/.fetched $(MAESTRO)/.fetched:
 	done
 	touch $@
 
-.PHONY: help demo test lint ctest hardened pytest installation docs diagnosis bench modelica clean install
+.PHONY: help demo test lint ctest hardened pytest installation docs diagnosis own-effects bench modelica clean install
 help:
 	@sed -n 's/^# make/make/p' $(firstword $(MAKEFILE_LIST))
 
@@ -124,6 +125,10 @@ docs: $(DOCS_TOOLS)/.installed $(INSTALLED)
 # figures go to benchmarks/diagnosis_history.jsonl; what was done before is not done again
 diagnosis: $(INSTALLED)
 	$(BIN)/python benchmarks/diagnosis.py $(if $(SEEDS),--seeds $(SEEDS)) $(if $(CASES),--cases '$(CASES)')
+
+# outcomes are kept in build/own_effects; what was done before is not done again
+own-effects: $(INSTALLED)
+	$(BIN)/python benchmarks/own_effects.py $(if $(SEEDS),--seeds $(SEEDS)) $(if $(KIND),--kind '$(KIND)')
 
 bench: $(INSTALLED) ctest
 	$(if $(BEFORE),PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python benchmarks/before.py $(BEFORE))

@@ -21,12 +21,8 @@ class Friction(OwnEffect):
         p
         for i in ELEMENTS
         for p in (
-            OwnParameter(
-                f"share{i}", low=1e-4, high=0.3, guesses=(0.02,), description=f"Stiffness {i} over the stack's"
-            ),
-            OwnParameter(
-                f"slip{i}", unit="m", low=1e-8, high=2e-5, guesses=GUESSES[i], description=f"Slip of element {i}"
-            ),
+            OwnParameter(f"share{i}", "1", 1e-4, 0.6, (0.03,), f"Stiffness {i} over the stack's"),
+            OwnParameter(f"slip{i}", "m", 1e-8, 2e-5, GUESSES[i], f"Distance at which {i} slips"),
         )
     )
 

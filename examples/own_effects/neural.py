@@ -1,4 +1,4 @@
-"""Neural stage: how much of what is left could any smooth function of the recent voltage explain?"""
+"""Neural stage, a ceiling: how much could any smooth function of the recent voltage explain."""
 
 import casadi as ca
 import numpy as np
@@ -7,14 +7,16 @@ from it2hys import Memory, OwnEffect, OwnParameter
 
 TICKS = (1.5, 6.0, 24.0)  # time constants of the filters that tell of the recent past
 UNITS = (1, 2, 3)
-UNIT = 2e-6  # m: how far apart filters are, is told in it
-DECAY = 1.0  # a weight of 1 costs as much as one sample that is off by this times the noise
+AHEAD = (5e-7, 1e-6, 3e-6)  # m: how far x may be ahead of them
+TRAVEL = 1e-5  # m
+OUTPUT = 1e-7  # m: an output weight of 1
+DECAY = 1e-3  # a weight of 1 costs as two samples that are off by the noise (policy.CORE.stiff)
 
 
 def guesses():
     """Return small weights, other ones for each unit: equal units would stay equal."""
     rng = np.random.default_rng(0)
-    return {f"{kind}{i}": 0.3 * float(rng.uniform(-1, 1)) for i in UNITS for kind in ("a", "b", "c", "d", "e")}
+    return {f"{kind}{i}": 0.3 * float(rng.uniform(-1, 1)) for i in UNITS for kind in "abcde"}
 
 
 class Neural(OwnEffect):
@@ -30,23 +32,22 @@ class Neural(OwnEffect):
     states = len(TICKS)
     memory = Memory.LONG
     parameters = (
-        OwnParameter("gain", unit="m", low=-1e-6, high=1e-6, guesses=(5e-8,), description="Of the first unit"),
-        *(OwnParameter(f"gain{i}", low=-3.0, high=3.0, guesses=(1.0,)) for i in UNITS[1:]),
-        *(OwnParameter(name, low=-10.0, high=10.0, guesses=(g,)) for name, g in guesses().items()),
+        *(OwnParameter(f"output{i}", "m", -3e-6, 3e-6, (OUTPUT,), "Of a unit") for i in UNITS),
+        *(OwnParameter(n, "1", -10.0, 10.0, (guess,), "Weight") for n, guess in guesses().items()),
     )
 
     def step(self, values, state, x, around):
         """Return the displacement, and the filters."""
         own = {p.name: values[f"neural.{p.name}"] for p in self.parameters}
         after = [s - np.expm1(-1 / ticks) * (x - s) for s, ticks in zip(state, TICKS, strict=True)]
-        ahead = [(x - s) / UNIT for s in after]
-        level = (x - values["displacementZero"]) / (5 * UNIT) - 1
-        y = 0.0
+        ahead = [(x - s) / unit for s, unit in zip(after, AHEAD, strict=True)]
+        level = (x - values["displacementZero"]) / TRAVEL - 0.5
+        y = x
         for i in UNITS:
             still = own[f"d{i}"] * level + own[f"e{i}"]
             told = sum(own[f"{kind}{i}"] * u for kind, u in zip("abc", ahead, strict=True))
-            y += (own[f"gain{i}"] if i > 1 else 1.0) * (ca.tanh(told + still) - ca.tanh(still))
-        return x + own["gain"] * y, after
+            y += own[f"output{i}"] * (ca.tanh(told + still) - ca.tanh(still))
+        return y, after
 
     def rest(self, values, y):
         """Return input and states at rest."""
@@ -55,10 +56,10 @@ class Neural(OwnEffect):
     def roughness(self, values, units):
         """Return a row for each weight: what is not small costs."""
         names = list(units)
-        weights = [n for n in names if n.startswith("neural.") and n != "neural.gain"]
+        weights = [n for n in names if n.startswith("neural.")]
         rows = np.zeros((len(weights), len(names)))
         for row, name in zip(rows, weights, strict=True):
-            row[names.index(name)] = DECAY * units[name]
+            row[names.index(name)] = DECAY * units[name] / (OUTPUT if "output" in name else 1.0)
         return rows
 
 

@@ -5,6 +5,7 @@ import casadi as ca
 from it2hys import Memory, OwnEffect, OwnParameter
 
 UNIT = 1e-5  # m: strokes are counted in it
+TIMES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)  # s
 
 
 class ThermalPath(OwnEffect):
@@ -21,17 +22,8 @@ class ThermalPath(OwnEffect):
     states = 2
     memory = Memory.LONG
     parameters = (
-        OwnParameter(
-            "gain", unit="m.s", low=-1e-6, high=1e-6, guesses=(1e-9,), description="Expansion per stroke rate"
-        ),
-        OwnParameter(
-            "time",
-            unit="s",
-            low=0.005,
-            high=1000.0,
-            guesses=(0.03, 0.1, 0.3, 1.0, 3.0, 10.0),
-            description="Time constant of the path",
-        ),
+        OwnParameter("gain", "m.s", -1e-6, 1e-6, (1e-9,), "Expansion per stroke rate"),
+        OwnParameter("time", "s", 0.005, 1000.0, TIMES, "Time constant of the path"),
     )
 
     def step(self, values, state, x, around):

@@ -319,7 +319,7 @@ def _draw_mount(rng: np.random.Generator, scene: _Scene) -> own.Mount:
 
 
 def _draw_guide(rng: np.random.Generator, scene: _Scene) -> own.Guide:
-    return own.Guide(rng.uniform(0.01, 0.04) * scene.travel, rng.uniform(0.02, 0.1) * scene.travel)
+    return own.Guide(rng.uniform(0.005, 0.02) * scene.travel, rng.uniform(0.03, 0.15) * scene.travel)
 
 
 def _draw_heating(rng: np.random.Generator, scene: _Scene) -> own.SelfHeating:
@@ -331,8 +331,8 @@ def _draw_heating(rng: np.random.Generator, scene: _Scene) -> own.SelfHeating:
 
 
 def _draw_drag(rng: np.random.Generator, scene: _Scene) -> own.Drag:
-    """Draw a drag whose two parts are alike at a tenth to a half of the travel behind."""
-    linear = rng.uniform(1.0, 4.0) * scene.around.grid.sample_time
+    """Draw a drag whose two parts are alike where the stage is a part of its travel behind."""
+    linear = rng.uniform(0.2, 1.0) * scene.around.grid.sample_time
     return own.Drag(linear, linear**2 / (rng.uniform(0.05, 0.3) * scene.travel))
 
 

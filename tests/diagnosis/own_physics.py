@@ -1,7 +1,7 @@
 """Physics beside the catalogue's, for which a user writes effects of his own; see `simulator`.
 
-Nothing of the files in `examples/own_effects` is used: each has its own equations here, on the fine grid
-where they know time.
+Nothing of the files in `examples/own_effects` is used: each has its own equations here, on the fine
+grid where they know time.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class SelfHeating:
 
 @dataclass(frozen=True)
 class Drag:
-    """A stage in a thick fluid, whose drag grows with the speed and its square, and no mass to speak of.
+    """A stage in a thick fluid, whose drag grows with the speed and its square; its mass is nothing.
 
     Parameters
     ----------

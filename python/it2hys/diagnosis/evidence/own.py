@@ -46,8 +46,8 @@ class OwnEvidence(EffectEvidence):
         self.meaning = effect.description or effect.name
         self.experiment = effect.experiment or f"what shows {self.meaning}"
         self.channel = effect.channel and effect.channel.split("_")[0]
-        # whatever answers the voltage alone looks like another phase lag there
-        self.of_any_loop = effect.channel is None
+        # whatever answers the voltage alone may look like another phase lag, or another core
+        self.of_any_loop = self.imitated = effect.channel is None
         self._answer = _answer(effect)
 
     def guesses(self, clues: Clues) -> list[dict[str, float]]:
