@@ -159,9 +159,9 @@ def diagnose(
     progress : bool or callable
         As for `identify`.
     own_effects : sequence of path, optional
-        Python files with effects of your own (`it2hys.OwnEffect`), which are run and tried as the others
-        are. They stay in the chain for later calls, which need them for what was found here, until
-        others are named; an empty sequence is the chain as it comes.
+        Python files with effects of your own (`it2hys.OwnEffect`), which are run and tried as the
+        others are. They stay in the chain for later calls, which need them for what was found here,
+        until others are named; an empty sequence is the chain as it comes.
 
     Returns
     -------

@@ -107,7 +107,9 @@ class _Run:
         self.slopes = ca.Function("slopes", inputs, [ca.jacobian(outputs, by)])
         self.values = np.array([{**values, "sampleTime": signals.sample_time}[n] for n in symbols])
         self.signals = signals
-        _, rested = effect.rest(dict(zip(symbols, self.values, strict=True)), float(signals.x[0]))
+        ends = dict(zip(ENDS[effect.side], (signals.x.min(), signals.x.max()), strict=True))
+        known = {**dict(zip(symbols, self.values, strict=True)), **ends}
+        _, rested = effect.rest(known, float(signals.x[0]))
         now = np.array([float(s) for s in rested])
         self.states, self.y, self.slope = [], np.empty(len(signals.x)), np.empty(len(signals.x))
         self.step = step

@@ -335,6 +335,11 @@ class _Stage:
             return self._function(
                 head, reads, begin, [f"{writes}[{i}] = 0;" for i in range(n)], "return y;"
             )
+        if not n:
+            everywhere = "&OWN_AT_REST, -REAL_INFINITY, REAL_INFINITY"
+            return self._function(
+                head, reads, begin, f"return own_search({name}_curve, c, NULL, y, {everywhere});"
+            )
         body, results = self._computed(self._rest_step(), at_rest=True)
         return self._function(
             head,

@@ -150,8 +150,10 @@ class OwnEffect(Effect):
         """Return input and states at rest at the output y.
 
         By default the input is the output and all states are 0, if that is at rest; otherwise it is
-        sought from there by Newton's method.
+        sought from there by Newton's method. Without states it is that of the inverse.
         """
+        if self.rest_steps and not self.states:
+            return solved(self, values, [], y, AT_REST), []
         x, state = y, self._still()
         for _ in range(self.rest_steps):
             x, *following = rest_step(self, values, y, [x, *state])
@@ -306,11 +308,11 @@ def _anywhere(parameter: OwnParameter, rng: np.random.Generator) -> float:
 TYPICAL = {"before": (0.0, 120.0), "behind": (0.0, 16e-6), "reading": (0.0, 16e-6)}
 
 
-def is_at_rest(effect: OwnEffect, rest: Callable[[Values, ca.SX], tuple]) -> bool:
-    """Return whether that is at rest everywhere that is tried."""
+def not_at_rest(effect: OwnEffect, rest: Callable[[Values, ca.SX], tuple]) -> str | None:
+    """Return where that is not at rest, of all that is tried, or None if it is."""
     values, *_ = symbols_of(effect)
     y = ca.SX.sym("y")
-    x, state = rest(values, y)
+    x, state = rest({**values, **dict(zip(ENDS[effect.side], TYPICAL[effect.side], strict=True))}, y)
     output, following = effect.step(values, list(state), x, AT_REST)
     off = ca.vertcat(output - y, *(a - b for a, b in zip(following, state, strict=True)))
     scale = ca.vertcat(y, x, *state)
@@ -322,13 +324,14 @@ def is_at_rest(effect: OwnEffect, rest: Callable[[Values, ca.SX], tuple]) -> boo
             excess, at = (np.array(a).ravel() for a in function([own[n] for n in names], place))
             most = 1e-9 * (high - low) if effect.states == 0 else 1e-9 * max(high, np.abs(at).max())
             if not np.all(np.abs(excess) <= most):
-                return False
-    return True
+                at_values = [f"{n} = {v:g}" for n, v in own.items() if n not in SHARED]
+                return f"at {place:g} with {', '.join(at_values)}"
+    return None
 
 
 def _rest_steps(effect: OwnEffect) -> int:
     """Return the Newton steps that rest takes: none where nothing has to move."""
-    if is_at_rest(effect, lambda values, y: (y, [0.0] * effect.states)):
+    if not not_at_rest(effect, lambda values, y: (y, [0.0] * effect.states)):
         return 0
     values, state, x, _ = symbols_of(effect)
     output, following = effect.step(values, list(state), x, AT_REST)

@@ -25,8 +25,8 @@ from it2hys.model.own_effect import (
     TYPICAL,
     OwnEffect,
     OwnParameter,
-    is_at_rest,
     line_of,
+    not_at_rest,
     sample_values,
     symbols_of,
 )
@@ -265,20 +265,19 @@ class _Check:
         effect = self._effect
         values, *_ = symbols_of(effect)
         y = ca.SX.sym("y")
-        x, state = self._called("rest", values, y)
+        ends = dict(zip(ENDS[effect.side], TYPICAL[effect.side], strict=True))
+        x, state = self._called("rest", {**values, **ends}, y)
         if len(state) != effect.states:
             self._refuse("rest", f"rest returns {len(state)} states, and states is {effect.states}")
         expressions = [self._scalar("rest", e) for e in (x, *state)]
         self._closed("rest", expressions, [*values.values(), y])
-        if effect.states + (effect.side != "reading") and not is_at_rest(effect, effect.rest):
-            more = (
-                ""
-                if effect.rest_is_given
-                else "; give rest(self, values, y), which returns input and states"
-            )
-            self._refuse(
-                "rest", f"rest is not at rest: step does not hold its output and its states there{more}"
-            )
+        # without states it rests where the inverse says, or at an end of what can be reached
+        if not effect.states and not effect.rest_is_given:
+            return
+        if where := not_at_rest(effect, effect.rest):
+            text = f"rest is not at rest {where}: step does not hold output and states there"
+            mend = "" if effect.rest_is_given else "; give rest(self, values, y): input and states"
+            self._refuse("rest", text + mend)
 
     def _inverse(self) -> None:
         effect = self._effect
