@@ -75,8 +75,11 @@ class OwnEvidence(EffectEvidence):
         bank = [self._columns(seen, guess) for guess in guesses]
         chosen, trial = Ground(seen, [absorbed(seen)]).best(bank)
         # a guess tells where there are several
-        several = {p.name for p in self._effect.parameters if len(p.guesses) > 1}
-        at = [f"{n} = {v:g}" for n, v in guesses[chosen].items() if n.split(".")[1] in several]
+        at = [
+            f"{name} = {value:g} {'' if p.unit == '1' else p.unit}".strip()
+            for p, (name, value) in zip(self._effect.parameters, guesses[chosen].items(), strict=True)
+            if len(p.guesses) > 1
+        ]
         text = (
             f"What '{self._effect.name}' adds to the signal explains {100 * trial.share:.0f} % of the "
             f"residual's power{', from the guess ' + ', '.join(at) if at else ''}."
