@@ -3,6 +3,7 @@
 # make docs   the documentation's site, build/docs/html/index.html; the code of its pages is run
 # make diagnosis  the diagnosis on simulated stages of seeds that nothing was chosen on (SEEDS=30000, CASES=6): a gate, hours
 # make design  records designed between two effects, on simulated stages (SEEDS=90000, COUNT=10): do they decide? hours
+# make own-effects  the worked examples of own effects on simulated stages (SEEDS=20, KIND=given): hours; goes on where it ended
 # make bench  ratios against peers (REFERENCE_FMUS=their sources), limits and an earlier commit (BEFORE=commit), growth; soak
 # make modelica  the Modelica library's release archive, dist/IT2Hysteresis-VERSION.zip
 # make clean  remove everything that was built
@@ -52,7 +53,7 @@ $(VDMCHECK)/.fetched $(MAESTRO)/.fetched:
 	done
 	touch $@
 
-.PHONY: help demo test lint ctest hardened pytest installation docs diagnosis design bench modelica clean install
+.PHONY: help demo test lint ctest hardened pytest installation docs diagnosis design own-effects bench modelica clean install
 help:
 	@sed -n 's/^# make/make/p' $(firstword $(MAKEFILE_LIST))
 
@@ -130,6 +131,10 @@ diagnosis: $(INSTALLED)
 design: $(INSTALLED)
 	$(BIN)/python benchmarks/designs.py $(if $(SEEDS),--seeds $(SEEDS)) $(if $(COUNT),--count $(COUNT)) \
 	  $(if $(PAIRS),--pairs '$(PAIRS)')
+
+# outcomes are kept in build/own_effects; what was done before is not done again
+own-effects: $(INSTALLED)
+	$(BIN)/python benchmarks/own_effects.py $(if $(SEEDS),--seeds $(SEEDS)) $(if $(KIND),--kind '$(KIND)')
 
 bench: $(INSTALLED) ctest
 	$(if $(BEFORE),PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python benchmarks/before.py $(BEFORE))

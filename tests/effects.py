@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from it2hys.model.chain import EFFECTS
 from it2hys.model.parameters import ParameterSet, table_1
+from it2hys.model.stages import own_effects
 
 #: Effects that lose nothing: the inverse undoes them. Hum leaves the displacement as it is.
 INVERTIBLE = ("lag", "play", "load", "creep", "resonance", "drift", "nonlinearity", "hum")
@@ -30,6 +31,8 @@ def _creep(rng: np.random.Generator) -> dict[str, float]:
 def _values(effect: str, rng: np.random.Generator) -> dict[str, float]:
     """Return random parameters of one effect that is on."""
     uniform = rng.uniform
+    if own := own_effects().get(effect):  # of the user's own, near a guess
+        return {f"{effect}.{p.name}": p.guesses[0] * uniform(0.8, 1.2) for p in own.parameters}
     return {
         "delay": lambda: {"delay.time": rng.choice([uniform(0.0, 64.0), rng.integers(1, 65)]) * TS},
         "slew": lambda: {"slew.rate": uniform(2e3, 2e4)},

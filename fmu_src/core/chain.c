@@ -337,16 +337,19 @@ real chain_inverse(const struct chain *chain, struct chain_state *state, real di
 
 /* --- at rest ----------------------------------------------------------------------------------- */
 
-/* The stages with a long memory hold, as they are; the others follow. */
+/* The stages with a long memory hold, as they are; the others follow, to where they rest. */
 real chain_hold(const struct chain *chain, const struct chain_state *state)
 {
     real x = it2_solve(&chain->core, state->core.y, state->core.y);
+    struct chain_state rested;
 
     for (int i = chain->before - 1; i >= 0; i--) {
         const struct chain_place *place = chain_active(chain, i);
+        const void *constants = chain_constants_of(chain, place);
         if (place->memory == CHAIN_LONG)
-            x = place->stage->inverse(chain_constants_of(chain, place),
-                                      chain_state_of((struct chain_state *)state, place), x, NULL);
+            x = place->stage->inverse(constants, chain_state_of((struct chain_state *)state, place), x, NULL);
+        else if (place->memory <= CHAIN_AIMED && place->stage->rest)
+            x = place->stage->rest(constants, chain_state_of(&rested, place), x, NULL);
     }
     return x;
 }

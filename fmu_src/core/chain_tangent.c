@@ -22,13 +22,13 @@ static void *copied(struct chain_state *copy, const struct chain_state *state, c
 }
 
 static real stage_tangent(const struct chain *chain, int i, const void *state, real x, void *d_state, real d_x,
-                          const struct chain_surroundings *d_around)
+                          const struct chain_surroundings *around, const struct chain_surroundings *d_around)
 {
     const struct stage_analysis *analysis = chain_analysis(chain, i);
 
     if (analysis->tangent)
-        analysis->tangent(chain_constants_of(chain, chain_active(chain, i)), state, x, d_around, 1, d_state,
-                          &d_x);
+        analysis->tangent(chain_constants_of(chain, chain_active(chain, i)), state, x, around, d_around, 1,
+                          d_state, &d_x);
     return d_x;
 }
 
@@ -42,7 +42,7 @@ static struct both walk_tangent(const struct chain *chain, int first, int end, c
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
         void *own = copied(&copy, state, place, place->state);
-        x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, d_around);
+        x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, around, d_around);
         x.value = place->stage->step(chain_constants_of(chain, place), own, x.value, around);
     }
     return x;
@@ -108,7 +108,7 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
             void *advanced = copied(&copy, state, place, place->state);
             y.value = place->stage->inverse(constants, advanced, y.value, around);
             y.d = chain_analysis(chain, i)->inverse_tangent(constants, own, y.value, chain_state_of(d, place),
-                                                            y.d, d_around);
+                                                            y.d, around, d_around);
         }
         input[i] = y;
     }
@@ -132,7 +132,7 @@ static struct both within_limits_tangent(const struct chain *chain, const struct
             followed = true;
         }
         void *own = copied(&copy, state, place, place->state);
-        x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, &none);
+        x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, &none, &none);
         x.value = place->stage->inverse(chain_constants_of(chain, place), own, x.value, &none);
     }
     return followed ? x : within(chain->voltage, x, 0, 0);
@@ -158,7 +158,7 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
         void *d_own = place->memory == CHAIN_NONE ? NULL : (char *)d + at;
         if (!place->stage->inverse || (place->stage->limits && place->memory != CHAIN_NONE))
             continue;
-        x.d = stage_tangent(chain, i, own, x.value, d_own, x.d, d_around);
+        x.d = stage_tangent(chain, i, own, x.value, d_own, x.d, around, d_around);
         x.value = place->stage->step(chain_constants_of(chain, place), own, x.value, around);
     }
     return x;
@@ -175,14 +175,15 @@ static void follow_plant_tangent(const struct chain *chain, const struct chain_s
 }
 
 static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state,
-                               const struct both input[], struct chain_state *d,
-                               const struct chain_surroundings *d_around)
+                               const struct both input[], const struct chain_surroundings *around,
+                               struct chain_state *d, const struct chain_surroundings *d_around)
 {
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->memory == CHAIN_LONG)
-            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, d_around);
+            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, around,
+                          d_around);
     }
 }
 
@@ -205,7 +206,7 @@ static real inverse_with_effects_tangent(const struct chain *chain, const struct
     if (chain_is_astray(state) || limits & (CHAIN_AMPLIFIER | CHAIN_VOLTAGE_RANGE))
         follow_plant_tangent(chain, state, passed, around, d, d_around);
     else
-        follow_aim_tangent(chain, state, input, d, d_around);
+        follow_aim_tangent(chain, state, input, around, d, d_around);
     if (!chain_is_astray(after))
         arrive_tangent(d);
     return within(chain->voltage, passed, 0, 0).d;
@@ -270,9 +271,9 @@ real chain_rest_tangent(const struct chain *chain, int first, int end, const str
         if (!place->stage->rest)
             continue;
         y = place->stage->rest(constants, chain_state_of(&state, place), y, parameters);
-        d_y =
-            chain_analysis(chain, i)->rest_tangent(constants, chain_constants_of(d_chain, place),
-                                                   chain_state_of(d, place), y, d_y, parameters, d_parameters);
+        d_y = chain_analysis(chain, i)->rest_tangent(constants, chain_constants_of(d_chain, place),
+                                                     chain_state_of(&state, place), chain_state_of(d, place), y,
+                                                     d_y, parameters, d_parameters);
     }
     return d_y;
 }
@@ -318,7 +319,7 @@ real chain_equilibrium_tangent(const struct chain *chain, const struct chain_sta
         const void *constants = chain_constants_of(chain, place);
         if (!place->stage->limits || place->memory != CHAIN_NONE)
             continue;
-        x.d = stage_tangent(chain, i, NULL, x.value, NULL, x.d, &none) +
+        x.d = stage_tangent(chain, i, NULL, x.value, NULL, x.d, &none, &none) +
               chain_analysis(chain, i)->by_parameters(constants, chain_constants_of(&d_chain, place), NULL,
                                                       x.value, &none, NULL, 0);
         x.value = place->stage->inverse(constants, NULL, x.value, &none);

@@ -133,14 +133,16 @@ static void creep_prepare_tangent(void *d_constants, const void *constants, cons
     }
 }
 
-static real creep_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
-                               const struct chain_parameters *p, const struct chain_parameters *d)
+static real creep_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
+                               real x, real d_y, const struct chain_parameters *p,
+                               const struct chain_parameters *d)
 {
     const struct creep *creep = constants, *by = d_constants;
     const real sum = sum_of_gains(creep);
     struct creep_state *s = d_state;
     real d_x = d_y - by->zero;
 
+    (void)state;
     for (int i = by->first; i < by->count; i++)
         d_x -= (x - creep->zero + p->initialCreep) * by->gain[i];
     d_x = (d_x - sum * d->initialCreep) / (1 + sum);
@@ -150,13 +152,13 @@ static real creep_rest_tangent(const void *constants, const void *d_constants, v
 }
 
 static void creep_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                          real *restrict row)
+                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          int count, real *restrict d_state, real *restrict row)
 {
     const struct creep *creep = constants;
     real input[STAGE_CHUNK];
 
-    (void)state, (void)x, (void)d_around;
+    (void)around, (void)state, (void)x, (void)d_around;
     for (int first = 0; first < count; first += STAGE_CHUNK) {
         const int n = count - first < STAGE_CHUNK ? count - first : STAGE_CHUNK;
         real *restrict output = row + first;
@@ -193,9 +195,10 @@ static real creep_by_parameters(const void *constants, const void *d_constants, 
 }
 
 static real creep_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                  const struct chain_surroundings *around,
                                   const struct chain_surroundings *d_around)
 {
-    (void)state, (void)x, (void)d_around;
+    (void)around, (void)state, (void)x, (void)d_around;
     return creep_solve(constants, d_state, d_y); /* it is linear */
 }
 

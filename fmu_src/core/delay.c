@@ -105,16 +105,17 @@ static void delay_prepare_tangent(void *d_constants, const void *constants, cons
     result->time = d->delay.time;
 }
 
-static real delay_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
-                               const struct chain_parameters *p, const struct chain_parameters *d)
+static real delay_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
+                               real x, real d_y, const struct chain_parameters *p,
+                               const struct chain_parameters *d)
 {
-    (void)d_constants, (void)x, (void)d;
+    (void)state, (void)d_constants, (void)x, (void)d;
     return delay_rest(constants, d_state, d_y, p);
 }
 
 static void delay_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                          real *restrict row)
+                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          int count, real *restrict d_state, real *restrict row)
 {
     const struct delay *delay = constants;
     const int newest = delay_newest(delay, state);
@@ -125,7 +126,7 @@ static void delay_tangent(const void *constants, const void *state, real x,
     const real *const d_here =
         delay->ticks > 0 ? d_u + (size_t)delay_before(delay, newest, delay->ticks - 1) * (size_t)count : row;
 
-    (void)x, (void)d_around;
+    (void)around, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
         const real d_x = row[c], d_y = d_here[c];
         d_state[c] = 0;

@@ -38,12 +38,12 @@ static void drift_prepare_tangent(void *d_constants, const void *constants, cons
 }
 
 static void drift_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                          real *restrict row)
+                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          int count, real *restrict d_state, real *restrict row)
 {
     const struct drift *drift = constants;
 
-    (void)state, (void)x, (void)d_state;
+    (void)around, (void)state, (void)x, (void)d_state;
     for (int c = 0; c < count && d_around->temperature != 0; c++)
         row[c] += drift->temperatureCoefficient * d_around->temperature;
 }
@@ -56,11 +56,12 @@ static real drift_by_parameters(const void *constants, const void *d_constants, 
 }
 
 static real drift_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                  const struct chain_surroundings *around,
                                   const struct chain_surroundings *d_around)
 {
     const struct drift *drift = constants;
 
-    (void)state, (void)x, (void)d_state;
+    (void)around, (void)state, (void)x, (void)d_state;
     return d_y - drift->temperatureCoefficient * d_around->temperature;
 }
 

@@ -73,20 +73,21 @@ static void lag_prepare_tangent(void *d_constants, const void *constants, const 
     result->gain = -ratio / time_constant * real_exp(-ratio) * d->lag.timeConstant;
 }
 
-static real lag_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
-                             const struct chain_parameters *p, const struct chain_parameters *d)
+static real lag_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
+                             real x, real d_y, const struct chain_parameters *p,
+                             const struct chain_parameters *d)
 {
-    (void)d_constants, (void)x, (void)d;
+    (void)state, (void)d_constants, (void)x, (void)d;
     return lag_rest(constants, d_state, d_y, p);
 }
 
 static void lag_tangent(const void *constants, const void *state, real x,
-                        const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                        real *restrict row)
+                        const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                        int count, real *restrict d_state, real *restrict row)
 {
     const struct lag *lag = constants;
 
-    (void)state, (void)x, (void)d_around;
+    (void)around, (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
         d_state[c] += lag->gain * (row[c] - d_state[c]);
         row[c] = d_state[c];
@@ -106,9 +107,10 @@ static real lag_by_parameters(const void *constants, const void *d_constants, co
 }
 
 static real lag_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                const struct chain_surroundings *around,
                                 const struct chain_surroundings *d_around)
 {
-    (void)state, (void)x;
+    (void)around, (void)state, (void)x;
     return lag_inverse(constants, d_state, d_y, d_around); /* it is linear */
 }
 

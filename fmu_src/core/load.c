@@ -48,12 +48,12 @@ static void load_prepare_tangent(void *d_constants, const void *constants, const
 }
 
 static void load_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                         real *restrict row)
+                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         int count, real *restrict d_state, real *restrict row)
 {
     const struct load *load = constants;
 
-    (void)state, (void)x, (void)d_state;
+    (void)around, (void)state, (void)x, (void)d_state;
     for (int c = 0; c < count && d_around->force != 0; c++)
         row[c] -= load->compliance * d_around->force;
 }
@@ -68,9 +68,10 @@ static real load_by_parameters(const void *constants, const void *d_constants, c
 }
 
 static real load_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                 const struct chain_surroundings *around,
                                  const struct chain_surroundings *d_around)
 {
-    (void)state, (void)x;
+    (void)around, (void)state, (void)x;
     return load_inverse(constants, d_state, d_y, d_around); /* it is linear */
 }
 

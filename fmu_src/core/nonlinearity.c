@@ -183,12 +183,13 @@ static real nonlinearity_derivative(const struct nonlinearity *curve, real x)
 }
 
 static void nonlinearity_tangent(const void *constants, const void *state, real x,
+                                 const struct chain_surroundings *around,
                                  const struct chain_surroundings *d_around, int count, real *restrict d_state,
                                  real *restrict row)
 {
     const real slope = nonlinearity_derivative(constants, x);
 
-    (void)state, (void)d_around, (void)d_state;
+    (void)around, (void)state, (void)d_around, (void)d_state;
     for (int c = 0; c < count; c++)
         row[c] *= slope;
 }
@@ -208,19 +209,20 @@ static real nonlinearity_by_parameters(const void *constants, const void *d_cons
 }
 
 static real nonlinearity_inverse_tangent(const void *constants, const void *state, real x, void *d_state,
-                                         real d_y, const struct chain_surroundings *d_around)
+                                         real d_y, const struct chain_surroundings *around,
+                                         const struct chain_surroundings *d_around)
 {
-    (void)state, (void)d_state, (void)d_around;
+    (void)around, (void)state, (void)d_state, (void)d_around;
     return d_y / nonlinearity_derivative(constants, x);
 }
 
-static real nonlinearity_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x,
-                                      real d_y, const struct chain_parameters *p,
+static real nonlinearity_rest_tangent(const void *constants, const void *d_constants, const void *state,
+                                      void *d_state, real x, real d_y, const struct chain_parameters *p,
                                       const struct chain_parameters *d)
 {
     const real by = nonlinearity_by_parameters(constants, d_constants, NULL, x, NULL, NULL, 0);
 
-    (void)d_state, (void)p, (void)d;
+    (void)state, (void)d_state, (void)p, (void)d;
     return (d_y - by) / nonlinearity_derivative(constants, x);
 }
 

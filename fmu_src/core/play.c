@@ -159,8 +159,9 @@ static struct play_moved play_move(struct play_moved from, real threshold, real 
     return (struct play_moved){ from.p, from.d_p, false };
 }
 
-static real play_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_h,
-                              const struct chain_parameters *p, const struct chain_parameters *d)
+static real play_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
+                              real x, real d_h, const struct chain_parameters *p,
+                              const struct chain_parameters *d)
 {
     const struct play *play = constants, *by = d_constants;
     const struct play_moved new = { p->initialDemagnetisation, d->initialDemagnetisation, false };
@@ -170,6 +171,7 @@ static real play_rest_tangent(const void *constants, const void *d_constants, vo
     struct play_state *s = d_state;
     real slope = 1;
 
+    (void)state;
     for (int j = 0; j < play->count; j++) {
         const struct play_element *element = &play->element[j], *d_element = &by->element[j];
         const struct play_moved turned = play_move(new, element->threshold, d_element->threshold, turn, d_turn);
@@ -185,13 +187,13 @@ static real play_rest_tangent(const void *constants, const void *d_constants, vo
 }
 
 static void play_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                         real *restrict row)
+                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         int count, real *restrict d_state, real *restrict row)
 {
     const struct play *play = constants;
     real input[STAGE_CHUNK];
 
-    (void)d_around;
+    (void)around, (void)d_around;
     for (int first = 0; first < count; first += STAGE_CHUNK) {
         const int n = count - first < STAGE_CHUNK ? count - first : STAGE_CHUNK;
         real *restrict output = row + first;
@@ -225,13 +227,14 @@ static real play_by_parameters(const void *constants, const void *d_constants, c
 }
 
 static real play_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_h,
+                                 const struct chain_surroundings *around,
                                  const struct chain_surroundings *d_around)
 {
     const struct play *play = constants;
     const struct play_state *d = d_state;
     real slope = 1;
 
-    (void)d_around;
+    (void)around, (void)d_around;
     for (int j = 0; j < play->count; j++) {
         if (play_moves(play, state, j, x))
             slope += play->element[j].weight;

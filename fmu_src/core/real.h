@@ -15,6 +15,7 @@
 
 typedef float real;
 #define REAL(literal) literal##f
+#define REAL_FUNCTION(name) name##f /* those that have no name below */
 #define REAL_EPSILON FLT_EPSILON
 #define REAL_MAX FLT_MAX
 #define REAL_INFINITY HUGE_VALF
@@ -36,6 +37,7 @@ typedef float real;
 
 typedef double real;
 #define REAL(literal) literal
+#define REAL_FUNCTION(name) name
 #define REAL_EPSILON DBL_EPSILON
 #define REAL_MAX DBL_MAX
 #define REAL_INFINITY HUGE_VAL

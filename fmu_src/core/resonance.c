@@ -97,21 +97,23 @@ static void resonance_prepare_tangent(void *d_constants, const void *constants,
     result->b = -result->a1 - result->a2;
 }
 
-static real resonance_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x,
-                                   real d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+static real resonance_rest_tangent(const void *constants, const void *d_constants, const void *state,
+                                   void *d_state, real x, real d_y, const struct chain_parameters *p,
+                                   const struct chain_parameters *d)
 {
-    (void)d_constants, (void)x, (void)d;
+    (void)state, (void)d_constants, (void)x, (void)d;
     return resonance_rest(constants, d_state, d_y, p);
 }
 
 static void resonance_tangent(const void *constants, const void *state, real x,
+                              const struct chain_surroundings *around,
                               const struct chain_surroundings *d_around, int count, real *restrict d_state,
                               real *restrict row)
 {
     const struct resonance *resonance = constants;
     real *restrict d_y2 = d_state + count;
 
-    (void)state, (void)x, (void)d_around;
+    (void)around, (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
         const real d_y = resonance->a1 * d_state[c] + resonance->a2 * d_y2[c] + resonance->b * row[c];
         d_y2[c] = d_state[c];
@@ -132,9 +134,10 @@ static real resonance_by_parameters(const void *constants, const void *d_constan
 }
 
 static real resonance_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                      const struct chain_surroundings *around,
                                       const struct chain_surroundings *d_around)
 {
-    (void)state, (void)x;
+    (void)around, (void)state, (void)x;
     return resonance_inverse(constants, d_state, d_y, d_around); /* it is linear */
 }
 

@@ -42,12 +42,13 @@ static void saturation_prepare_tangent(void *d_constants, const void *constants,
 }
 
 static void saturation_tangent(const void *constants, const void *state, real x,
+                               const struct chain_surroundings *around,
                                const struct chain_surroundings *d_around, int count, real *restrict d_state,
                                real *restrict row)
 {
     const struct saturation *limits = constants;
 
-    (void)state, (void)d_around, (void)d_state;
+    (void)around, (void)state, (void)d_around, (void)d_state;
     if (!(x < limits->minimum || x > limits->maximum))
         return;
     for (int c = 0; c < count; c++)

@@ -49,10 +49,11 @@ static void slew_prepare_tangent(void *d_constants, const void *constants, const
     result->step = d->slew.rate * p->sampleTime;
 }
 
-static real slew_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
-                              const struct chain_parameters *p, const struct chain_parameters *d)
+static real slew_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
+                              real x, real d_y, const struct chain_parameters *p,
+                              const struct chain_parameters *d)
 {
-    (void)d_constants, (void)x, (void)d;
+    (void)state, (void)d_constants, (void)x, (void)d;
     return slew_rest(constants, d_state, d_y, p);
 }
 
@@ -63,12 +64,12 @@ static int slew_limited(const struct slew *slew, const struct slew_state *s, rea
 }
 
 static void slew_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                         real *restrict row)
+                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         int count, real *restrict d_state, real *restrict row)
 {
     const bool limited = slew_limited(constants, state, x) != 0;
 
-    (void)d_around;
+    (void)around, (void)d_around;
     for (int c = 0; c < count; c++)
         row[c] = d_state[c] = limited ? d_state[c] : row[c];
 }

@@ -208,7 +208,7 @@ static double pass(struct sensitivities *s, struct side *side, double x, double 
         const void *constants = chain_constants_of(chain, place);
         void *state = chain_state_of(&s->walker.state, place);
         if (analysis->tangent)
-            analysis->tangent(constants, state, x, &constant, side->columns, d_state, row);
+            analysis->tangent(constants, state, x, around, &constant, side->columns, d_state, row);
         for (int n = 0; n < s->acting_count[i]; n++) {
             const int j = s->acting[i][n];
             const struct knob *knob = &s->knob[j];

@@ -656,7 +656,7 @@ static void curve_tangent(void)
     for (double y = -3.0; y < 19.0; y += 0.37) {
         const double slope = (bend(&p, y + 1e-6) - bend(&p, y - 1e-6)) / 2e-6;
         double row[] = { 2.0, 1.0 };
-        nonlinearity_analysis.tangent(&curve, NULL, y, NULL, 2, NULL, row);
+        nonlinearity_analysis.tangent(&curve, NULL, y, NULL, NULL, 2, NULL, row);
         CHECK_NEAR(row[0], 2.0 * slope, 1.0, 1e-6);
         CHECK(slope > 0.0 && row[1] == 0.5 * row[0]);
     }

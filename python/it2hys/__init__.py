@@ -6,6 +6,8 @@ FMUs (`packaging`) and run in co-simulation (`simulation`), one case or many (`s
 and scripts there is `api`, whose functions are imported from here.
 """
 
+from importlib import import_module
+
 from it2hys.errors import InputError
 
 # loaded when first asked for, so that the command line starts quickly
@@ -23,7 +25,15 @@ _API = (
     "track",
 )
 
-__all__ = ["InputError", "__version__", *_API]
+__all__ = ["InputError", "__version__", *_API, "Memory", "OwnEffect", "OwnParameter"]
+
+
+#: What a file with an effect of one's own begins with.
+_OWN = {
+    "Memory": "it2hys.model.effect",
+    "OwnEffect": "it2hys.model.own_effect",
+    "OwnParameter": "it2hys.model.own_effect",
+}
 
 
 def __getattr__(name: str) -> object:
@@ -31,6 +41,8 @@ def __getattr__(name: str) -> object:
         from it2hys.support.version import package_version
 
         return package_version()
+    if name in _OWN:
+        return getattr(import_module(_OWN[name]), name)
     if name not in _API:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from it2hys import api

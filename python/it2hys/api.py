@@ -23,6 +23,7 @@ from it2hys.designs.hypotheses import question_of, question_of_set
 from it2hys.designs.limits import Wanted
 from it2hys.errors import InputError
 from it2hys.fmu import packaging
+from it2hys.fmu.own_library import only_used, use_effects
 from it2hys.model.casadi_chain import casadi_chain
 from it2hys.model.parameters import ParameterSet, read_ssv
 from it2hys.records import Record, check_response, check_roles, read_record
@@ -138,6 +139,7 @@ def diagnose(
     exclude: Sequence[str] = (),
     sensor_curve: bool = False,
     progress: bool | Progress = False,
+    own_effects: Sequence[str | Path] | None = None,
 ) -> DiagnosedModel:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -168,6 +170,10 @@ def diagnose(
         without it.
     progress : bool or callable
         As for `identify`.
+    own_effects : sequence of path, optional
+        Python files with effects of your own (`it2hys.OwnEffect`), which are run and tried as the
+        others are. They stay in the chain for later calls, which need them for what was found here,
+        until others are named; an empty sequence is the chain as it comes.
 
     Returns
     -------
@@ -206,6 +212,7 @@ def diagnose(
     >>> round(found.parameters["load.compliance"] * 1e9)
     20
     """
+    _use(own_effects)
     records = _records(train, validate, test, invert_displacement)
     if isinstance(model, str | Path):
         model = read_ssv(model)
@@ -317,6 +324,7 @@ def package(
     directory: str | Path,
     ssp: bool = False,
     fmi: Collection[int] = (2, 3),
+    own_effects: Sequence[str | Path] | None = None,
 ) -> list[Path]:
     """Write a parameter set as FMUs, and as SSP packages if asked for.
 
@@ -330,6 +338,8 @@ def package(
         Write the systems of inverse, plant and controller, too.
     fmi : collection of {2, 3}
         Versions of FMI; the FMUs of FMI 3.0 are named apart.
+    own_effects : sequence of path, optional
+        As for `diagnose`; where the set has such effects.
 
     Returns
     -------
@@ -351,18 +361,26 @@ def package(
     ['IT2Plant.fmu', 'IT2Inverse.fmu', 'IT2Plant_fmi3.fmu', 'IT2Inverse_fmi3.fmu', 'parameters.ssv']
     >>> folder.cleanup()
     """
+    _use(own_effects)
     if isinstance(parameters, diagnosis.Diagnosis):
         parameters = parameters.packaged
     elif isinstance(parameters, identification.Identification):
         parameters = parameters.parameters
     elif not isinstance(parameters, ParameterSet):
         parameters = read_ssv(parameters)
-    written = packaging.package(parameters, directory, fmi=fmi)
-    if ssp:
-        from it2hys.fmu.ssp import write_ssp
+    parameters = ParameterSet(dict(parameters), parameters.name)  # with the effects there are now
+    with only_used(parameters) as used:
+        written = packaging.package(used, directory, fmi=fmi)
+        if ssp:
+            from it2hys.fmu.ssp import write_ssp
 
-        written += write_ssp(parameters, directory, fmi)
+            written += write_ssp(used, directory, fmi)
     return written
+
+
+def _use(own_effects: Sequence[str | Path] | None) -> None:
+    if own_effects is not None:
+        use_effects(own_effects)
 
 
 def simulate(

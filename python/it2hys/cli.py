@@ -8,8 +8,8 @@ import os
 import shlex
 import shutil
 import sys
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options.typed = list(sys.argv[1:] if arguments is None else arguments)
     without_threads()
     try:
-        with temporary_files(), ended_by_sigterm():
+        with temporary_files(), ended_by_sigterm(), _own_effects(options):
             return options.command(options)
     except InputError as error:
         print(f"{_red('it2hys: error:')} {error}", file=sys.stderr)
@@ -60,6 +60,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("it2hys: interrupted", file=sys.stderr)
         return 130
+
+
+@contextmanager
+def _own_effects(options: argparse.Namespace) -> Iterator[None]:
+    """Have the effects of `--effect` in the chain while a command runs."""
+    if not getattr(options, "effect", None):
+        yield
+        return
+    from it2hys.fmu.own_library import use_effects
+
+    use_effects(options.effect)
+    try:
+        yield
+    finally:
+        use_effects(())
 
 
 def _red(text: str) -> str:
@@ -81,6 +96,7 @@ def make_parser() -> argparse.ArgumentParser:
 
     build = _command(commands, "build", _build, "write both FMUs with the paper's Table 1")
     _add_output(build)
+    _add_effect(build)
     _add_contents(build)
 
     identify = _command(commands, "identify", _identify, "identify the paper's model from records")
@@ -108,6 +124,7 @@ def make_parser() -> argparse.ArgumentParser:
     diagnose.add_argument(
         "--model", metavar="P.ssv", type=Path, help="start from this model (default: the paper's)"
     )
+    _add_effect(diagnose)
     diagnose.add_argument(
         "--declared",
         default="",
@@ -142,6 +159,7 @@ def make_parser() -> argparse.ArgumentParser:
         "parameters", metavar="PARAMETERS.ssv", type=Path, help="as `identify` and `diagnose` leave it"
     )
     _add_output(package)
+    _add_effect(package)
     _add_contents(package)
     package.add_argument(
         "--c-header", action="store_true", help="write the model as a C header too, into DIR/embedded"
@@ -162,6 +180,9 @@ def make_parser() -> argparse.ArgumentParser:
     modelica.add_argument(
         "path", metavar="PATH", type=Path, help="a directory, or an archive that ends in .zip"
     )
+    _add_effect(modelica)
+
+    _add_own(commands)
 
     simulate = _command(commands, "simulate", _simulate, "run an FMU over signals from a CSV")
     simulate.add_argument("fmu", metavar="FMU", type=Path, help="one with a sampleTime, as ours have")
@@ -271,6 +292,33 @@ def _pair(text: str) -> tuple[float, float]:
     return _number(low), _number(high)
 
 
+def _add_own(commands: argparse._SubParsersAction) -> None:
+    own = commands.add_parser(
+        "effect",
+        help="begin or check an effect of your own",
+        description="Begin or check an effect of your own: a Python file, which is code and is run.",
+        epilog=examples("effect"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    actions = own.add_subparsers(required=True, metavar="ACTION")
+    new = _command(actions, "new", _new_effect, "write an effect that works, to begin from", "effect")
+    new.add_argument("name", metavar="NAME", help="its name: small letters, digits and underscores")
+    new.add_argument(
+        "-o", "--output", metavar="FILE", type=Path, help="the file to write (default: NAME.py)"
+    )
+    check = _command(actions, "check", _check_effect, "tell whether a file can be a stage", "effect")
+    check.add_argument("effect", nargs=1, metavar="FILE", type=Path, help="the Python file; it is run")
+    check.add_argument(
+        "--records",
+        nargs="+",
+        default=[],
+        metavar="CSV",
+        type=Path,
+        help="records whose range it is tried over (default: the range of the paper's stage)",
+    )
+    _add_columns(check)
+
+
 def _add_sweep(commands: argparse._SubParsersAction) -> None:
     sweep = _command(commands, "sweep", _sweep, "run all cases of a sweep scenario, in parallel")
     sweep.add_argument(
@@ -287,13 +335,17 @@ def _add_sweep(commands: argparse._SubParsersAction) -> None:
 
 
 def _command(
-    commands: argparse._SubParsersAction, name: str, function: Callable, text: str
+    commands: argparse._SubParsersAction,
+    name: str,
+    function: Callable,
+    text: str,
+    within: str | None = None,
 ) -> argparse.ArgumentParser:
     parser = commands.add_parser(
         name,
         help=text,
         description=text[0].upper() + text[1:] + ".",
-        epilog=examples(name),
+        epilog=examples(within or name),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.set_defaults(command=function)
@@ -321,6 +373,17 @@ class _Version(argparse.Action):
 def _add_output(parser: argparse.ArgumentParser) -> None:
     text = "where results go; made if it is not there"
     parser.add_argument("-o", "--output", required=True, metavar="DIR", type=Path, help=text)
+
+
+def _add_effect(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--effect",
+        action="append",
+        default=[],
+        metavar="FILE",
+        type=Path,
+        help="an effect of your own, a Python file, which is run (`it2hys effect`); may be repeated",
+    )
 
 
 def _add_contents(parser: argparse.ArgumentParser) -> None:
@@ -550,6 +613,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.diagnosis import RULES, diagnose
     from it2hys.identification import Options, check_rule_count
     from it2hys.model.parameters import read_ssv
+    from it2hys.model.stages import own_effects
     from it2hys.reports.design_report import designed_voltage, read_design
     from it2hys.reports.pair_report import write_report
     from it2hys.reports.provenance import Provenance
@@ -573,7 +637,8 @@ def _diagnose(options: argparse.Namespace) -> int:
             sensor_curve=options.sensor_curve,
         )
     records = [*train, *validate, *test]
-    files = [path for path in (options.model, options.design) if path is not None]
+    given = [path for path in (options.model, options.design) if path is not None]
+    files = [*options.effect, *given]
     provenance = Provenance.of_command(options.typed, options.seed, files)
     promised = designed and (designed, designed_voltage(options.design, designed))
     with gathered(options.output) as folder:
@@ -585,10 +650,12 @@ def _diagnose(options: argparse.Namespace) -> int:
                 "the record that tells them apart:",
                 f"design {shlex.quote(str(options.output / 'report.json'))} -o DIR",
             )
+        own = [options.output / f"{name}.py" for name in own_effects() if name in diagnosis.effects]
+        needed = "".join(f" --effect {shlex.quote(str(path))}" for path in own)
         _next(
             options,
             "the FMUs of it in a system, with feedforward and feedback:",
-            f"package {shlex.quote(str(options.output / 'parameters.ssv'))} --ssp -o DIR",
+            f"package {shlex.quote(str(options.output / 'parameters.ssv'))}{needed} --ssp -o DIR",
         )
     return 0
 
@@ -662,6 +729,47 @@ def _report(options: argparse.Namespace) -> int:
 
         page = draw_report(options.directory)
     _say(options, f"report: {page}")
+    return 0
+
+
+def _new_effect(options: argparse.Namespace) -> int:
+    from it2hys.fmu.own_template import template
+    from it2hys.model.own_loading import check_name
+    from it2hys.model.stages import EFFECTS
+    from it2hys.support.files import write_atomically
+
+    check_name(options.name)
+    if options.name in EFFECTS:
+        raise InputError(f"{options.name}: the name of an effect that is there already")
+    path = options.output or Path(f"{options.name}.py")
+    check_file(path)
+    if path.exists():
+        raise InputError(f"{path}: is there already; name another file with -o")
+    make_directory(path.parent)
+    write_atomically(path, template(options.name).encode())
+    _say(options, path)
+    _next(options, "tell whether it can be a stage:", f"effect check {shlex.quote(str(path))}")
+    return 0
+
+
+def _check_effect(options: argparse.Namespace) -> int:
+    from it2hys.fmu.own_check import check_effect
+    from it2hys.model.stages import own_effects
+    from it2hys.records import read_record
+
+    records = [read_record(path, _columns(options)) for path in options.records]
+    (effect,) = own_effects().values()
+    rows = check_effect(effect, records)
+    width = max(len(row.what) for row in rows)
+    for row in rows:
+        _say(options, f"{'ok  ' if row.good else 'FAIL'}  {row.what:{width}}  {row.found}")
+    if not all(row.good for row in rows):
+        return 1
+    _next(
+        options,
+        "have it tried on records:",
+        f"diagnose TRAIN.csv --effect {shlex.quote(str(options.effect[0]))} -o DIR",
+    )
     return 0
 
 

@@ -33,6 +33,12 @@ it2hys design out/diagnosis/report.json --band 1,200 --periods 4 --duration 1.6 
     "package": """
 it2hys package out/mystage/parameters.ssv -o out/systems --ssp
 it2hys package out/mystage/parameters.ssv -o out/firmware --c-header
+it2hys package out/mystage/parameters.ssv -o out/systems --effect out/mystage/mount.py
+""",
+    "effect": """
+it2hys effect new mount
+it2hys effect check mount.py --records train.csv
+it2hys diagnose train.csv --effect mount.py -o out/diagnosis
 """,
     "simulate": """
 it2hys simulate out/mystage/IT2Plant.fmu --input voltage.csv -o displacement.csv

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from diagnosis import own_physics as own
 from diagnosis import simulator as sim
 from diagnosis import voltages
 from scipy import signal
@@ -312,6 +313,29 @@ def _draw_hum(rng: np.random.Generator, scene: _Scene) -> sim.Hum:
     return sim.Hum(amplitude, frequency, int(rng.integers(2**31)))
 
 
+def _draw_mount(rng: np.random.Generator, scene: _Scene) -> own.Mount:
+    frequency = 100.0 * 5.0 ** rng.random() / scene.slowness
+    return own.Mount(rng.uniform(0.05, 0.25), frequency, rng.uniform(0.01, 0.04))
+
+
+def _draw_guide(rng: np.random.Generator, scene: _Scene) -> own.Guide:
+    return own.Guide(rng.uniform(0.005, 0.02) * scene.travel, rng.uniform(0.03, 0.15) * scene.travel)
+
+
+def _draw_heating(rng: np.random.Generator, scene: _Scene) -> own.SelfHeating:
+    """Draw an expansion of 1 to 5 % of the travel for the mean power of the warmest record."""
+    energy = np.abs(np.diff(scene.voltage**2, axis=1))
+    most = np.mean(energy, axis=1).max() / scene.around.grid.sample_time
+    size = rng.uniform(0.01, 0.05) * scene.travel
+    return own.SelfHeating(size / most, rng.uniform(0.1, 0.6) * scene.duration, scene.voltage)
+
+
+def _draw_drag(rng: np.random.Generator, scene: _Scene) -> own.Drag:
+    """Draw a drag whose two parts are alike where the stage is a part of its travel behind."""
+    linear = rng.uniform(0.2, 1.0) * scene.around.grid.sample_time
+    return own.Drag(linear, linear**2 / (rng.uniform(0.05, 0.3) * scene.travel))
+
+
 def _draw_anomaly(name: str, rng: np.random.Generator, scene: _Scene) -> sim.Effect:
     seed = int(rng.integers(2**31))
     size = rng.uniform(12.0, 30.0) * scene.noise
@@ -322,6 +346,10 @@ def _draw_anomaly(name: str, rng: np.random.Generator, scene: _Scene) -> sim.Eff
         "bursts": lambda: sim.Bursts(2.0 * size, rng.uniform(0.1, 0.3), seed),
         "hidden heat": lambda: sim.HiddenHeat(rng.uniform(0.01, 0.03), seed),
         "wander": lambda: sim.Wander(2.0 * size, seed),
+        "second resonance": lambda: _draw_mount(rng, scene),
+        "friction": lambda: _draw_guide(rng, scene),
+        "self-heating": lambda: _draw_heating(rng, scene),
+        "drag": lambda: _draw_drag(rng, scene),
         "stiction": lambda: sim.Stiction(rng.uniform(2.0, 6.0) * scene.greatest / scene.slowness),
     }[name]()
 

@@ -517,6 +517,8 @@ BEHIND_FINE = ("load", "creep", "resonance")
 READING = (
     "slip", "hidden heat", "drift", "wander", "jumps", "nonlinearity", "hum", "whistle", "bursts",
 )  # fmt: skip
+#: What is in `own_physics`: those that know time, and that between samples knows none.
+OWN_FINE, OWN = ("second resonance", "self-heating", "drag"), ("friction",)
 OUTSIDE = ("stiction", "slip", "hidden heat", "wander", "jumps", "whistle", "bursts")
 CATALOGUE = tuple(name for name in (*FRONT_FINE, *FRONT, *BEHIND_FINE, *READING) if name not in OUTSIDE)
 
@@ -545,8 +547,8 @@ class Plant:
         x = self._fine(FRONT_FINE, voltage, around)
         x = self._walk(FRONT, x, around)
         y = run_base(self.rules, x)
-        y = self._fine(BEHIND_FINE, y, around)
-        return self._walk(READING, y, around)
+        y = self._fine((*BEHIND_FINE, *OWN_FINE), y, around)
+        return self._walk((*OWN, *READING), y, around)
 
     def _walk(self, names: tuple[str, ...], x: np.ndarray, around: Surroundings) -> np.ndarray:
         for name in names:

@@ -5,13 +5,13 @@ import doctest
 import casadi as ca
 import numpy as np
 import pytest
-from conftest import TS, UM
+from casadi_runs import NAMES, SAMPLES, around, assert_same, run
+from conftest import UM
 from effects import (
     effect_sets,
     gentle_reference,
     rough_reference,
     signals,
-    surroundings,
     with_effects,
 )
 from hypothesis import given, settings
@@ -22,26 +22,6 @@ from it2hys.model import casadi_chain as module
 from it2hys.model import compiled
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.stages import EFFECTS
-
-SAMPLES = 300
-NAMES = ["force", "temperature", "time"]
-
-
-def run(function: ca.Function, state: ca.DM, **signals: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the outputs of a run of one tick after the other, (N,) each."""
-    samples = len(next(iter(signals.values())))
-    rows = {name: np.asarray(values)[None, :] for name, values in signals.items()}
-    result = function.mapaccum(samples)(state=state, **rows)
-    return {name: values.full()[0] for name, values in result.items() if name != "next_state"}
-
-
-def around(samples: int = SAMPLES) -> dict[str, np.ndarray]:
-    force, temperature = surroundings(samples)
-    return {"force": force, "temperature": temperature, "time": np.arange(samples) * TS}
-
-
-def assert_same(ours: np.ndarray, theirs: np.ndarray) -> None:
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.max(np.abs(theirs)))
 
 
 def assert_plant_is_compiled(parameters: ParameterSet) -> None:

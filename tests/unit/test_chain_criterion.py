@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from it2hys.diagnosis.fitting import with_effect, without_effect
 from it2hys.identification.casadi_problem import casadi_problem
 from it2hys.identification.criterion import ChainCriterion, Model, Trace, minimise
-from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.inverse import References
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.starts import fitted_coordinates
@@ -52,8 +52,10 @@ def model_with(effects: tuple[str, ...], seed: int, records: int) -> Model:
         "hum.phase": (-3.0, 3.0),
     }
     known = load_table().parameters()
-    assert set(spans) == set(BY_RECORD)
-    own = {n: rng.uniform(*spans[n], records) for n in BY_RECORD if known[n].effect in (None, *effects)}
+    assert set(spans) == set(by_record())
+    own = {
+        n: rng.uniform(*spans[n], records) for n in by_record() if known[n].effect in (None, *effects)
+    }
     offsets = np.array([0.0, *rng.uniform(-0.1, 0.1, records - 1)]) * UM
     return Model(parameters, tuple(active_effects(parameters)), offsets, own)
 
@@ -258,7 +260,7 @@ def test_adding_an_effect_and_taking_it_out_gives_the_model_back(seed, effect):
     model = Model({**off_values(EFFECTS), **table_1()}, (), np.array([0.0, 0.02 * UM]), {})
     full = model_with((effect,), seed, 2)
     known = load_table().parameters()
-    guess = {n: v for n, v in full.values.items() if known[n].effect == effect and n not in BY_RECORD}
+    guess = {n: v for n, v in full.values.items() if known[n].effect == effect and n not in by_record()}
     grown = with_effect(model, effect, guess, EXTENT)
     assert grown.effects == (effect,)
     back = without_effect(grown, effect)

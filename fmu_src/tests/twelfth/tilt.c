@@ -44,18 +44,19 @@ static void tilt_prepare_tangent(void *d_constants, const void *constants, const
     tilt_prepare(d_constants, d);
 }
 
-static double tilt_rest_tangent(const void *constants, const void *d_constants, void *d_state, double x,
-                                double d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+static double tilt_rest_tangent(const void *constants, const void *d_constants, const void *state,
+                                void *d_state, double x, double d_y, const struct chain_parameters *p,
+                                const struct chain_parameters *d)
 {
-    (void)d_constants, (void)x, (void)d;
+    (void)d_constants, (void)state, (void)x, (void)d;
     return tilt_rest(constants, d_state, d_y, p);
 }
 
 static void tilt_tangent(const void *constants, const void *state, double x,
-                         const struct chain_surroundings *d_around, int count, double *restrict d_state,
-                         double *restrict row)
+                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         int count, double *restrict d_state, double *restrict row)
 {
-    (void)state, (void)x, (void)d_around;
+    (void)state, (void)x, (void)around, (void)d_around;
     for (int c = 0; c < count; c++) {
         const double d_x = row[c];
         row[c] += ((const struct tilt *)constants)->gain * (d_x - d_state[c]);
@@ -71,9 +72,10 @@ static double tilt_by_parameters(const void *constants, const void *d_constants,
 }
 
 static double tilt_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                   double d_y, const struct chain_surroundings *d_around)
+                                   double d_y, const struct chain_surroundings *around,
+                                   const struct chain_surroundings *d_around)
 {
-    (void)state, (void)x;
+    (void)state, (void)x, (void)around;
     return tilt_inverse(constants, d_state, d_y, d_around);
 }
 

@@ -21,7 +21,7 @@ from it2hys.designs.hypotheses import Hypothesis, Question, trace_of
 from it2hys.designs.limits import Limits
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import with_effect
-from it2hys.diagnosis.selection import LEVEL
+from it2hys.diagnosis.selection import level
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.starts import Starts
@@ -242,7 +242,7 @@ class Ground:
         of_noise = 4.0 * noise**2 * mean / count
         spread = np.sqrt(of_noise + float(np.var(blocks)) / len(blocks))
         least = SEARCH.telling if rival.own else DESIGN.base_gain
-        needed = max(noise**2 * (1.0 / (1.0 - least) ** 2 - 1.0), float(norm.isf(LEVEL)) * spread)
+        needed = max(noise**2 * (1.0 / (1.0 - least) ** 2 - 1.0), float(norm.isf(level())) * spread)
         of_noise = max(np.sqrt(of_noise), np.finfo(float).tiny)
         return Separation(
             truth.name,

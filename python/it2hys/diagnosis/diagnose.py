@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 
 from it2hys.diagnosis.bounds import bound_sentences
 from it2hys.diagnosis.deciding import steps_aside
-from it2hys.diagnosis.evidence import EVIDENCE
+from it2hys.diagnosis.evidence import EVIDENCE, EffectEvidence
 from it2hys.diagnosis.evidence.statistics import FEWEST
-from it2hys.diagnosis.fitting import IMITATED, UNLIMITED, Bench
+from it2hys.diagnosis.fitting import UNLIMITED, Bench
 from it2hys.diagnosis.next_experiment import deciding_experiment
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Rival, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
@@ -24,7 +24,7 @@ from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.criterion import ChainFit, Model, Trace
-from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.judgement import Judgement, judge_records, judged_samples
 from it2hys.identification.preparation import (
@@ -54,10 +54,6 @@ from it2hys.support.progress import Progress
 #: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
 #: more does better than the effect is tried in the search.
 RULES = 3
-#: Effects that a loop of one amplitude and one frequency cannot tell apart.
-ONE_LOOP = tuple(name for name, e in EVIDENCE.items() if e.of_any_loop)
-#: Effects that a controller's slow correction looks like.
-REGULATED = tuple(name for name, e in EVIDENCE.items() if e.of_a_controller)
 #: Iterations of the last fit.
 _FINAL = 150
 _UNUSABLE = (
@@ -156,9 +152,9 @@ class _Session:
         ]
         # one loop, gone through again and again, is any of these, or the core
         one_tone = holds_one_tone(prepared)
-        self._inseparable = tuple(e for e in ONE_LOOP if e not in self._declared) if one_tone else ()
+        self._inseparable = self._undeclared(lambda e: e.of_any_loop) if one_tone else ()
         regulated = all(find_feedback(r) for r in validation or train)
-        self._regulated = tuple(e for e in REGULATED if regulated and e not in self._declared)
+        self._regulated = self._undeclared(lambda e: e.of_a_controller) if regulated else ()
         self._seconds: dict[str, float] = {}
         searched = searched_text(self._windows, self._whole)
         self._is_whole = not searched
@@ -179,6 +175,10 @@ class _Session:
         fit = self._timed("final fit", self._finish, bench, node)
         self._progress(0.95, "assessment")
         return self._timed("assessment", self._assess, base, bench, search, chosen, node, fit)
+
+    def _undeclared(self, which: Callable[[EffectEvidence], bool]) -> tuple[str, ...]:
+        """Return the effects of a kind that are not in the model from the start."""
+        return tuple(e for e in EFFECTS if which(EVIDENCE[e]) and e not in self._declared)
 
     def _timed(self, name: str, phase: Callable, *arguments: object):
         start = time.perf_counter()
@@ -223,7 +223,7 @@ class _Session:
         self._declared = tuple(e for e in self._declared if e not in unknown)
         own = {
             name: np.full(len(self._windows), given[name])
-            for name in BY_RECORD
+            for name in by_record()
             if _effect_of(name) in (None, *effects)
         }
         traces = self._searched()
@@ -297,7 +297,7 @@ class _Session:
         for effect in self._declared:
             self._progress(0.25, f"declared: {effect}")
             fits = [bench.add(model, effect)]
-            if effect in IMITATED:
+            if EVIDENCE[effect].imitated:
                 fits.append(bench.add_anew(model, effect))
             if not any(fits):
                 raise InputError(f"'{effect}' is declared, but no fit with it stays finite")

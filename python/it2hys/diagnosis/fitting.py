@@ -10,13 +10,12 @@ import numpy as np
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
-from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.inverse import inverse_error, noise_of_inverse
 from it2hys.identification.result import Options
 from it2hys.identification.rule_search import search_rules
 from it2hys.identification.scaling import moved
 from it2hys.identification.starts import (
-    SAMPLED,
     SHIFT,
     SHIFTING,
     Starts,
@@ -24,14 +23,14 @@ from it2hys.identification.starts import (
     with_histories,
 )
 from it2hys.model.compiled import Drive
+from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table, off_values
 from it2hys.policy import NOISE
 from it2hys.records.clues import Extent
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
-#: Effects that the rules can imitate in part; guesses for which those are sought anew, and starts.
-IMITATED = tuple(name for name, e in EVIDENCE.items() if e.imitated)
+#: Guesses of an effect that the rules imitate for which those are sought anew, and starts.
 _ANEW, _ANEW_STARTS = 6, 1
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
@@ -57,7 +56,7 @@ def is_sampling(model: Model, effect: str) -> bool:
 
     It is if it shifts or smooths by less than a sample.
     """
-    if not any(e in SAMPLED and e != effect for e in model.effects):
+    if not any(EFFECTS[e].sampled and e != effect for e in model.effects):
         return False
     return EVIDENCE[effect].is_within_a_sample(model.values)
 
@@ -74,10 +73,10 @@ def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Mo
     """Return the model with an effect at guessed values."""
     known = load_table().parameters()
     own = dict(model.own)
-    for name in BY_RECORD:
+    for name in by_record():
         if known[name].effect == effect:
             own[name] = np.broadcast_to(guess.get(name, 0.0), model.offsets.shape).copy()
-    values = {**model.values, **{n: v for n, v in guess.items() if n not in BY_RECORD}}
+    values = {**model.values, **{n: v for n, v in guess.items() if n not in by_record()}}
     result = replace(model, values=values, effects=(*model.effects, effect), own=own)
     if shifts(result) and not values[SHIFT]:
         values[SHIFT] = 0.5 * extent.sample_time
@@ -193,7 +192,7 @@ class Bench(Starts):
         if fit is None:
             return None
         fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
-        if effect in SAMPLED and shifts(fit.model):
+        if EFFECTS[effect].sampled and shifts(fit.model):
             fits += [self.fit(_shifted(fit.model, share), _SETTLING) for share in _SHIFTS]
         return self.preferred([f for f in fits if f])
 

@@ -10,7 +10,7 @@ import numpy as np
 from it2hys.diagnosis.comparison import compare
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.outcome import Evidence
-from it2hys.diagnosis.selection import LEVEL, Node, Search, Trial
+from it2hys.diagnosis.selection import Node, Search, Trial, level
 from it2hys.model.chain import EFFECTS
 from it2hys.policy import SEARCH
 from it2hys.records.clues import Clues
@@ -174,7 +174,7 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
     if trial.accepted:
         return "other effects explain that better"
     c = trial.comparison
-    is_chance = c.p_value > LEVEL
+    is_chance = c.p_value > level()
     if not is_chance and trial.sampling:
         return "it acts within a sample, no more than a delay or how the signals were sampled would"
     if not is_chance and c.gain > SEARCH.clear_gain:

@@ -12,7 +12,6 @@ from scipy.stats import chi2
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import (
-    IMITATED,
     SHIFTING,
     Bench,
     Errors,
@@ -35,11 +34,21 @@ BEAM = 3
 DEPTH = 4
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
-#: Comparisons, all on the same samples, that share the budget: on the way there are 132 at most, of
-#: 10 models with 12 additions, a delay by two tests, and a delay anew; the rest is for what is tested
-#: again in the end.
-COMPARISONS = DEPTH * BEAM * (len(EFFECTS) + 1)
-LEVEL = SEARCH.budget / COMPARISONS
+
+
+def comparisons(effects: int) -> int:
+    """Return how many comparisons, all on the same samples, share the budget.
+
+    With the 11 effects of the catalogue there are 132 at most on the way, of 10 models with 12
+    additions, a delay by two tests, and a delay anew; the rest is for what is tested again in the end.
+    An effect of the user's own is one addition more.
+    """
+    return DEPTH * BEAM * (effects + 1)
+
+
+def level(effects: int = 0) -> float:
+    """Return the probability by chance up to which one comparison counts; by default of all effects."""
+    return SEARCH.budget / comparisons(effects or len(EFFECTS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +107,7 @@ class Gains:
     @property
     def tell(self) -> bool:
         """Whether of two equally simple models one is better by more than chance."""
-        return any(g.gain > SEARCH.telling and g.p_value <= LEVEL for g in (self.free, self.band))
+        return any(g.gain > SEARCH.telling and g.p_value <= level() for g in (self.free, self.band))
 
 
 @dataclass(frozen=True)
@@ -238,7 +247,7 @@ class Search:
 
     def _with_new_rules(self, node: Node, fits: Mapping[str, ChainFit]) -> dict[str, ChainFit]:
         """Return better fits of what the rules can imitate, unless one explains what was left over."""
-        effects = [e for e in IMITATED if e in fits]
+        effects = [e for e in fits if e in EFFECTS and EVIDENCE[e].imitated]
         best = min([node.fit, *fits.values()], key=lambda fit: fit.minimum.cost)
         if self.bench.is_near_noise(best):
             effects = [e for e in effects if {*fits} == {WAITING}]
@@ -284,7 +293,7 @@ class Search:
         if ratio <= 1.0:
             return False
         statistic = node.fit.criterion.samples * np.log(ratio)
-        return bool(chi2.sf(statistic, max(added, 1)) <= LEVEL)
+        return bool(chi2.sf(statistic, max(added, 1)) <= level())
 
     def _improves(self, before: Node, after: Node) -> bool:
         """Return whether a pair of model and inverse is better by more than chance.
@@ -312,13 +321,13 @@ class Search:
         return (
             WAITING in after.effects - before.effects
             and gains.wide.gain > SEARCH.inverse_gain
-            and gains.wide.p_value <= LEVEL
+            and gains.wide.p_value <= level()
             and gains.free.gain > -SEARCH.equal
         )
 
     def is_better(self, comparison: Comparison) -> bool:
         """Return whether a gain is more than chance, and enough to speak of."""
-        if comparison.gain < SEARCH.least_gain or comparison.p_value > LEVEL:
+        if comparison.gain < SEARCH.least_gain or comparison.p_value > level():
             return False
         return comparison.gain > SEARCH.clear_gain or self._share(comparison) > SEARCH.least_share
 

@@ -11,7 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from it2hys.errors import InputError
-from it2hys.export.modelica import LIBRARY_VERSION, format_record
+from it2hys.export.modelica import LIBRARY_VERSION, format_record, generated_files
 from it2hys.model.compiled import native_directory
 from it2hys.model.parameters import table_1
 from it2hys.support.files import write_atomically
@@ -54,12 +54,10 @@ def release_files() -> dict[str, bytes]:
         for path in sorted(library.rglob("*"))
         if path.is_file()
     }
-    # installed, the library lacks the two C files that the FMUs' sources are
-    sources = {
-        f"{NAME}/Resources/C-Sources/{name}": (native_directory() / "sources" / name).read_bytes()
-        for name in ("it2hys.c", "it2hys.h")
-    }
-    return dict(sorted((found | sources).items())) | {
+    # installed, the library lacks the two C files that the FMUs' sources are; with effects of the
+    # user's own, what is generated is other than what is there
+    generated = {f"{NAME}/{place}": content for place, content in generated_files().items()}
+    return dict(sorted((found | generated).items())) | {
         f"{TEMPLATE}.mo": format_record(table_1(), TEMPLATE).encode(),
         "LICENSE": (native_directory() / "LICENSE").read_bytes(),
         "README.txt": README.encode(),

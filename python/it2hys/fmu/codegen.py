@@ -45,7 +45,7 @@ def table_hash(model: str) -> int:
         for v in load_table().variables
         if model in v.models
     ]
-    return fnv1a(repr((model, rows)).encode())
+    return fnv1a(repr((model, rows, *load_table().own)).encode())
 
 
 def parameters_hash(ssv: str) -> int:

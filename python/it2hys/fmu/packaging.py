@@ -14,11 +14,13 @@ from it2hys.fmu.build_description import format_build_description
 from it2hys.fmu.codegen import start_header
 from it2hys.fmu.documentation import Origin, documentation_files
 from it2hys.fmu.model_description import IDENTIFIERS, format_model_description
+from it2hys.fmu.own_binaries import make_binaries
 from it2hys.fmu.platforms import platform_binaries
 from it2hys.fmu.reference_run import reference_files
 from it2hys.fmu.terminals import picture_files, terminal_files
 from it2hys.model.compiled import native_directory
 from it2hys.model.parameters import ParameterSet, format_ssv
+from it2hys.model.stages import own_effects
 from it2hys.model.variables import load_table
 from it2hys.support.files import write_together
 from it2hys.support.version import package_version
@@ -61,7 +63,8 @@ def package(
     -------
     list of Path
         The files written: `IT2Plant.fmu` and `IT2Inverse.fmu` of FMI 2.0, `IT2Plant_fmi3.fmu` and
-        `IT2Inverse_fmi3.fmu` of FMI 3.0, and `parameters.ssv`.
+        `IT2Inverse_fmi3.fmu` of FMI 3.0, and `parameters.ssv`; also the Python files of effects of the
+        user's own that are in the chain.
 
     Raises
     ------
@@ -76,6 +79,8 @@ def package(
         ).items()
     }
     contents[PARAMETER_FILE] = format_ssv(parameters).encode()
+    # without which nobody can read the set again
+    contents |= {f"{effect.name}.py": effect.text for effect in own_effects().values()}
     return write_together(directory, contents)
 
 
@@ -84,6 +89,8 @@ def package_bytes(
 ) -> dict[str, bytes]:
     """Return both FMUs with a parameter set, of one version of FMI, by model identifier."""
     native = native_directory()
+    if own_effects():
+        make_binaries(native)
     if fmi == 3:
         parameters = with_every_array(parameters)
     return {
@@ -123,6 +130,7 @@ def _fmu(
     entries = {
         "modelDescription.xml": description,
         f"resources/{PARAMETER_FILE}": format_ssv(parameters).encode(),
+        **{f"resources/{effect.name}.py": effect.text for effect in own_effects().values()},
         **{f"sources/{name}": content for name, content in sources.items()},
         BUILD_DESCRIPTION: format_build_description(identifier, c_files, LIBRARIES),
         **platform_binaries(identifier, native, fmi),

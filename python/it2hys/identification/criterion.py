@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from it2hys.identification import rule_coordinates
-from it2hys.identification.effect_coordinates import BY_RECORD, Coordinate
+from it2hys.identification.effect_coordinates import Coordinate, by_record
 from it2hys.identification.inverse import References
 from it2hys.identification.levenberg_marquardt import (
     Block,
@@ -219,8 +219,8 @@ class ChainCriterion:
         scaling: Scaling,
     ):
         self.traces, self.model, self.scaling = list(traces), model, scaling
-        self.common = [c for c in fitted if c.name not in BY_RECORD]
-        self._own = [c for c in fitted if c.name in BY_RECORD]
+        self.common = [c for c in fitted if c.name not in by_record()]
+        self._own = [c for c in fitted if c.name in by_record()]
         self.rule_count = int(model.values["ruleCount"])
         self.rule_size = rule_coordinates.RULE_SIZE * self.rule_count
         self._with_offset = [i for i, t in enumerate(self.traces) if t.has_offset]

@@ -14,11 +14,19 @@ from it2hys.model.effect import Start
 from it2hys.model.stages import EFFECTS, READING
 
 _SHARE = 0.1
-#: Parameters whose value differs from record to record: how it begins, and a line's phase, which
-#: nothing in the voltage tells.
-BY_RECORD = ("initialDisplacement", *(n for e in EFFECTS.values() for n in e.per_record))
-#: Those of them that are nothing of the stage, but of how it is recorded.
-OF_READING = tuple(n for e in READING.values() for n in e.per_record)
+
+
+def by_record() -> tuple[str, ...]:
+    """Return the parameters whose value differs from record to record.
+
+    How it begins, and a line's phase, which nothing in the voltage tells.
+    """
+    return ("initialDisplacement", *(n for e in EFFECTS.values() for n in e.per_record))
+
+
+def of_reading() -> tuple[str, ...]:
+    """Return those of them that are nothing of the stage, but of how it is recorded."""
+    return tuple(n for e in READING.values() for n in e.per_record)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from it2hys.identification.criterion import Model
-from it2hys.identification.effect_coordinates import BY_RECORD
+from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.judgement import Judgement, judge_records
 from it2hys.identification.preparation import check_sample_times, data_scaling, prepare
 from it2hys.identification.result import Identification
@@ -49,7 +49,7 @@ def evaluate(
     effects, known = active_effects(parameters), load_table().parameters()
     own = {
         name: np.full(len(traces), parameters[name])
-        for name in BY_RECORD
+        for name in by_record()
         if known[name].effect in (None, *effects)
     }
     given = Model(dict(parameters), tuple(effects), np.zeros(len(traces)), own)

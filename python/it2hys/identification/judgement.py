@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from it2hys.identification.criterion import Model, Trace
-from it2hys.identification.effect_coordinates import OF_READING
+from it2hys.identification.effect_coordinates import of_reading
 from it2hys.identification.explained import explained_by_model, explained_by_voltage
 from it2hys.identification.inverse import applied_voltage, ask_inverse, noise_of_inverse
 from it2hys.identification.starts import Starts
@@ -151,7 +151,7 @@ def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) ->
     e_mr, e_rms, y = _errors(trace, begun, offset)
     # the phase of what is picked up is nothing that a stage or its model could be told
     told = parameters.replace(
-        **{n: v for n, v in start.items() if n in OF_READING},
+        **{n: v for n, v in start.items() if n in of_reading()},
         initialDisplacement=float(trace.y[0]) - offset,
     )
     return Judgement(

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from it2hys.identification.criterion import ChainCriterion, Model, Trace, minimise
-from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING, Coordinate
+from it2hys.identification.effect_coordinates import Coordinate, by_record, of_reading
 from it2hys.identification.lead_in import Misfit, lead_in_length
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.uncertainty import correlation_time
@@ -18,9 +18,7 @@ from it2hys.model.stages import EFFECTS
 from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clue, Clues, Extent
 
-#: Effects whose sampled form may differ from the truth by a part of a sample.
-SAMPLED = tuple(name for name, e in EFFECTS.items() if e.sampled)
-#: The effect that shifts the voltage, up to a sample of which goes with those, and its parameter.
+#: The effect that shifts the voltage, up to a sample of which goes with sampled ones; its parameter.
 SHIFTING, SHIFT = next((name, e.shift) for name, e in EFFECTS.items() if e.shift)
 #: Histories from which what belongs to a record is fitted, and those that a lead-in has to tell apart.
 _HISTORIES, _COMPARED = 3, 7
@@ -41,7 +39,7 @@ def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
 
 def shifts(model: Model) -> bool:
     """Return whether a delay of up to a sample belongs to a model without it being an effect."""
-    return SHIFTING not in model.effects and any(e in SAMPLED for e in model.effects)
+    return SHIFTING not in model.effects and any(EFFECTS[e].sampled for e in model.effects)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +117,7 @@ class Starts:
 
     def _of_start(self, model: Model, trace: Trace) -> ChainCriterion:
         """Return the criterion of what belongs to one record, all else held."""
-        fitted = [c for c in fitted_coordinates(model, self.extent) if c.name in BY_RECORD]
+        fitted = [c for c in fitted_coordinates(model, self.extent) if c.name in by_record()]
         return ChainCriterion([trace], model, fitted, self.scaling).holding(["rules"])
 
     def _fit_own_to_one(self, model: Model, trace: Trace) -> Model:
@@ -155,7 +153,7 @@ def _of_record(model: Model, index: int) -> Model:
 
 def _as_trained(model: Model, start: Model) -> Model:
     """Return the model of one record, begun as the first training record begins."""
-    own = {n: model.own[n][:1] if n not in OF_READING else v for n, v in start.own.items()}
+    own = {n: model.own[n][:1] if n not in of_reading() else v for n, v in start.own.items()}
     return replace(start, own=own)
 
 

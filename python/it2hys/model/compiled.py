@@ -25,18 +25,40 @@ _INTEGERS = np.ctypeslib.ndpointer(np.int32, flags="C_CONTIGUOUS")
 _DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 
 
-def native_directory() -> Path:
-    """Return where the built binaries and the FMUs' C sources are.
+def packaged_native() -> Path:
+    """Return where the built binaries and the FMUs' C sources are that come with the package.
 
-    They are installed with the package; `IT2HYS_NATIVE` names those of another build.
+    `IT2HYS_NATIVE` names those of another build.
     """
     return Path(os.environ.get("IT2HYS_NATIVE") or str(files("it2hys") / "native"))
 
 
-@cache
+#: Those that were built with effects of the user's own.
+_own_native: Path | None = None
+
+
+def use_native(directory: Path | None) -> None:
+    """Have binaries and C sources of another folder from now on; None: those of the package."""
+    global _own_native
+    _own_native = directory
+
+
+def native_directory() -> Path:
+    """Return where the binaries and the FMUs' C sources are that are in use."""
+    return _own_native or packaged_native()
+
+
+def library_name() -> str:
+    """Return the file name of the C core on this system."""
+    return "it2core" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+
+
 def _library() -> ctypes.CDLL:
-    suffix = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
-    path = native_directory() / f"it2core{suffix}"
+    return _loaded(native_directory() / library_name())
+
+
+@cache
+def _loaded(path: Path) -> ctypes.CDLL:
     try:
         library = ctypes.CDLL(str(path))
     except OSError as error:
@@ -267,10 +289,13 @@ def check(rules: np.ndarray, minimum: float, maximum: float) -> str | None:
 # --- the whole chain ---------------------------------------------------------------------------
 
 
-@cache
 def _places() -> dict[str, tuple[int, bool]]:
     """Return offset in bytes and whether it is an integer, of every parameter of the chain."""
-    library = _library()
+    return _places_in(_library())
+
+
+@cache
+def _places_in(library: ctypes.CDLL) -> dict[str, tuple[int, bool]]:
     places: dict[str, tuple[int, bool]] = {}
     name, integer = ctypes.c_char_p(), ctypes.c_int()
     while True:

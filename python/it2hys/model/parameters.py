@@ -161,6 +161,12 @@ def _count(group: str, entry: dict, given: Mapping) -> int:
 
 
 def _suggest(name: str, known: Mapping) -> str:
+    effect = name.split(".")[0]
+    if "." in name and not any(n.startswith(f"{effect}.") for n in known):
+        return (
+            f"if {effect!r} is an effect of your own, name its file: --effect {effect}.py, which lies "
+            "beside the parameters where it2hys wrote them"
+        )
     matches = difflib.get_close_matches(name, known, n=1)
     return f"did you mean {matches[0]!r}?" if matches else "`variables.toml` lists the known ones"
 

@@ -7,8 +7,8 @@ the table too.
 
 import re
 import tomllib
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import groupby
 from pathlib import Path
@@ -76,13 +76,17 @@ class Variable:
 
 @dataclass(frozen=True)
 class Table:
-    """The expanded table: every variable that the binaries know, in value reference order."""
+    """The expanded table: every variable that the binaries know, in value reference order.
+
+    `own` are the hashes of the effects of the user's own that rows belong to.
+    """
 
     variables: tuple[Variable, ...]
     types: dict[str, DeclaredType]
     units: dict[str, dict]
     counts: dict[str, dict]
     outdated: dict[str, dict]
+    own: tuple[str, ...] = ()
 
     def parameters(self) -> dict[str, Variable]:
         """Return the parameters by name, structured ones at their full count."""
@@ -138,7 +142,22 @@ def load_table() -> Table:
                 effect=row.get("effect"),
             )
         )
-    return Table(tuple(variables), types, source["units"], source["counts"], source["outdated"])
+    variables += [replace(v, value_reference=len(variables) + i) for i, v in enumerate(_more)]
+    units = source["units"] | {v.type.unit: {} for v in _more if v.type.unit not in source["units"]}
+    types |= {v.type.name: v.type for v in _more}
+    return Table(tuple(variables), types, units, source["counts"], source["outdated"], _own)
+
+
+#: Rows of effects that are not in the file, and the hashes of what is behind them.
+_more: tuple[Variable, ...] = ()
+_own: tuple[str, ...] = ()
+
+
+def table_with(variables: Sequence[Variable], own: Sequence[str]) -> None:
+    """Let the table end with these rows, in place of those that it ended with."""
+    global _more, _own
+    _more, _own = tuple(variables), tuple(own)
+    load_table.cache_clear()
 
 
 def off_values(effects: Collection[str]) -> dict[str, float | int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from it2hys.diagnosis.selection import COMPARISONS, LEVEL
+from it2hys.diagnosis.selection import comparisons, level
 from it2hys.model.variables import load_table
 from it2hys.policy import SEARCH
 from it2hys.records.figures_of_merit import change_in_percent
@@ -147,6 +147,7 @@ def change_of(gain_percent: float | None) -> str:
 
 
 def _evidence(report: Mapping) -> Section:
+    effects = len(report["evidence"])
     return Section(
         "Evidence on every effect",
         [
@@ -154,9 +155,9 @@ def _evidence(report: Mapping) -> Section:
             "its p-value. Error: of the free run on the records that decide, without and with the "
             "effect, everything fitted anew; p is the probability of that change by chance (block "
             "bootstrap). An effect is added only if the change is large enough to matter, and so "
-            f"unlikely by chance (p below {LEVEL:.1g}) that a whole search, of up to {COMPARISONS} "
-            f"comparisons, names anything by chance in {100 * SEARCH.budget:.0f} % of the cases at "
-            "most.",
+            f"unlikely by chance (p below {level(effects):.1g}) that a whole search, of up to "
+            f"{comparisons(effects)} comparisons, names anything by chance in "
+            f"{100 * SEARCH.budget:.0f} % of the cases at most.",
             "There is one exception: a delay, which a slow core imitates in the free run, is added "
             "where the free run stays as good and the inverse gets better by far.",
         ],

@@ -15,8 +15,9 @@ import numpy as np
 from it2hys.cosimulation.simulation import track
 from it2hys.diagnosis.outcome import Diagnosis
 from it2hys.errors import InputError
+from it2hys.fmu.own_library import only_used
 from it2hys.fmu.packaging import package
-from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING
+from it2hys.identification.effect_coordinates import by_record, of_reading
 from it2hys.identification.judgement import Judgement
 from it2hys.identification.result import Identification
 from it2hys.model import compiled
@@ -119,7 +120,8 @@ def write_report(
         if isinstance(result, Diagnosis)
         else ("identify", result.parameters)
     )
-    package(packaged, directory, origin=origin(verb, records, judgements_of(result)))
+    with only_used(packaged) as alone:
+        package(alone, directory, origin=origin(verb, records, judgements_of(result)))
     roles = [j.role for j in judgements_of(result)]
     report = {
         "title": title or ("Diagnosis" if isinstance(result, Diagnosis) else "Identification"),
@@ -462,7 +464,7 @@ def _driven_by(
 
 def at_rest(displacement: float) -> dict[str, float]:
     """Return the parameters of a run that begins at rest at a displacement, m."""
-    rest = {name: 0.0 for name in BY_RECORD if name not in OF_READING}
+    rest = {name: 0.0 for name in by_record() if name not in of_reading()}
     return {**rest, "initialDisplacement": float(displacement)}
 
 

@@ -354,16 +354,19 @@ real chain_inverse(const struct chain *chain, struct chain_state *state, real di
 
 /* --- at rest ----------------------------------------------------------------------------------- */
 
-/* The stages with a long memory hold, as they are; the others follow. */
+/* The stages with a long memory hold, as they are; the others follow, to where they rest. */
 real chain_hold(const struct chain *chain, const struct chain_state *state)
 {
     real x = it2_solve(&chain->core, state->core.y, state->core.y);
+    struct chain_state rested;
 
     for (int i = chain->before - 1; i >= 0; i--) {
         const struct chain_place *place = chain_active(chain, i);
+        const void *constants = chain_constants_of(chain, place);
         if (place->memory == CHAIN_LONG)
-            x = place->stage->inverse(chain_constants_of(chain, place),
-                                      chain_state_of((struct chain_state *)state, place), x, NULL);
+            x = place->stage->inverse(constants, chain_state_of((struct chain_state *)state, place), x, NULL);
+        else if (place->memory <= CHAIN_AIMED && place->stage->rest)
+            x = place->stage->rest(constants, chain_state_of(&rested, place), x, NULL);
     }
     return x;
 }
@@ -455,13 +458,13 @@ static void *copied(struct chain_state *copy, const struct chain_state *state, c
 }
 
 static real stage_tangent(const struct chain *chain, int i, const void *state, real x, void *d_state, real d_x,
-                          const struct chain_surroundings *d_around)
+                          const struct chain_surroundings *around, const struct chain_surroundings *d_around)
 {
     const struct stage_analysis *analysis = chain_analysis(chain, i);
 
     if (analysis->tangent)
-        analysis->tangent(chain_constants_of(chain, chain_active(chain, i)), state, x, d_around, 1, d_state,
-                          &d_x);
+        analysis->tangent(chain_constants_of(chain, chain_active(chain, i)), state, x, around, d_around, 1,
+                          d_state, &d_x);
     return d_x;
 }
 
@@ -475,7 +478,7 @@ static struct both walk_tangent(const struct chain *chain, int first, int end, c
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
         void *own = copied(&copy, state, place, place->state);
-        x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, d_around);
+        x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, around, d_around);
         x.value = place->stage->step(chain_constants_of(chain, place), own, x.value, around);
     }
     return x;
@@ -541,7 +544,7 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
             void *advanced = copied(&copy, state, place, place->state);
             y.value = place->stage->inverse(constants, advanced, y.value, around);
             y.d = chain_analysis(chain, i)->inverse_tangent(constants, own, y.value, chain_state_of(d, place),
-                                                            y.d, d_around);
+                                                            y.d, around, d_around);
         }
         input[i] = y;
     }
@@ -565,7 +568,7 @@ static struct both within_limits_tangent(const struct chain *chain, const struct
             followed = true;
         }
         void *own = copied(&copy, state, place, place->state);
-        x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, &none);
+        x.d = stage_tangent(chain, i, own, x.value, chain_state_of(d, place), x.d, &none, &none);
         x.value = place->stage->inverse(chain_constants_of(chain, place), own, x.value, &none);
     }
     return followed ? x : within(chain->voltage, x, 0, 0);
@@ -591,7 +594,7 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
         void *d_own = place->memory == CHAIN_NONE ? NULL : (char *)d + at;
         if (!place->stage->inverse || (place->stage->limits && place->memory != CHAIN_NONE))
             continue;
-        x.d = stage_tangent(chain, i, own, x.value, d_own, x.d, d_around);
+        x.d = stage_tangent(chain, i, own, x.value, d_own, x.d, around, d_around);
         x.value = place->stage->step(chain_constants_of(chain, place), own, x.value, around);
     }
     return x;
@@ -608,14 +611,15 @@ static void follow_plant_tangent(const struct chain *chain, const struct chain_s
 }
 
 static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state,
-                               const struct both input[], struct chain_state *d,
-                               const struct chain_surroundings *d_around)
+                               const struct both input[], const struct chain_surroundings *around,
+                               struct chain_state *d, const struct chain_surroundings *d_around)
 {
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->memory == CHAIN_LONG)
-            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, d_around);
+            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, around,
+                          d_around);
     }
 }
 
@@ -638,7 +642,7 @@ static real inverse_with_effects_tangent(const struct chain *chain, const struct
     if (chain_is_astray(state) || limits & (CHAIN_AMPLIFIER | CHAIN_VOLTAGE_RANGE))
         follow_plant_tangent(chain, state, passed, around, d, d_around);
     else
-        follow_aim_tangent(chain, state, input, d, d_around);
+        follow_aim_tangent(chain, state, input, around, d, d_around);
     if (!chain_is_astray(after))
         arrive_tangent(d);
     return within(chain->voltage, passed, 0, 0).d;
@@ -703,9 +707,9 @@ real chain_rest_tangent(const struct chain *chain, int first, int end, const str
         if (!place->stage->rest)
             continue;
         y = place->stage->rest(constants, chain_state_of(&state, place), y, parameters);
-        d_y =
-            chain_analysis(chain, i)->rest_tangent(constants, chain_constants_of(d_chain, place),
-                                                   chain_state_of(d, place), y, d_y, parameters, d_parameters);
+        d_y = chain_analysis(chain, i)->rest_tangent(constants, chain_constants_of(d_chain, place),
+                                                     chain_state_of(&state, place), chain_state_of(d, place), y,
+                                                     d_y, parameters, d_parameters);
     }
     return d_y;
 }
@@ -751,7 +755,7 @@ real chain_equilibrium_tangent(const struct chain *chain, const struct chain_sta
         const void *constants = chain_constants_of(chain, place);
         if (!place->stage->limits || place->memory != CHAIN_NONE)
             continue;
-        x.d = stage_tangent(chain, i, NULL, x.value, NULL, x.d, &none) +
+        x.d = stage_tangent(chain, i, NULL, x.value, NULL, x.d, &none, &none) +
               chain_analysis(chain, i)->by_parameters(constants, chain_constants_of(&d_chain, place), NULL,
                                                       x.value, &none, NULL, 0);
         x.value = place->stage->inverse(constants, NULL, x.value, &none);
@@ -890,14 +894,16 @@ static void creep_prepare_tangent(void *d_constants, const void *constants, cons
     }
 }
 
-static real creep_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
-                               const struct chain_parameters *p, const struct chain_parameters *d)
+static real creep_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
+                               real x, real d_y, const struct chain_parameters *p,
+                               const struct chain_parameters *d)
 {
     const struct creep *creep = constants, *by = d_constants;
     const real sum = sum_of_gains(creep);
     struct creep_state *s = d_state;
     real d_x = d_y - by->zero;
 
+    (void)state;
     for (int i = by->first; i < by->count; i++)
         d_x -= (x - creep->zero + p->initialCreep) * by->gain[i];
     d_x = (d_x - sum * d->initialCreep) / (1 + sum);
@@ -907,13 +913,13 @@ static real creep_rest_tangent(const void *constants, const void *d_constants, v
 }
 
 static void creep_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                          real *restrict row)
+                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          int count, real *restrict d_state, real *restrict row)
 {
     const struct creep *creep = constants;
     real input[STAGE_CHUNK];
 
-    (void)state, (void)x, (void)d_around;
+    (void)around, (void)state, (void)x, (void)d_around;
     for (int first = 0; first < count; first += STAGE_CHUNK) {
         const int n = count - first < STAGE_CHUNK ? count - first : STAGE_CHUNK;
         real *restrict output = row + first;
@@ -950,9 +956,10 @@ static real creep_by_parameters(const void *constants, const void *d_constants, 
 }
 
 static real creep_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                  const struct chain_surroundings *around,
                                   const struct chain_surroundings *d_around)
 {
-    (void)state, (void)x, (void)d_around;
+    (void)around, (void)state, (void)x, (void)d_around;
     return creep_solve(constants, d_state, d_y); /* it is linear */
 }
 
@@ -1078,16 +1085,17 @@ static void delay_prepare_tangent(void *d_constants, const void *constants, cons
     result->time = d->delay.time;
 }
 
-static real delay_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
-                               const struct chain_parameters *p, const struct chain_parameters *d)
+static real delay_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
+                               real x, real d_y, const struct chain_parameters *p,
+                               const struct chain_parameters *d)
 {
-    (void)d_constants, (void)x, (void)d;
+    (void)state, (void)d_constants, (void)x, (void)d;
     return delay_rest(constants, d_state, d_y, p);
 }
 
 static void delay_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                          real *restrict row)
+                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          int count, real *restrict d_state, real *restrict row)
 {
     const struct delay *delay = constants;
     const int newest = delay_newest(delay, state);
@@ -1098,7 +1106,7 @@ static void delay_tangent(const void *constants, const void *state, real x,
     const real *const d_here =
         delay->ticks > 0 ? d_u + (size_t)delay_before(delay, newest, delay->ticks - 1) * (size_t)count : row;
 
-    (void)x, (void)d_around;
+    (void)around, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
         const real d_x = row[c], d_y = d_here[c];
         d_state[c] = 0;
@@ -1179,12 +1187,12 @@ static void drift_prepare_tangent(void *d_constants, const void *constants, cons
 }
 
 static void drift_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                          real *restrict row)
+                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          int count, real *restrict d_state, real *restrict row)
 {
     const struct drift *drift = constants;
 
-    (void)state, (void)x, (void)d_state;
+    (void)around, (void)state, (void)x, (void)d_state;
     for (int c = 0; c < count && d_around->temperature != 0; c++)
         row[c] += drift->temperatureCoefficient * d_around->temperature;
 }
@@ -1197,11 +1205,12 @@ static real drift_by_parameters(const void *constants, const void *d_constants, 
 }
 
 static real drift_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                  const struct chain_surroundings *around,
                                   const struct chain_surroundings *d_around)
 {
     const struct drift *drift = constants;
 
-    (void)state, (void)x, (void)d_state;
+    (void)around, (void)state, (void)x, (void)d_state;
     return d_y - drift->temperatureCoefficient * d_around->temperature;
 }
 
@@ -2310,20 +2319,21 @@ static void lag_prepare_tangent(void *d_constants, const void *constants, const 
     result->gain = -ratio / time_constant * real_exp(-ratio) * d->lag.timeConstant;
 }
 
-static real lag_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
-                             const struct chain_parameters *p, const struct chain_parameters *d)
+static real lag_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
+                             real x, real d_y, const struct chain_parameters *p,
+                             const struct chain_parameters *d)
 {
-    (void)d_constants, (void)x, (void)d;
+    (void)state, (void)d_constants, (void)x, (void)d;
     return lag_rest(constants, d_state, d_y, p);
 }
 
 static void lag_tangent(const void *constants, const void *state, real x,
-                        const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                        real *restrict row)
+                        const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                        int count, real *restrict d_state, real *restrict row)
 {
     const struct lag *lag = constants;
 
-    (void)state, (void)x, (void)d_around;
+    (void)around, (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
         d_state[c] += lag->gain * (row[c] - d_state[c]);
         row[c] = d_state[c];
@@ -2343,9 +2353,10 @@ static real lag_by_parameters(const void *constants, const void *d_constants, co
 }
 
 static real lag_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                const struct chain_surroundings *around,
                                 const struct chain_surroundings *d_around)
 {
-    (void)state, (void)x;
+    (void)around, (void)state, (void)x;
     return lag_inverse(constants, d_state, d_y, d_around); /* it is linear */
 }
 
@@ -2414,12 +2425,12 @@ static void load_prepare_tangent(void *d_constants, const void *constants, const
 }
 
 static void load_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                         real *restrict row)
+                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         int count, real *restrict d_state, real *restrict row)
 {
     const struct load *load = constants;
 
-    (void)state, (void)x, (void)d_state;
+    (void)around, (void)state, (void)x, (void)d_state;
     for (int c = 0; c < count && d_around->force != 0; c++)
         row[c] -= load->compliance * d_around->force;
 }
@@ -2434,9 +2445,10 @@ static real load_by_parameters(const void *constants, const void *d_constants, c
 }
 
 static real load_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                 const struct chain_surroundings *around,
                                  const struct chain_surroundings *d_around)
 {
-    (void)state, (void)x;
+    (void)around, (void)state, (void)x;
     return load_inverse(constants, d_state, d_y, d_around); /* it is linear */
 }
 
@@ -2638,12 +2650,13 @@ static real nonlinearity_derivative(const struct nonlinearity *curve, real x)
 }
 
 static void nonlinearity_tangent(const void *constants, const void *state, real x,
+                                 const struct chain_surroundings *around,
                                  const struct chain_surroundings *d_around, int count, real *restrict d_state,
                                  real *restrict row)
 {
     const real slope = nonlinearity_derivative(constants, x);
 
-    (void)state, (void)d_around, (void)d_state;
+    (void)around, (void)state, (void)d_around, (void)d_state;
     for (int c = 0; c < count; c++)
         row[c] *= slope;
 }
@@ -2663,19 +2676,20 @@ static real nonlinearity_by_parameters(const void *constants, const void *d_cons
 }
 
 static real nonlinearity_inverse_tangent(const void *constants, const void *state, real x, void *d_state,
-                                         real d_y, const struct chain_surroundings *d_around)
+                                         real d_y, const struct chain_surroundings *around,
+                                         const struct chain_surroundings *d_around)
 {
-    (void)state, (void)d_state, (void)d_around;
+    (void)around, (void)state, (void)d_state, (void)d_around;
     return d_y / nonlinearity_derivative(constants, x);
 }
 
-static real nonlinearity_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x,
-                                      real d_y, const struct chain_parameters *p,
+static real nonlinearity_rest_tangent(const void *constants, const void *d_constants, const void *state,
+                                      void *d_state, real x, real d_y, const struct chain_parameters *p,
                                       const struct chain_parameters *d)
 {
     const real by = nonlinearity_by_parameters(constants, d_constants, NULL, x, NULL, NULL, 0);
 
-    (void)d_state, (void)p, (void)d;
+    (void)state, (void)d_state, (void)p, (void)d;
     return (d_y - by) / nonlinearity_derivative(constants, x);
 }
 
@@ -2877,8 +2891,9 @@ static struct play_moved play_move(struct play_moved from, real threshold, real 
     return (struct play_moved){ from.p, from.d_p, false };
 }
 
-static real play_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_h,
-                              const struct chain_parameters *p, const struct chain_parameters *d)
+static real play_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
+                              real x, real d_h, const struct chain_parameters *p,
+                              const struct chain_parameters *d)
 {
     const struct play *play = constants, *by = d_constants;
     const struct play_moved new = { p->initialDemagnetisation, d->initialDemagnetisation, false };
@@ -2888,6 +2903,7 @@ static real play_rest_tangent(const void *constants, const void *d_constants, vo
     struct play_state *s = d_state;
     real slope = 1;
 
+    (void)state;
     for (int j = 0; j < play->count; j++) {
         const struct play_element *element = &play->element[j], *d_element = &by->element[j];
         const struct play_moved turned = play_move(new, element->threshold, d_element->threshold, turn, d_turn);
@@ -2903,13 +2919,13 @@ static real play_rest_tangent(const void *constants, const void *d_constants, vo
 }
 
 static void play_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                         real *restrict row)
+                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         int count, real *restrict d_state, real *restrict row)
 {
     const struct play *play = constants;
     real input[STAGE_CHUNK];
 
-    (void)d_around;
+    (void)around, (void)d_around;
     for (int first = 0; first < count; first += STAGE_CHUNK) {
         const int n = count - first < STAGE_CHUNK ? count - first : STAGE_CHUNK;
         real *restrict output = row + first;
@@ -2943,13 +2959,14 @@ static real play_by_parameters(const void *constants, const void *d_constants, c
 }
 
 static real play_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_h,
+                                 const struct chain_surroundings *around,
                                  const struct chain_surroundings *d_around)
 {
     const struct play *play = constants;
     const struct play_state *d = d_state;
     real slope = 1;
 
-    (void)d_around;
+    (void)around, (void)d_around;
     for (int j = 0; j < play->count; j++) {
         if (play_moves(play, state, j, x))
             slope += play->element[j].weight;
@@ -3075,21 +3092,23 @@ static void resonance_prepare_tangent(void *d_constants, const void *constants,
     result->b = -result->a1 - result->a2;
 }
 
-static real resonance_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x,
-                                   real d_y, const struct chain_parameters *p, const struct chain_parameters *d)
+static real resonance_rest_tangent(const void *constants, const void *d_constants, const void *state,
+                                   void *d_state, real x, real d_y, const struct chain_parameters *p,
+                                   const struct chain_parameters *d)
 {
-    (void)d_constants, (void)x, (void)d;
+    (void)state, (void)d_constants, (void)x, (void)d;
     return resonance_rest(constants, d_state, d_y, p);
 }
 
 static void resonance_tangent(const void *constants, const void *state, real x,
+                              const struct chain_surroundings *around,
                               const struct chain_surroundings *d_around, int count, real *restrict d_state,
                               real *restrict row)
 {
     const struct resonance *resonance = constants;
     real *restrict d_y2 = d_state + count;
 
-    (void)state, (void)x, (void)d_around;
+    (void)around, (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
         const real d_y = resonance->a1 * d_state[c] + resonance->a2 * d_y2[c] + resonance->b * row[c];
         d_y2[c] = d_state[c];
@@ -3110,9 +3129,10 @@ static real resonance_by_parameters(const void *constants, const void *d_constan
 }
 
 static real resonance_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
+                                      const struct chain_surroundings *around,
                                       const struct chain_surroundings *d_around)
 {
-    (void)state, (void)x;
+    (void)around, (void)state, (void)x;
     return resonance_inverse(constants, d_state, d_y, d_around); /* it is linear */
 }
 
@@ -3175,12 +3195,13 @@ static void saturation_prepare_tangent(void *d_constants, const void *constants,
 }
 
 static void saturation_tangent(const void *constants, const void *state, real x,
+                               const struct chain_surroundings *around,
                                const struct chain_surroundings *d_around, int count, real *restrict d_state,
                                real *restrict row)
 {
     const struct saturation *limits = constants;
 
-    (void)state, (void)d_around, (void)d_state;
+    (void)around, (void)state, (void)d_around, (void)d_state;
     if (!(x < limits->minimum || x > limits->maximum))
         return;
     for (int c = 0; c < count; c++)
@@ -3260,10 +3281,11 @@ static void slew_prepare_tangent(void *d_constants, const void *constants, const
     result->step = d->slew.rate * p->sampleTime;
 }
 
-static real slew_rest_tangent(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
-                              const struct chain_parameters *p, const struct chain_parameters *d)
+static real slew_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
+                              real x, real d_y, const struct chain_parameters *p,
+                              const struct chain_parameters *d)
 {
-    (void)d_constants, (void)x, (void)d;
+    (void)state, (void)d_constants, (void)x, (void)d;
     return slew_rest(constants, d_state, d_y, p);
 }
 
@@ -3274,12 +3296,12 @@ static int slew_limited(const struct slew *slew, const struct slew_state *s, rea
 }
 
 static void slew_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *d_around, int count, real *restrict d_state,
-                         real *restrict row)
+                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         int count, real *restrict d_state, real *restrict row)
 {
     const bool limited = slew_limited(constants, state, x) != 0;
 
-    (void)d_around;
+    (void)around, (void)d_around;
     for (int c = 0; c < count; c++)
         row[c] = d_state[c] = limited ? d_state[c] : row[c];
 }

@@ -95,6 +95,7 @@
 
 typedef float real;
 #define REAL(literal) literal##f
+#define REAL_FUNCTION(name) name##f /* those that have no name below */
 #define REAL_EPSILON FLT_EPSILON
 #define REAL_MAX FLT_MAX
 #define REAL_INFINITY HUGE_VALF
@@ -116,6 +117,7 @@ typedef float real;
 
 typedef double real;
 #define REAL(literal) literal
+#define REAL_FUNCTION(name) name
 #define REAL_EPSILON DBL_EPSILON
 #define REAL_MAX DBL_MAX
 #define REAL_INFINITY HUGE_VAL
@@ -414,7 +416,8 @@ struct stage {
     bool (*is_idle)(const struct chain_parameters *);
     void (*prepare)(void *constants, const struct chain_parameters *);
 
-    /* At rest at the output y; returns the input. NULL: that is y, and there is no state. */
+    /* At rest at the output y; returns the input. NULL: that is y, and there is no state. With the memory NONE
+     * or AIMED before the core, the constants say all: there may be no parameters. */
     real (*rest)(const void *constants, void *state, real y, const struct chain_parameters *);
 
     /* Input to output; advances the state. */
@@ -441,14 +444,15 @@ struct stage_analysis {
     void (*prepare_tangent)(void *d_constants, const void *constants, const struct chain_parameters *,
                             const struct chain_parameters *d);
 
-    /* Of `rest`, which has returned x. */
-    real (*rest_tangent)(const void *constants, const void *d_constants, void *d_state, real x, real d_y,
-                         const struct chain_parameters *, const struct chain_parameters *d);
+    /* Of `rest`, which has returned x and left the state. */
+    real (*rest_tangent)(const void *constants, const void *d_constants, const void *state, void *d_state,
+                         real x, real d_y, const struct chain_parameters *, const struct chain_parameters *d);
 
     /* Of `step` by state, input and surroundings, along `count` directions at once: number i of the state has
      * its derivatives from d_state[i * count] on; `row` goes from those of the input to those of the output. */
-    void (*tangent)(const void *constants, const void *state, real x, const struct chain_surroundings *d_around,
-                    int count, real *restrict d_state, real *restrict row);
+    void (*tangent)(const void *constants, const void *state, real x, const struct chain_surroundings *around,
+                    const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                    real *restrict row);
 
     /* Of `step` by the constants alone: returns that of the output, and adds to d_state[i * stride]. */
     real (*by_parameters)(const void *constants, const void *d_constants, const void *state, real x,
@@ -457,7 +461,7 @@ struct stage_analysis {
     /* Of `inverse`, which has returned x, by state, output and surroundings. For a stage that limits it is
      * `tangent`. */
     real (*inverse_tangent)(const void *constants, const void *state, real x, void *d_state, real d_y,
-                            const struct chain_surroundings *d_around);
+                            const struct chain_surroundings *around, const struct chain_surroundings *d_around);
 };
 
 /* Directions that a tangent takes at a time, where it has to keep their inputs. */

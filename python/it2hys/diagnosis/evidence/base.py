@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 from it2hys.records.clues import Clues, Extent
 
@@ -55,13 +54,13 @@ class EffectEvidence(ABC):
         Whether it takes a part of any error, so that its signature always has to be there.
     """
 
-    meaning: ClassVar[str]
-    experiment: ClassVar[str]
-    channel: ClassVar[str | None] = None
-    imitated: ClassVar[bool] = False
-    of_any_loop: ClassVar[bool] = False
-    of_a_controller: ClassVar[bool] = False
-    by_its_signature: ClassVar[bool] = False
+    meaning: str
+    experiment: str
+    channel: str | None = None
+    imitated: bool = False
+    of_any_loop: bool = False
+    of_a_controller: bool = False
+    by_its_signature: bool = False
 
     # --- what has to be there ----------------------------------------------------------------------
 

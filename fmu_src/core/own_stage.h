@@ -1,0 +1,72 @@
+/* What the stages share that are generated from an effect of the user's own (python/it2hys/fmu/own_stage.py).
+ * Nothing includes it where there is none. */
+#ifndef IT2HYS_OWN_STAGE_H
+#define IT2HYS_OWN_STAGE_H
+
+#include "stage.h"
+
+/* The input is sought within the range and this share of it beyond each end: an end of that is out of the range,
+ * so that the chain's inverse is saturated where nothing makes the output. */
+#define OWN_BEYOND REAL(0.5)
+
+/* Halving alone takes 53 to the last digit; and steps that are less than that of the bracket are rounding. */
+enum { OWN_SEARCH_STEPS = 60, OWN_GRID = 64 };
+#define OWN_ROUNDING (4 * REAL_EPSILON)
+
+static const struct chain_surroundings OWN_AT_REST = { 0, REAL(293.15), 0 };
+
+/* Of `step`, which it does not take: the output at the input x, and its derivative by x. */
+typedef real own_curve(const void *constants, const void *state, real x,
+                       const struct chain_surroundings *around, real *slope);
+
+/* Where the range has no ends, ends between which the curve that rises has the value y. */
+static inline void own_bracket(own_curve *curve, const void *constants, const void *state, real y,
+                               const struct chain_surroundings *around, real *first, real *last)
+{
+    real slope, width = real_fmax(real_fabs(y), REAL(1e-6));
+
+    *first = *last = y;
+    for (int i = 0; i < OWN_SEARCH_STEPS; i++, width *= 2) {
+        const bool low = curve(constants, state, *first, around, &slope) > y;
+        const bool high = curve(constants, state, *last, around, &slope) < y;
+        if (!low && !high)
+            return;
+        *first -= low ? width : 0;
+        *last += high ? width : 0;
+    }
+}
+
+/* Where a curve that rises has the value y, or the end of the bracket beyond which it lies. Newton's method
+ * within a bracket that every step narrows, which is halved instead where Newton would leave it or does not halve
+ * its own step. */
+static inline real own_search(own_curve *curve, const void *constants, const void *state, real y,
+                              const struct chain_surroundings *around, real first, real last)
+{
+    if (!(last - first < REAL_MAX))
+        own_bracket(curve, constants, state, y, around, &first, &last);
+    const real rounding = OWN_ROUNDING * (last - first);
+    real low = first, high = last, slope;
+    real x = clamp(y, first, last), step = last - first;
+
+    if (curve(constants, state, first, around, &slope) >= y)
+        return first;
+    if (curve(constants, state, last, around, &slope) <= y)
+        return last;
+    for (int i = 0; i < OWN_SEARCH_STEPS; i++) {
+        const real excess = curve(constants, state, x, around, &slope) - y;
+        const real newton = -excess / slope;
+        if (real_fabs(newton) <= rounding)
+            return x + newton;
+        if (excess > 0)
+            high = x;
+        else
+            low = x;
+        const bool well =
+            x + newton >= low && x + newton <= high && real_fabs(newton) <= REAL(0.5) * real_fabs(step);
+        step = well ? newton : REAL(0.5) * (low + high) - x;
+        x += step;
+    }
+    return x;
+}
+
+#endif
