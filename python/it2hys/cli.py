@@ -237,6 +237,7 @@ def _add_design(commands: argparse._SubParsersAction) -> None:
         help="report.json of `diagnose`, or a parameter set",
     )
     _add_output(design)
+    _add_effect(design)
     design.add_argument(
         "--between",
         default="",

@@ -15,9 +15,9 @@ from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import behind_gain, with_effect, without_effect
 from it2hys.errors import InputError
 from it2hys.identification.criterion import Model, Trace
-from it2hys.identification.effect_coordinates import BY_RECORD, OF_READING
+from it2hys.identification.effect_coordinates import by_record, of_reading
 from it2hys.identification.inverse import References
-from it2hys.identification.starts import SAMPLED, SHIFT, SHIFTING
+from it2hys.identification.starts import SHIFT, SHIFTING
 from it2hys.model.chain import active_effects
 from it2hys.model.compiled import Drive, chain_predict
 from it2hys.model.parameters import ParameterSet, read_ssv
@@ -63,7 +63,7 @@ class Hypothesis:
     def model(self) -> Model:
         """The chain of one record."""
         known = load_table().parameters()
-        names = [n for n in BY_RECORD if known[n].effect in (None, *self.effects)]
+        names = [n for n in by_record() if known[n].effect in (None, *self.effects)]
         return Model(
             dict(self.parameters),
             self.effects,
@@ -73,7 +73,7 @@ class Hypothesis:
 
     def at_rest(self, voltage: float) -> Hypothesis:
         """Return the model at long rest at a voltage, V."""
-        clear = {n: 0.0 for n in BY_RECORD if n not in OF_READING and n != "initialDisplacement"}
+        clear = {n: 0.0 for n in by_record() if n not in of_reading() and n != "initialDisplacement"}
         rested = resting(self.parameters.replace(**clear), voltage)
         return Hypothesis(self.name, self.effects, rested, self.said, self.own)
 
@@ -124,7 +124,7 @@ def effects_of(parameters: ParameterSet) -> tuple[str, ...]:
     """Return the effects of a set, without the part of a sample that only goes with a sampled one."""
     here = active_effects(parameters)
     others = [e for e in here if e != SHIFTING]
-    is_part = parameters[SHIFT] <= parameters["sampleTime"] and any(e in SAMPLED for e in others)
+    is_part = parameters[SHIFT] <= parameters["sampleTime"] and any(EFFECTS[e].sampled for e in others)
     return tuple(others if is_part else here)
 
 
@@ -238,7 +238,7 @@ def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str]:
 def _from_bounds(effect: str, extent: Extent) -> list[dict[str, float]]:
     """Return values a twentieth of the way to their bound, of what a fit begins with at none."""
     starts = EFFECTS[effect].starts(extent)
-    names = [n for n, s in starts.items() if s.value == 0.0 and n not in BY_RECORD]
+    names = [n for n, s in starts.items() if s.value == 0.0 and n not in by_record()]
     return [{n: share * starts[n].high for n in names} for share in (0.01, 0.02, 0.05)] if names else []
 
 
