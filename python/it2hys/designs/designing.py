@@ -27,7 +27,7 @@ _REFITS, _FEWEST, _MOST = 1000, 60, 260
 #: Records for every family that may be played, at most.
 _BY_FAMILY = 40
 #: Refits of the coarse search that a report can wait for, and its records.
-_COARSE_REFITS, _COARSE_FEWEST, _COARSE_MOST = 200, 24, 48
+_COARSE_REFITS, _COARSE_FEWEST, _COARSE_MOST = 120, 24, 36
 #: Score beyond which a record decides by far, and what a nat a parameter counts beside it.
 _ENOUGH, _OF_PARAMETERS = 0.7, 0.1
 #: Share of the records that are spread over the families; the rest refines the best ones.
@@ -124,7 +124,7 @@ class Design:
                 f"Play this record: {self.words}. It determines the parameters of {self.names[0]} as "
                 f"the table says, at a noise of {noise}."
             ]
-        told = f"{' from '.join(self.names)} with probability {probability(self.power)}"
+        told = f"{told_apart(self.names)} with probability {probability(self.power)}"
         if self.decides:
             return [f"Play this record: {self.words}. It tells {told} at a noise of {noise}."]
         bad = worst(self.separations)
@@ -139,6 +139,13 @@ class Design:
 def probability(value: float) -> str:
     """Return a probability as it is said: never more certain than two digits."""
     return "above 0.99" if value > 0.99 else "below 0.01" if value < 0.01 else f"{value:.2f}"
+
+
+def told_apart(names: Sequence[str]) -> str:
+    """Return what a record tells, behind the verb: delay from lag; or three of them apart."""
+    if len(names) == 2:
+        return " from ".join(names)
+    return f"{', '.join(names[:-1])} and {names[-1]} apart"
 
 
 def check_resolved(question: Question, wanted: Wanted) -> None:
