@@ -14,6 +14,7 @@ from it2hys.designs.hypotheses import question_of
 from it2hys.model import compiled
 from it2hys.model.parameters import read_ssv, table_1, write_ssv
 from it2hys.records import Record, write_record
+from it2hys.reports.courses import voltages_at_hand
 
 SCHEMA = json.loads((Path(__file__).parents[2] / "docs" / "design.schema.json").read_text())
 SCHEMA_OF_REPORT = Path(__file__).parents[2] / "docs" / "report.schema.json"
@@ -137,6 +138,10 @@ def test_a_diagnosis_that_cannot_tell_ends_with_the_record_that_does(tmp_path, c
     assert "it2hys design report.json -o DIR" in measure and (out / "next.png").is_file()
     said = capsys.readouterr().out
     assert f"design {out / 'report.json'} -o DIR" in said
+    at_hand = voltages_at_hand(out / "report.json", TS)
+    kept = report["error"]["after"]["one"]["skipped_samples"]
+    assert np.array_equal(at_hand["one"], voltage[kept:])
+    assert voltages_at_hand(out / "parameters.ssv", TS) == {}
     first = read_ssv(out / "parameters.ssv")
     question = question_of(out / "report.json")
     assert {h.name for h in question.hypotheses} == {*report["indistinguishable"][0]}
