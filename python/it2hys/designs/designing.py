@@ -347,7 +347,9 @@ class _Search:
     def _left_over(self, voltage: np.ndarray) -> dict[str, np.ndarray]:
         """Return what rivals leave of each other's readings."""
         courses = {
-            f"{b.name} refitted, less {a.name}": self.ground.left_over(a, b, voltage, thorough=True)[0]
+            f"{b.name} refitted, less {a.name}": self.ground.left_over(
+                a, b, voltage, thorough=True
+            ).course
             for a, b in self.ground.pairs
             if b.own
         }
@@ -377,7 +379,7 @@ class _Search:
         lefts = [((a, b), self.ground.left_over(a, b, voltage, True)) for a, b in self.ground.pairs]
         texts = []
         for factor in _QUIETER if not self.coarse else ():
-            found = tuple(self.ground.judged(*pair, *left, factor) for pair, left in lefts)
+            found = tuple(self.ground.judged(*pair, left, factor) for pair, left in lefts)
             if worst(found).power >= DESIGN.decides:
                 noise = 1e6 * self.question.noise / factor
                 texts.append(
