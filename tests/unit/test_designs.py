@@ -342,3 +342,17 @@ def test_where_nothing_can_decide_it_says_what_would_be_needed():
 def test_an_unknown_family_is_refused():
     with pytest.raises(InputError, match="no family"):
         design(between(table_1(), ["delay", "lag"], NOISE), SHORT, ("sawtooth",))
+
+
+def test_a_rival_that_does_no_more_than_a_delay_is_told_from_it():
+    """A diagnosis takes no resonance that a delay of a sample makes up for, however well it fits."""
+    base = table_1().replace(**{"delay.time": 1.1e-4})
+    question = between(base, ["delay", "resonance"], NOISE)
+    ground = Ground(question, limits(duration=0.12))
+    truth, rival = pair(ground, "delay", "resonance")
+    voltage = FAMILIES["steps"].voltage(np.full(5, 0.5), ground.limits)
+    found = ground.separation(truth, rival, voltage, thorough=True)
+    assert found.refused and found.power == 1.0 and found.distance < 5.0
+    truth, rival = pair(ground, "resonance", "delay")
+    found = ground.separation(truth, rival, voltage, thorough=True)
+    assert not found.refused and found.distance > 50.0
