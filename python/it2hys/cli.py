@@ -264,7 +264,7 @@ def _add_design(commands: argparse._SubParsersAction) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="allow these only; may be repeated",
+        help="allow these only, such as steps, multisine, chirp, reversals; may be repeated",
     )
     design.add_argument(
         "--check",

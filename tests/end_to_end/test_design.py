@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 from conftest import TS, UM
 from test_cli import Page, assert_self_contained, html_of, run
+from test_diagnose import stage_with
 
+from it2hys.designs.hypotheses import question_of
 from it2hys.model import compiled
 from it2hys.model.parameters import read_ssv, table_1, write_ssv
 from it2hys.records import Record, write_record
+from it2hys.reports.courses import voltages_at_hand
 
 SCHEMA = json.loads((Path(__file__).parents[2] / "docs" / "design.schema.json").read_text())
+SCHEMA_OF_REPORT = Path(__file__).parents[2] / "docs" / "report.schema.json"
 NOISE = 0.006 * UM
 LIMITS = ("--duration", 0.12, "--slew", 30_000, "--family", "steps")
 
@@ -113,6 +117,37 @@ def test_bad_input_is_refused_before_any_work(tmp_path, capsys, options, said):
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_a_diagnosis_that_cannot_tell_ends_with_the_record_that_does(tmp_path, capsys):
+    """On one loop many effects look alike: figure, promise and command of the next record."""
+    time = np.arange(1000) * TS
+    voltage = 50.0 - 50.0 * np.cos(2 * np.pi * 40 * time)
+    stage = stage_with(**{"lag.timeConstant": 6e-4})
+    noise = NOISE * np.random.default_rng(2).standard_normal(len(time))
+    y = compiled.chain_free_run(stage.replace(initialDisplacement=UM), voltage)[1] + noise
+    write_record(tmp_path / "one.csv", Record("one", time, voltage, y, TS))
+    out = tmp_path / "out"
+    assert run("diagnose", tmp_path / "one.csv", "--rules", 1, "-o", out, "--workers", 0) == 0
+    report = json.loads((out / "report.json").read_text(encoding="utf-8"))
+    jsonschema.validate(report, json.loads(SCHEMA_OF_REPORT.read_text(encoding="utf-8")))
+    assert {"delay", "lag"} <= {*report["indistinguishable"][0]}
+    assert report["next"]["promise"][0].startswith(("Play this record", "No record within"))
+    page = html_of(out)
+    measure = page[page.index("What to measure next") :]
+    assert "it2hys design report.json -o DIR" in measure and (out / "next.png").is_file()
+    said = capsys.readouterr().out
+    assert f"design {out / 'report.json'} -o DIR" in said
+    at_hand = voltages_at_hand(out / "report.json", TS)
+    kept = report["error"]["after"]["one"]["skipped_samples"]
+    assert np.array_equal(at_hand["one"], voltage[kept:])
+    assert voltages_at_hand(out / "parameters.ssv", TS) == {}
+    first = read_ssv(out / "parameters.ssv")
+    question = question_of(out / "report.json")
+    assert {h.name for h in question.hypotheses} == {*report["indistinguishable"][0]}
+    assert question.duration == pytest.approx(0.1)
+    assert question.noise == pytest.approx(1e-6 * report["noise_rms_um"])
+    assert question.base["rule[1].q1"] == first["rule[1].q1"]
 
 
 def test_a_design_that_is_none_is_refused(tmp_path, folder, capsys):

@@ -242,8 +242,8 @@ def test_a_rival_with_the_same_readings_is_as_near_as_rounding(ground):
     """A model that is refitted to its own readings leaves nothing."""
     truth, _ = pair(ground, "lag", "delay")
     twin = replace(truth, name="delay")
-    left, _ = ground.left_over(truth, twin, ground.probe, thorough=True)
-    assert np.max(np.abs(left)) < 0.5 * NOISE
+    left = ground.left_over(truth, twin, ground.probe, thorough=True)
+    assert np.max(np.abs(left.course)) < 0.5 * NOISE
 
 
 def test_every_pair_is_looked_at_both_ways_and_against_neither(ground):
@@ -342,3 +342,17 @@ def test_where_nothing_can_decide_it_says_what_would_be_needed():
 def test_an_unknown_family_is_refused():
     with pytest.raises(InputError, match="no family"):
         design(between(table_1(), ["delay", "lag"], NOISE), SHORT, ("sawtooth",))
+
+
+def test_a_rival_that_does_no_more_than_a_delay_is_told_from_it():
+    """A diagnosis takes no resonance that a delay of a sample makes up for, however well it fits."""
+    base = table_1().replace(**{"delay.time": 1.1e-4})
+    question = between(base, ["delay", "resonance"], NOISE)
+    ground = Ground(question, limits(duration=0.12))
+    truth, rival = pair(ground, "delay", "resonance")
+    voltage = FAMILIES["steps"].voltage(np.full(5, 0.5), ground.limits)
+    found = ground.separation(truth, rival, voltage, thorough=True)
+    assert found.refused and found.power == 1.0 and found.distance < 5.0
+    truth, rival = pair(ground, "resonance", "delay")
+    found = ground.separation(truth, rival, voltage, thorough=True)
+    assert not found.refused and found.distance > 50.0

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from it2hys.designs.hypotheses import Hypothesis
-from it2hys.designs.promise import Ground
+from it2hys.designs.promise import Ground, is_refused
 from it2hys.diagnosis.diagnose import diagnose
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.selection import Gains
@@ -67,10 +67,10 @@ def simulate_pair(
         record = record_of(ground, truth, voltage, seed + i)
         traces, deciding = set_aside([to_trace(prepare(record), "train", False)])
         bench = Bench(traces, ground.scaling, ground.extent, deciding, True)
-        errors = []
-        for model in (ground.start(truth, rival), truth.model):
-            errors.append(bench.errors(bench.fit(model, _ITERATIONS).model))
-        told += Gains.of(*errors).tell
+        other, own = (
+            bench.fit(model, _ITERATIONS).model for model in (ground.start(truth, rival), truth.model)
+        )
+        told += is_refused(other, rival) or Gains.of(bench.errors(other), bench.errors(own)).tell
     return Simulated(truth.name, rival.name, told, draws)
 
 

@@ -27,7 +27,7 @@ _REFITS, _FEWEST, _MOST = 1000, 60, 260
 #: Records for every family that may be played, at most.
 _BY_FAMILY = 40
 #: Refits of the coarse search that a report can wait for, and its records.
-_COARSE_REFITS, _COARSE_FEWEST, _COARSE_MOST = 200, 24, 48
+_COARSE_REFITS, _COARSE_FEWEST, _COARSE_MOST = 120, 24, 36
 #: Score beyond which a record decides by far, and what a nat a parameter counts beside it.
 _ENOUGH, _OF_PARAMETERS = 0.7, 0.1
 #: Share of the records that are spread over the families; the rest refines the best ones.
@@ -124,7 +124,7 @@ class Design:
                 f"Play this record: {self.words}. It determines the parameters of {self.names[0]} as "
                 f"the table says, at a noise of {noise}."
             ]
-        told = f"{' from '.join(self.names)} with probability {probability(self.power)}"
+        told = f"{told_apart(self.names)} with probability {probability(self.power)}"
         if self.decides:
             return [f"Play this record: {self.words}. It tells {told} at a noise of {noise}."]
         bad = worst(self.separations)
@@ -139,6 +139,13 @@ class Design:
 def probability(value: float) -> str:
     """Return a probability as it is said: never more certain than two digits."""
     return "above 0.99" if value > 0.99 else "below 0.01" if value < 0.01 else f"{value:.2f}"
+
+
+def told_apart(names: Sequence[str]) -> str:
+    """Return what a record tells, behind the verb: delay from lag; or three of them apart."""
+    if len(names) == 2:
+        return " from ".join(names)
+    return f"{', '.join(names[:-1])} and {names[-1]} apart"
 
 
 def check_resolved(question: Question, wanted: Wanted) -> None:
@@ -340,7 +347,9 @@ class _Search:
     def _left_over(self, voltage: np.ndarray) -> dict[str, np.ndarray]:
         """Return what rivals leave of each other's readings."""
         courses = {
-            f"{b.name} refitted, less {a.name}": self.ground.left_over(a, b, voltage, thorough=True)[0]
+            f"{b.name} refitted, less {a.name}": self.ground.left_over(
+                a, b, voltage, thorough=True
+            ).course
             for a, b in self.ground.pairs
             if b.own
         }
@@ -370,7 +379,7 @@ class _Search:
         lefts = [((a, b), self.ground.left_over(a, b, voltage, True)) for a, b in self.ground.pairs]
         texts = []
         for factor in _QUIETER if not self.coarse else ():
-            found = tuple(self.ground.judged(*pair, *left, factor) for pair, left in lefts)
+            found = tuple(self.ground.judged(*pair, left, factor) for pair, left in lefts)
             if worst(found).power >= DESIGN.decides:
                 noise = 1e6 * self.question.noise / factor
                 texts.append(

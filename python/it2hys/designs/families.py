@@ -19,6 +19,8 @@ _LEAST_PART = 0.15
 #: Golden ratio, whose multiples spread evenly whatever their number.
 _GOLDEN = 0.6180339887498949
 _MOST_TONES = 32
+#: What is said of a voltage whose limits take away more than this share of the range, rms.
+_NOTICED, _CUT = 0.02, ", as far as the limits let it"
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,10 @@ class Family:
 
     def described(self, point: np.ndarray, limits: Limits) -> str:
         """Return what is played, in words and the rig's units."""
-        return self.words(np.clip(point, 0.0, 1.0), limits.samples, limits)
+        said = self.words(np.clip(point, 0.0, 1.0), limits.samples, limits)
+        wanted = self.shape(np.clip(point, 0.0, 1.0), limits.samples, limits)
+        off = np.sqrt(np.mean((self.period(point, limits) - wanted) ** 2))
+        return said + _CUT if off > _NOTICED * limits.span else said
 
 
 def _frequency(share: float, samples: int, limits: Limits) -> float:

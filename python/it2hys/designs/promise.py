@@ -20,7 +20,7 @@ from it2hys.designs.families import FAMILIES
 from it2hys.designs.hypotheses import Hypothesis, Question, trace_of
 from it2hys.designs.limits import Limits
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.fitting import with_effect
+from it2hys.diagnosis.fitting import is_delay, is_sampling, with_effect
 from it2hys.diagnosis.selection import level
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise
 from it2hys.identification.scaling import Scaling
@@ -56,6 +56,9 @@ class Separation:
         Probability that the diagnosis calls the truth the better model.
     score : float
         Log of what is left over, by what is needed for the wanted power; positive where it decides.
+    refused : bool
+        Whether the refitted rival does no more than a delay, or another sampling, would: the diagnosis
+        takes no such effect, however near its readings are.
     """
 
     truth: str
@@ -64,6 +67,27 @@ class Separation:
     gain: float
     power: float
     score: float
+    refused: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Left:
+    """What a rival leaves of the readings of the truth once it is refitted.
+
+    Parameters
+    ----------
+    course : ndarray, shape (N,), or None
+        Rival less truth, m; None where the run of one is on its way to infinity, so that the voltage is
+        none that they can be compared on.
+    deciding : ndarray of bool, shape (N,)
+        Samples that decide.
+    refused : bool
+        As in `Separation`.
+    """
+
+    course: np.ndarray | None
+    deciding: np.ndarray
+    refused: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,13 +201,12 @@ class Ground:
 
         `thorough` is as for `left_over`.
         """
-        left, deciding = self.left_over(truth, rival, voltage, thorough)
-        return self.judged(truth, rival, left, deciding)
+        return self.judged(truth, rival, self.left_over(truth, rival, voltage, thorough))
 
     @np.errstate(over="ignore", invalid="ignore")
     def left_over(
         self, truth: Hypothesis, rival: Hypothesis, voltage: np.ndarray, thorough: bool = False
-    ) -> tuple[np.ndarray | None, np.ndarray]:
+    ) -> Left:
         """Return what a rival leaves of the readings of the truth on a voltage once it is refitted.
 
         Parameters
@@ -192,14 +215,6 @@ class Ground:
         voltage : ndarray, shape (N,)
         thorough : bool
             Refit to the end, from several starts, and as the diagnosis does: without what decides.
-
-        Returns
-        -------
-        left : ndarray, shape (N,), or None
-            Rival less truth, m; None where the run of one is on its way to infinity, so that the
-            voltage is none that they can be compared on.
-        deciding : ndarray of bool, shape (N,)
-            Samples that decide.
         """
         y = self.reading(truth, voltage)
         trace = self.trace(voltage, y)
@@ -214,14 +229,13 @@ class Ground:
         found = min(fits, key=lambda fit: fit.minimum.cost)
         left = found.model.predict(trace, 0) - y
         is_near = bool(np.all(np.abs(left) < _FAR * self.scaling.y_unit))
-        return (left if is_near else None), deciding.judged
+        return Left(left if is_near else None, deciding.judged, is_refused(found.model, rival))
 
     def judged(
         self,
         truth: Hypothesis,
         rival: Hypothesis,
-        left: np.ndarray | None,
-        deciding: np.ndarray,
+        left: Left,
         quieter: float = 1.0,
     ) -> Separation:
         """Return what the diagnosis would make of a difference that is left, as `left_over` has it.
@@ -230,9 +244,12 @@ class Ground:
         and asks for a gain besides: both are thresholds of the mean square difference. The noise is
         `quieter` times smaller than the question's.
         """
-        if left is None:
+        if left.course is None:
             return Separation(truth.name, rival.name, np.inf, 1.0, 0.0, -np.inf)
-        noise, d = self.question.noise / quieter, left[deciding]
+        noise, d = self.question.noise / quieter, left.course[left.deciding]
+        distance = float(np.linalg.norm(left.course)) / noise
+        if left.refused:
+            return Separation(truth.name, rival.name, distance, 0.0, 1.0, np.inf, refused=True)
         power, count = d**2, len(d)
         draw = np.random.default_rng(0).standard_normal(count)
         length = int(SEARCH.block * correlation_time(2.0 * noise * draw * d + power))
@@ -247,7 +264,7 @@ class Ground:
         return Separation(
             truth.name,
             rival.name,
-            float(np.linalg.norm(left)) / noise,
+            distance,
             float(1.0 - noise / np.sqrt(noise**2 + mean)),
             float(norm.cdf((mean - needed) / of_noise)),
             float(np.log(max(mean, np.finfo(float).tiny) / (needed + _SURE * of_noise))),
@@ -303,6 +320,11 @@ class Ground:
     def noise_draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return noise of the question's size, (count,), m."""
         return self.question.noise * rng.standard_normal(count)
+
+
+def is_refused(model: Model, rival: Hypothesis) -> bool:
+    """Return whether a refitted rival has an effect that a diagnosis takes for sampling or a delay."""
+    return any(is_sampling(model, effect) or is_delay(model, effect) for effect in rival.own)
 
 
 def worst(separations: Iterable[Separation]) -> Separation:

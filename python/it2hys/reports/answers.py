@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from it2hys.designs.designing import probability
+from it2hys.designs.designing import probability, told_apart
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS
 from it2hys.identification.explained import low_share
 from it2hys.records.figures_of_merit import Errors, noise_size, small_figure, times_the_noise
@@ -327,7 +327,6 @@ def _designed(report: Mapping) -> list[str]:
 def promised_and_found(report: Mapping) -> Answer:
     """Return the design's promise beside what came out, for the page."""
     entry = report["promised"]
-    names = " from ".join(entry["names"])
     texts = []
     if len(entry["names"]) > 1:
         came = (
@@ -338,9 +337,9 @@ def promised_and_found(report: Mapping) -> Answer:
             else f"{' and '.join(entry['named'])} were named together"
         )
         texts.append(
-            f"Promised: this record tells {names} with probability {probability(entry['power'])} at a "
-            f"noise of {entry['noise_um']:.2g} µm. It came out that {came}, at a noise of "
-            f"{report['noise_rms_um']:.2g} µm."
+            f"Promised: this record tells {told_apart(entry['names'])} with probability "
+            f"{probability(entry['power'])} at a noise of {entry['noise_um']:.2g} µm. It came out that "
+            f"{came}, at a noise of {report['noise_rms_um']:.2g} µm."
         )
     else:
         texts.append(

@@ -130,6 +130,7 @@ def _pair_json(s: Separation) -> dict:
         "distance_noise": finite_or_none(s.distance),
         "gain_percent": 100 * s.gain,
         "power": s.power,
+        "refused": s.refused,
     }
 
 
@@ -187,7 +188,8 @@ def _page(report: Mapping) -> Page:
 _TOLD = (
     "The probability that `it2hys diagnose` calls the true model the better one, at its own test "
     "level. Every model is refitted to the readings of every other; the distance is what that leaves, "
-    "over the whole record, in units of the noise."
+    "over the whole record, in units of the noise. A model that does no more than a delay would, or "
+    "another sampling, is none that the diagnosis takes."
 )
 _DETERMINED = "Expected 95 % intervals, if the model is the right one."
 _WHITE = "The noise is taken as white, of one size, and independent of the motion."
@@ -230,6 +232,8 @@ def _pairs_table(report: Mapping) -> Table:
 
 
 def _distance(pair: Mapping) -> str:
+    if pair["refused"]:
+        return "no more than a delay"
     return NONE if pair["distance_noise"] is None else f"{pair['distance_noise']:.0f}"
 
 
