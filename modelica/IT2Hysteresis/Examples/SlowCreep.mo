@@ -1,9 +1,9 @@
 within IT2Hysteresis.Examples;
 model SlowCreep "Creep over minutes, and a feedforward that knows it"
   extends Modelica.Icons.Example;
-  parameter IT2Hysteresis.Parameters.Table1 known(sampleTime=0.2, initialDisplacement=3e-6) "What a feedforward without creep knows";
+  parameter IT2Hysteresis.Parameters.Table1 known(sampleTime=0.05, initialDisplacement=3e-6) "What a feedforward without creep knows";
   parameter IT2Hysteresis.Parameters.Table1 stage(
-    sampleTime=0.2,
+    sampleTime=0.05,
     initialDisplacement=3e-6,
     creepCount=2,
     creepGain={0.03,0.05},
@@ -34,7 +34,7 @@ equation
   connect(inverse.voltage, plant.voltage)
     annotation (Line(points={{-19,-30},{8,-30}}, color={0,0,127}));
   annotation (
-    experiment(StopTime=300, Interval=0.2, Tolerance=1e-6),
+    experiment(StopTime=300, Interval=0.05, Tolerance=1e-6),
     Documentation(info="<html>
 <p>
 A stage goes on after its voltage has stopped, by some percent over minutes. A feedforward without creep therefore leaves it
@@ -46,7 +46,7 @@ No amplifier makes the step of the reference within a tick: both inverses give t
 ticks later.
 </p>
 <p>
-Runs over minutes are made with a set that was identified at a low rate. Here it is Table 1 at 200 ms with two creep
+Runs over minutes are made with a set that was identified at a low rate. Here it is Table 1 at 50 ms with two creep
 terms: at rest, the sample time does not matter.
 </p>
 <p>
