@@ -77,7 +77,7 @@ class OwnCase:
 
 
 def with_physics(example: str, seed: int, beside: tuple[str, ...] = ()) -> Case:
-    """Return a case with the physics of an example beside effects of the catalogue, in short records."""
+    """Return a case with the physics of an example beside other effects, in short records."""
     physics = PHYSICS[example]
     return Case(
         seed, physics, beside, outside=True, anomaly=physics, sample_time=SAMPLE_TIME, length=LENGTH

@@ -84,7 +84,7 @@ def test_a_second_resonance_is_named_and_measured(given, declared):
 
 @pytest.mark.slow
 def test_two_resonances_close_together_are_told_apart(given):
-    """317 and 337 Hz: the built-in one and the user's; the first alone has no core that makes a pair."""
+    """317 Hz and the user's 337 Hz; the first alone has no core that makes a pair."""
     given([FILES / "second_resonance.py"])
     case = with_physics("second_resonance", LOOKED_AT + 1005, ("resonance",))
     found = diagnosed(case, ["resonance", "second_resonance"])
