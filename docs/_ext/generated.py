@@ -5,6 +5,7 @@ import tempfile
 import tomllib
 import zipfile
 from collections import Counter
+from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
@@ -34,10 +35,8 @@ def _table(heads: list[str], rows: list[list[object]]) -> str:
 
 def commands() -> str:
     """Return all commands with their options, from the parser."""
-    parser = make_parser()
-    choices = next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction)).choices
     text = []
-    for name, command in choices.items():
+    for name, command in _commands(make_parser()):
         text += [f"## it2hys {name}\n", f"{command.description}\n"]
         usage = command.format_usage().removeprefix("usage: ")
         text += [f"```text\n{usage}```\n"]
@@ -48,6 +47,17 @@ def commands() -> str:
         if name in EXAMPLES:
             text += [f"```text\n{EXAMPLES[name].strip()}\n```\n"]
     return "\n".join(text)
+
+
+def _commands(
+    parser: argparse.ArgumentParser, before: str = ""
+) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Yield names and parsers of all commands, and of those within them."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, command in action.choices.items():
+                yield before + name, command
+                yield from _commands(command, f"{before}{name} ")
 
 
 def _typed(action: argparse.Action) -> str:

@@ -301,7 +301,7 @@ def _add_own(commands: argparse._SubParsersAction) -> None:
         epilog=examples("effect"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    actions = own.add_subparsers(required=True, metavar="ACTION")
+    actions = own.add_subparsers(required=True, metavar="ACTION", help="new or check")
     new = _command(actions, "new", _new_effect, "write an effect that works, to begin from", "effect")
     new.add_argument("name", metavar="NAME", help="its name: small letters, digits and underscores")
     new.add_argument(

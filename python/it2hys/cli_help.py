@@ -23,6 +23,7 @@ it2hys diagnose train.csv minor_loops.csv --test test.csv -o out/diagnosis
 it2hys diagnose train.csv --validate holds.csv --exclude lag,delay -o out/diagnosis
 it2hys diagnose today.csv --model out/mystage/parameters.ssv -o out/today
 it2hys diagnose new.csv --model out/diagnosis/parameters.ssv --design out/next/design.json -o out/told
+it2hys diagnose train.csv --test test.csv --effect mount.py -o out/diagnosis
 """,
     "design": """
 it2hys design out/diagnosis/report.json -o out/next
@@ -37,8 +38,8 @@ it2hys package out/mystage/parameters.ssv -o out/systems --effect out/mystage/mo
 """,
     "effect": """
 it2hys effect new mount
-it2hys effect check mount.py --records train.csv
-it2hys diagnose train.csv --effect mount.py -o out/diagnosis
+it2hys effect check mount.py
+it2hys effect check mount.py --records train.csv minor_loops.csv
 """,
     "simulate": """
 it2hys simulate out/mystage/IT2Plant.fmu --input voltage.csv -o displacement.csv
