@@ -1,8 +1,9 @@
 """The loop closed on the independent simulator: a record that cannot tell, a design, the next record.
 
 A stage of `cases` has one effect of a pair. Its first record is a sine, on which many effects look
-alike. From what that leaves, the next record is designed between the two; it is played on the stage,
-and, for comparison, so are the paper's signal and a chirp of the same length.
+alike. From what that leaves, the next record is designed between the two, and all that the first one
+leaves open beside them; it is played on the stage, and, for comparison, so are the paper's signal and a
+chirp of the same length.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ PAIRS = (
 )  # fmt: skip
 #: Frequency of the first record at the sample time of `_QUICK`, Hz and s.
 _SINE, _QUICK = 20.0, 1e-4
+#: Samples in which the amplifier goes through the range at most: steps in one would make a stage with
+#: little damping ring over several times its travel.
+_RISE = 10
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,7 @@ class Loop:
     family : str
         Of the designed record.
     promised : float
-        Probability, told beforehand, of telling the truth from the other one.
+        Probability, told beforehand, of telling the truth from all others.
     designed, paper, chirp : tuple of str
         What was named on the records that followed.
     design_seconds, seconds : float
@@ -119,8 +123,13 @@ def run_loop(
         first = diagnose([first_record(case, length)])
         open_ = tuple(e for group in first.indistinguishable for e in group)
         loop = replace(loop, first=first.effects, first_open=open_)
-        question = between(first.parameters, pair, case.noise_rms)
-        wanted = Wanted(duration=length * case.grid.sample_time)
+        # as from the report: between all that the first record leaves open
+        rivals = (*pair, *(e for e in open_ if e not in pair))
+        question = between(first.parameters, rivals, case.noise_rms)
+        low, high = question.base.voltage_range
+        sample_time = case.grid.sample_time
+        rate = (high - low) / (_RISE * sample_time)
+        wanted = Wanted(duration=length * sample_time, rate=rate)
         before = time.process_time()
         found = design(question, wanted, families, seed, draws=0)
         loop = replace(loop, design_seconds=time.process_time() - before)

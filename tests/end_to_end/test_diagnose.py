@@ -355,7 +355,7 @@ def test_from_the_set_that_a_diagnosis_wrote_nothing_new_is_found(folder, tmp_pa
     assert before == pytest.approx(first, rel=0.02) and after == pytest.approx(first, rel=0.02)
 
 
-def test_what_one_tone_cannot_tell_apart_is_said_with_the_experiment_that_would(tmp_path):
+def test_what_one_tone_cannot_tell_apart_is_said_with_the_record_that_would(tmp_path):
     """A lag, a dead time and play open the loop of one sine alike: none of them is named."""
     stage = stage_with(**{"lag.timeConstant": 5e-4})
     voltage = 50.0 - 50.0 * np.cos(2 * np.pi * 50.0 * np.arange(SAMPLES) * TS)
@@ -371,8 +371,12 @@ def test_what_one_tone_cannot_tell_apart_is_said_with_the_experiment_that_would(
     (group,) = report["indistinguishable"]
     assert group == ["delay", "lag", "play"]
     assert not {*group} & {*report["effects"]}
-    experiment = report["experiments"][0].split(",")[0]
-    assert experiment in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert report["next"]["promise"][0].startswith("Play this record: ")
+    assert "delay, lag and play apart with probability" in page
+    assert report["next"]["command"] in page and (tmp_path / "out" / "next.png").is_file()
+    # the sentence on what would do stands in for a design, and not beside it
+    assert report["experiments"] and report["experiments"][0] not in page
     assert "cannot tell it from delay, play" in evidence_on(report, "lag")["why"]
 
 

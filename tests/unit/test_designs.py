@@ -339,6 +339,13 @@ def test_where_nothing_can_decide_it_says_what_would_be_needed():
     assert "faster amplifier" in text
 
 
+def test_a_record_that_hardly_moves_the_stage_is_none_that_a_diagnosis_takes(ground):
+    """It would take it for one in another unit: pulses of a sample over all of the range."""
+    ticks = np.arange(ground.limits.samples)
+    assert ground.is_taken(55.0 - 55.0 * np.cos(2 * np.pi * 20 * ticks * TS))
+    assert not ground.is_taken(np.where(ticks % 200 == 100, 110.0, 0.0))
+
+
 def test_an_unknown_family_is_refused():
     with pytest.raises(InputError, match="no family"):
         design(between(table_1(), ["delay", "lag"], NOISE), SHORT, ("sawtooth",))

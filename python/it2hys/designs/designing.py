@@ -331,7 +331,7 @@ class _Search:
         Beyond what decides by far, what it tells of all parameters counts instead: a record that shows
         nothing but the difference leaves the rest of the model open, and all that may be in its place.
         """
-        if np.ptp(voltage) < 0.1 * self.limits.span:
+        if np.ptp(voltage) < 0.1 * self.limits.span or not self.ground.is_taken(voltage):
             return -np.inf
         if not self.ground.pairs:
             return self.ground.information(voltage, of_effects=True)

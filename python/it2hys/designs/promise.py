@@ -27,7 +27,7 @@ from it2hys.identification.scaling import Scaling
 from it2hys.identification.starts import Starts
 from it2hys.identification.traces import set_aside
 from it2hys.identification.uncertainty import assess, correlation_time
-from it2hys.policy import DESIGN, SEARCH
+from it2hys.policy import COVERAGE, DESIGN, SEARCH
 from it2hys.records.clues import Extent
 
 #: Iterations of a refit while designs are compared, and of one that a promise rests on.
@@ -269,6 +269,20 @@ class Ground:
             float(norm.cdf((mean - needed) / of_noise)),
             float(np.log(max(mean, np.finfo(float).tiny) / (needed + _SURE * of_noise))),
         )
+
+    def is_taken(self, voltage: np.ndarray) -> bool:
+        """Return whether a diagnosis from the model without effects takes a record of a voltage, (N,).
+
+        It refuses records that move far less, or more, than that model does at rest over the same
+        voltages: as if they were in another unit. One that is all too fast moves less. Here half of
+        what it allows is used, for what is not known of the stage.
+        """
+        base = self.question.base
+        share = np.ptp(voltage) / np.ptp(base.voltage_range)
+        at_rest = share * float(np.ptp(base.displacement_range))
+        most = 1.0 + 0.5 * (COVERAGE.same_unit - 1.0)
+        spans = np.array([np.ptp(self.reading(h, voltage)) for h in self.hypotheses])
+        return bool(np.all((spans < most * at_rest) & (spans > at_rest / most)))
 
     # --- parameters of one ---------------------------------------------------------------------------
 
