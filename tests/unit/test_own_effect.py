@@ -221,6 +221,11 @@ def test_it_rests_where_it_begins(effects):
     np.testing.assert_allclose(displacement, parameters["initialDisplacement"], rtol=1e-9)
 
 
+def test_every_operation_of_casadi_is_the_same_in_c():
+    with in_chain("every") as effects:
+        assert_plant_is_compiled(with_own(effects))
+
+
 def test_where_nothing_makes_the_output_the_inverse_is_saturated(tmp_path):
     """A stage that saturates softly: it cannot get above what its tanh reaches."""
     text = file_of("bend").read_text(encoding="utf-8")
@@ -282,6 +287,13 @@ def test_without_a_compiler_it_says_what_to_install(monkeypatch):
     monkeypatch.setattr(own_library.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InputError, match="pip install ziglang"):
         own_library.compiler.__wrapped__()
+
+
+def test_zig_alone_will_do(monkeypatch):
+    pytest.importorskip("ziglang")
+    monkeypatch.setattr(own_library, "compiler", own_library.zig)
+    with in_chain("mount") as effects:
+        assert_plant_is_compiled(with_own(effects))
 
 
 def test_platforms_are_compiled_as_the_packages_own(monkeypatch):
