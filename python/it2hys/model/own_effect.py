@@ -116,8 +116,11 @@ class OwnEffect(Effect):
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         if "memory" not in vars(cls):
-            few = Memory.AIMED if cls.states <= FEW_STATES else Memory.LONG
-            cls.memory = few if cls.states else Memory.NONE
+            cls.memory = Memory.AIMED if cls.states <= FEW_STATES else Memory.LONG
+        if not cls.states:
+            cls.memory = Memory.NONE
+        elif cls.inverse is None:  # nothing of it is kept in the inverse
+            cls.memory = Memory.LONGEST
 
     @property
     def has_inverse(self) -> bool:
