@@ -63,15 +63,22 @@ def lines(axes: plt.Axes, diagnosis: Diagnosis, tests: list[Record], number: int
     """Draw the errors of a test record before and after."""
     record = tests[number]
     for judged, model, colour, name in (
-        (diagnosis.before, diagnosis.base, BEFORE, "the paper's model"),
-        (diagnosis.after, diagnosis.parameters, AFTER, "with the effect"),
+        (diagnosis.before, diagnosis.base, BEFORE, "before"),
+        (diagnosis.after, diagnosis.parameters, AFTER, "after"),
     ):
         judgement = [j for j in judged if j.role == "test"][number]
         error = 1e9 * errors(model, record, judgement.offset)
         label = f"{name}: {1e9 * judgement.e_rms:.3g} nm rms"
         axes.plot(1e3 * record.time, error, colour, lw=0.8, label=label)
     axes.set_ylabel("error in nm")
-    axes.legend(loc="upper right", fontsize=8)
+    axes.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 0.98),
+        ncols=2,
+        fontsize=8,
+        frameon=False,
+        handlelength=1.2,
+    )
     axes.grid(alpha=0.3)
 
 
@@ -80,7 +87,8 @@ def main() -> None:
     figure, rows = plt.subplots(len(PHYSICS), 1, figsize=(8.0, 8.0), layout="constrained")
     for axes, example in zip(rows, PHYSICS, strict=True):
         diagnosis, tests = found(example)
-        lines(axes, diagnosis, tests, 0)
+        worst = np.argmax([j.e_rms for j in diagnosis.before if j.role == "test"])
+        lines(axes, diagnosis, tests, int(worst))
         axes.set_title(f"{WORDS[example]}: {example}.py", fontsize=10, loc="left")
         if example == "neural":
             draw_network(diagnosis, tests)

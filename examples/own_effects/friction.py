@@ -4,8 +4,8 @@ import casadi as ca
 
 from it2hys import Memory, OwnEffect, OwnParameter
 
-ELEMENTS = (1, 2, 3)
-GUESSES = {1: (0.05e-6, 0.15e-6), 2: (0.5e-6,), 3: (2e-6,)}
+ELEMENTS = (1, 2, 3, 4)
+GUESSES = {1: (0.05e-6, 0.15e-6), 2: (0.4e-6,), 3: (1e-6,), 4: (2e-6,)}
 
 
 class Friction(OwnEffect):

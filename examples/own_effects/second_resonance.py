@@ -12,7 +12,7 @@ FREQUENCIES = (80.0, 120.0, 180.0, 270.0, 400.0, 600.0)  # Hz
 class SecondResonance(OwnEffect):
     """The base gives way to the stage's inertia: y = x - gain (x - r), where r rings about x.
 
-    r is the base's answer to a voltage that is held for a tick, through its spring and its damper.
+    r is the base's answer, through its spring and damper, to what is held for a tick.
     """
 
     name = "second_resonance"

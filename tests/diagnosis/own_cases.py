@@ -76,10 +76,12 @@ class OwnCase:
             use_effects([])
 
 
-def with_physics(example: str, seed: int) -> Case:
-    """Return a case with the physics of an example and nothing else, in short records."""
+def with_physics(example: str, seed: int, beside: tuple[str, ...] = ()) -> Case:
+    """Return a case with the physics of an example beside other effects, in short records."""
     physics = PHYSICS[example]
-    return Case(seed, physics, outside=True, anomaly=physics, sample_time=SAMPLE_TIME, length=LENGTH)
+    return Case(
+        seed, physics, beside, outside=True, anomaly=physics, sample_time=SAMPLE_TIME, length=LENGTH
+    )
 
 
 def without_physics(number: int, seed: int) -> Case:
@@ -90,11 +92,15 @@ def without_physics(number: int, seed: int) -> Case:
 
 
 def suite(count: int, first: int = FIRST) -> Iterator[OwnCase]:
-    """Yield so many seeds of each kind, those of one seed together."""
+    """Yield so many seeds of each kind, those of one seed together.
+
+    Every other second resonance has a first one beside it.
+    """
     for i in range(count):
         yield OwnCase("not there", "", without_physics(i, first + 5 * i))
         for j, example in enumerate(PHYSICS, start=1):
-            case = with_physics(example, first + 5 * i + j)
+            first_one = ("resonance",) if example == "second_resonance" and i % 2 else ()
+            case = with_physics(example, first + 5 * i + j, first_one)
             yield OwnCase("given", example, case)
             yield OwnCase("absent", example, case)
 

@@ -83,6 +83,19 @@ def test_a_second_resonance_is_named_and_measured(given, declared):
 
 
 @pytest.mark.slow
+def test_two_resonances_close_together_are_told_apart(given):
+    """317 Hz and the user's 337 Hz; the first alone has no core that makes a pair."""
+    given([FILES / "second_resonance.py"])
+    case = with_physics("second_resonance", LOOKED_AT + 1005, ("resonance",))
+    found = diagnosed(case, ["resonance", "second_resonance"])
+    assert {*found.effects} == {"resonance", "second_resonance"}
+    assert found.stages[0].label == "before" and found.stages[-1].label == " + ".join(found.effects)
+    for name, physics in (("resonance", "resonance"), ("second_resonance", "second resonance")):
+        frequency = found.parameters[f"{name}.frequency"]
+        assert frequency == pytest.approx(case.plant.effects[physics].frequency, rel=0.01), name
+
+
+@pytest.mark.slow
 def test_without_its_file_it_is_unexplained_and_described(given):
     case = with_physics("second_resonance", LOOKED_AT + 1000)
     found = diagnosed(case, ["resonance"])

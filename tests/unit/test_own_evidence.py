@@ -36,11 +36,11 @@ def clues(residual, force: float = 0.0, channel: bool = False) -> Clues:
         model = 1.4e-7 * lfilter([0.1], [1.0, -0.9], voltage, zi=[0.9 * voltage[0]])[0]
         own = force * np.sin(2.0 * np.pi * 35.0 * t)
         left = residual(model, own)
-        temperature = np.full(COUNT, 293.15)
+        temperature = 293.15 + 3.0 * np.sin(2.0 * np.pi * 11.0 * t)
         used = np.ones(COUNT, bool)
         records.append(Clue(voltage, own, temperature, model + left, left, used))
-    span = (-force, force) if channel else None
-    return Clues(Extent(TS, COUNT * TS, (0.0, 100.0), (0.0, 14e-6), span), records)
+    channels = ((-force, force), (290.15, 296.15)) if channel else (None, None)
+    return Clues(Extent(TS, COUNT * TS, (0.0, 100.0), (0.0, 14e-6), *channels), records)
 
 
 def evidence(example: str) -> OwnEvidence:
@@ -74,7 +74,19 @@ def test_what_the_effect_adds_is_told_from_noise():
 
     found = evidence("second_resonance").signature(clues(ringing))
     assert found.p_value < 1e-3 and found.statistic > 0.3, found
-    assert "'second_resonance'" in found.text and "frequency = 180" in found.text
+    assert "'second_resonance'" in found.text and "frequency = 180 Hz" in found.text
+
+
+@pytest.mark.parametrize(
+    "path", sorted((Path(__file__).parent / "own").glob("*.py")), ids=lambda p: p.stem
+)
+def test_every_kind_of_effect_has_a_signature(path):
+    """Before and behind the core and in the reading, with and without states, a channel, a rest."""
+    rng = np.random.default_rng(0)
+    found = OwnEvidence(load_effect(path)).signature(
+        clues(lambda model, force: coloured(rng), 20.0, True)
+    )
+    assert 1e-3 < found.p_value <= 1.0 and 0.0 <= found.statistic < 0.1
 
 
 def test_guesses_are_all_combinations():

@@ -312,28 +312,33 @@ class _Session:
         whole = replace(bench, traces=self._all_fitted)
         fit = whole.fit(self._on_whole(node.fit.model, bench), _FINAL)
         for strength in (1e1, 1e2, 1e3):
-            if self._usable_range(fit.model) is not None:
+            if self._usable(fit.model) is not None:
                 break
             fit = whole.fit(fit.model, _FINAL, strength)
-        usable = self._usable_range(fit.model)
-        if usable is None:
+        model = self._usable(fit.model)
+        if model is None:
             raise InputError(
                 "the fitted model is not usable over the range of the training records: its core does "
                 "not contract there, or has no inverse; give records that cover the range better"
             )
-        ends = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
-        model = replace(fit.model, values={**fit.model.values, **ends})
         return ChainFit(whole.criterion(model), fit.minimum)
 
-    def _usable_range(self, model: Model) -> tuple[float, float] | None:
-        """Return a range that holds the core's outputs, and the displacements too where it can."""
+    def _usable(self, model: Model) -> Model | None:
+        """Return a model of the whole training records with a range in which its core is usable.
+
+        The range holds the core's outputs, and the displacements too where it can; None without one.
+        """
         runs = [model.run(t, i) for i, t in enumerate(self._all_fitted)]
         core = [output for _, _, output in runs]
         ranges = (
             widest_range(model.rules, float(min(map(np.min, ys))), float(max(map(np.max, ys))))
             for ys in ([*core, *(reading for reading, _, _ in runs)], core)
         )
-        return next((usable for usable in ranges if usable is not None), None)
+        usable = next((usable for usable in ranges if usable is not None), None)
+        if usable is None:
+            return None
+        ends = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
+        return replace(model, values={**model.values, **ends})
 
     # --- assessment ------------------------------------------------------------------------------
 
@@ -444,9 +449,11 @@ class _Session:
         stages = [self._stage("before", search.root, searched, before)]
         for count in range(1, len(order)):
             found = [n for n in search.nodes.values() if n.effects == frozenset(order[:count])]
-            if found:
-                best = min(found, key=lambda n: n.rms)
-                judged = self._judgements(self._on_whole(best.fit.model, bench), bench, traces)
+            best = min(found, key=lambda n: n.rms, default=None)
+            # a model on the way may have a core that makes no pair
+            usable = best and self._usable(self._on_whole(best.fit.model, bench))
+            if best and usable:
+                judged = self._judgements(usable, bench, traces)
                 stages.append(self._stage(" + ".join(order[:count]), best, searched, judged))
         if order:
             deciding = None if self._is_whole else bench.deciding

@@ -24,7 +24,7 @@ from it2hys.diagnosis.evidence.statistics import (
     readable,
 )
 from it2hys.model.effect import Surroundings
-from it2hys.model.own_effect import OwnEffect, symbols_of
+from it2hys.model.own_effect import ENDS, OwnEffect, symbols_of
 from it2hys.records.clues import Clue, Clues
 
 #: Lags, in ticks, by which a core may answer what comes in front of it.
@@ -75,8 +75,11 @@ class OwnEvidence(EffectEvidence):
         bank = [self._columns(seen, guess) for guess in guesses]
         chosen, trial = Ground(seen, [absorbed(seen)]).best(bank)
         # a guess tells where there are several
-        several = {p.name for p in self._effect.parameters if len(p.guesses) > 1}
-        at = [f"{n} = {v:g}" for n, v in guesses[chosen].items() if n.split(".")[1] in several]
+        at = [
+            f"{name} = {value:g} {'' if p.unit == '1' else p.unit}".strip()
+            for p, (name, value) in zip(self._effect.parameters, guesses[chosen].items(), strict=True)
+            if len(p.guesses) > 1
+        ]
         text = (
             f"What '{self._effect.name}' adds to the signal explains {100 * trial.share:.0f} % of the "
             f"residual's power{', from the guess ' + ', '.join(at) if at else ''}."
@@ -111,8 +114,9 @@ class OwnEvidence(EffectEvidence):
         """Return the answer over one record, (N, 1 + parameters), from rest at its first sample."""
         signal = clue.voltage if self._effect.side == "before" else modelled(clue)
         time = seen.extent.sample_time * np.arange(len(signal))
-        shared = [seen.extent.sample_time, seen.extent.zero]
-        return self._answer([*guess.values(), *shared], signal, clue.force, clue.temperature, time)
+        ends = seen.extent.voltage if self._effect.side == "before" else seen.extent.displacement
+        known = [*guess.values(), seen.extent.sample_time, seen.extent.zero, *ends]
+        return self._answer(known, signal, clue.force, clue.temperature, time)
 
 
 @cache
@@ -128,6 +132,8 @@ def _answer(effect: OwnEffect):
     where the effect adds nothing there.
     """
     values, state, x, around = symbols_of(effect)
+    # the range in which the input at rest is sought
+    values |= {name: ca.SX.sym(name) for name in ENDS[effect.side]}
     own = ca.vertcat(*list(values.values())[: len(effect.parameters)])
     output, following = effect.step(values, list(state), x, Surroundings(*around))
     states, after = ca.vertcat(*state), ca.vertcat(*following)
