@@ -271,6 +271,27 @@ def test_where_nothing_makes_the_output_the_inverse_is_saturated(tmp_path):
         use_effects(())
 
 
+def test_beyond_the_range_a_stage_may_fall(tmp_path):
+    """A polynomial that rises over the range is inverted there, whatever it does outside."""
+    text = file_of("bend").read_text(encoding="utf-8")
+    curve = "x - share * (x - 60) ** 3 / scale**2, []"
+    text = text.replace("(1 - share) * x + share * scale * ca.tanh(x / scale), []", curve)
+    assert curve in text
+    (tmp_path / "bend.py").write_text(text, encoding="utf-8")
+    try:
+        use_effects([tmp_path / "bend.py"])
+        values = {**table_1(), "bend.share": 0.2, "bend.scale": 60.0, "initialDisplacement": 5 * UM}
+        parameters = ParameterSet(values).validate()
+        assert_plant_is_compiled(parameters)
+        reference = gentle_reference(300)
+        assert assert_inverse_is_compiled(parameters, reference) == 0
+        voltage, _ = compiled.chain_inverse_run(parameters, reference)
+        followed = compiled.chain_free_run(parameters, voltage)[0]
+        np.testing.assert_allclose(followed, reference, rtol=1e-9)
+    finally:
+        use_effects(())
+
+
 def test_a_range_without_ends_has_an_inverse_too():
     """As in a search, which does not know the range yet."""
     with in_chain("bend") as effects:
