@@ -5,8 +5,8 @@
 
 #include "stage.h"
 
-/* The input is sought within the range and this share of it beyond each end: an end of that is out of the range,
- * so that the chain's inverse is saturated where nothing makes the output. */
+/* The input is sought within the range, then within this share of it beyond each end: an end of that is out of
+ * the range, so that the chain's inverse is saturated where nothing makes the output. */
 #define OWN_BEYOND REAL(0.5)
 
 /* Halving alone takes 53 to the last digit; and steps that are less than that of the bracket are rounding. */
@@ -36,22 +36,35 @@ static inline void own_bracket(own_curve *curve, const void *constants, const vo
     }
 }
 
-/* Where a curve that rises has the value y, or the end of the bracket beyond which it lies. Newton's method
- * within a bracket that every step narrows, which is halved instead where Newton would leave it or does not halve
- * its own step. */
-static inline real own_search(own_curve *curve, const void *constants, const void *state, real y,
-                              const struct chain_surroundings *around, real first, real last)
+/* The farthest that an input is sought beyond the ends of a range. */
+static inline real own_beyond(real minimum, real maximum)
 {
-    if (!(last - first < REAL_MAX))
-        own_bracket(curve, constants, state, y, around, &first, &last);
-    const real rounding = OWN_ROUNDING * (last - first);
-    real low = first, high = last, slope;
-    real x = clamp(y, first, last), step = last - first;
+    return OWN_BEYOND * (maximum - minimum);
+}
 
-    if (curve(constants, state, first, around, &slope) >= y)
-        return first;
-    if (curve(constants, state, last, around, &slope) <= y)
-        return last;
+/* Where a curve that rises over the range has the value y: within the range if that is there, otherwise beyond it
+ * or at the farthest that it is sought. Newton's method within a bracket that every step narrows, which is halved
+ * instead where Newton would leave it or does not halve its own step. */
+static inline real own_search(own_curve *curve, const void *constants, const void *state, real y,
+                              const struct chain_surroundings *around, real minimum, real maximum)
+{
+    real low = minimum, high = maximum, slope;
+
+    if (!(minimum < maximum && maximum - minimum < REAL_MAX)) {
+        own_bracket(curve, constants, state, y, around, &low, &high);
+    } else if (curve(constants, state, minimum, around, &slope) > y) {
+        low = minimum - own_beyond(minimum, maximum);
+        high = minimum;
+        if (curve(constants, state, low, around, &slope) >= y)
+            return low;
+    } else if (curve(constants, state, maximum, around, &slope) < y) {
+        low = maximum;
+        high = maximum + own_beyond(minimum, maximum);
+        if (curve(constants, state, high, around, &slope) <= y)
+            return high;
+    }
+    const real rounding = OWN_ROUNDING * (high - low);
+    real x = clamp(y, low, high), step = high - low;
     for (int i = 0; i < OWN_SEARCH_STEPS; i++) {
         const real excess = curve(constants, state, x, around, &slope) - y;
         const real newton = -excess / slope;

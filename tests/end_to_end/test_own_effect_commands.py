@@ -69,7 +69,7 @@ def test_it_is_found_fitted_and_packaged(diagnosed):
 
 def test_its_set_is_packaged_with_the_file_beside_it(diagnosed, tmp_path, capsys):
     command = ["package", diagnosed / "parameters.ssv", "-o", tmp_path / "out"]
-    assert_refused(capsys, command, "'mount.gain'", "--effect mount.py")
+    assert_refused(capsys, command, "effects of your own, mount", f"--effect {diagnosed / 'mount.py'}")
     assert not (tmp_path / "out").exists()
     more = ["--effect", diagnosed / "mount.py", "--c-header", "--modelica", "--ssp", "--quiet"]
     assert run(*command, *more) == 0

@@ -99,6 +99,8 @@ def test_the_wheel_holds_what_it_needs(wheel):
     }.items():
         expected = {f"{folder}/{name}" for name in ("it2hys.c", "it2hys.h", *own)}
         assert {name for name in native if name.startswith(f"{folder}/")} == expected
+    # the core is built from these anew with effects of the user's own
+    assert {f"source/core/{p.name}" for p in (ROOT / "fmu_src" / "core").glob("*.[ch]")} <= native
     assert any(name.endswith("dist-info/licenses/LICENSE") for name in names)
     assert not [name for name in names if name.startswith("it2hys/fmus/") or "__pycache__" in name]
 

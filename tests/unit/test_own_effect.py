@@ -52,6 +52,7 @@ REFUSED = {
     "no name": ('    name = "mount"\n', "", "class Mount", "a declaration is missing"),
     "a wrong side": ('"behind"', '"upon"', "class Mount", "side is 'upon'"),
     "a guess outside": ("guesses=(0.05,), d", "guesses=(5.0,), d", "class Mount", "must lie from"),
+    "a limit": ("states = 2", "states, limits = 2, True", "class Mount", "limits is not for"),
     "states in the reading": ('"behind"', '"reading"', "class Mount", "no states"),
 }  # fmt: skip
 
@@ -197,7 +198,7 @@ def test_the_plant_follows_its_inverse(effects):
     np.testing.assert_allclose(followed, reference, rtol=1e-9)
 
 
-def test_every_derivative_is_casadis(effects):
+def assert_every_derivative_is_casadis(effects):
     parameters = with_own(effects)
     chain, driven = Chain(parameters), drive(parameters)
     read, expected = by_casadi(chain, driven)
@@ -214,11 +215,39 @@ def test_every_derivative_is_casadis(effects):
         assert (np.abs(expected[:, own]).max(axis=0) > 0.0).all(), effect.name
 
 
-def test_it_rests_where_it_begins(effects):
+def test_every_derivative_is_casadis(effects):
+    assert_every_derivative_is_casadis(effects)
+
+
+def assert_it_rests_where_it_begins(effects):
     parameters = with_own(effects)
     hold = compiled.chain_equilibrium(parameters)
     displacement, _ = compiled.chain_free_run(parameters, np.full(50, hold))
     np.testing.assert_allclose(displacement, parameters["initialDisplacement"], rtol=1e-9)
+
+
+def test_it_rests_where_it_begins(effects):
+    assert_it_rests_where_it_begins(effects)
+
+
+def test_one_without_a_part_in_the_inverse_is_left_out_of_it():
+    """Beside others that have one: the inverse is that of the chain without it."""
+    with in_chain("late", "charge", "mount") as effects:
+        parameters = with_own(effects)
+        assert_plant_is_compiled(parameters)
+        assert_inverse_is_compiled(parameters, gentle_reference(300))
+        assert_inverse_is_compiled(parameters, rough_reference(np.random.default_rng(1), 300))
+        assert_every_derivative_is_casadis(effects)
+        assert_it_rests_where_it_begins(effects)
+        reference = gentle_reference(300)
+        found = compiled.chain_inverse_run(parameters, reference)[0]
+        without = compiled.chain_inverse_run(parameters.replace(**{"late.share": 0.0}), reference)[0]
+        np.testing.assert_allclose(found, without, rtol=1e-9)
+
+
+def test_every_operation_of_casadi_is_the_same_in_c():
+    with in_chain("every") as effects:
+        assert_plant_is_compiled(with_own(effects))
 
 
 def test_where_nothing_makes_the_output_the_inverse_is_saturated(tmp_path):
@@ -238,6 +267,27 @@ def test_where_nothing_makes_the_output_the_inverse_is_saturated(tmp_path):
         assert saturated[reference > 8.1 * UM].all() and not saturated[:50].any()
         assert not saturated[-50:].any()
         assert np.abs(reached - reference)[~saturated].max() < 1e-9 * 16 * UM
+    finally:
+        use_effects(())
+
+
+def test_beyond_the_range_a_stage_may_fall(tmp_path):
+    """A polynomial that rises over the range is inverted there, whatever it does outside."""
+    text = file_of("bend").read_text(encoding="utf-8")
+    curve = "x - share * (x - 60) ** 3 / scale**2, []"
+    text = text.replace("(1 - share) * x + share * scale * ca.tanh(x / scale), []", curve)
+    assert curve in text
+    (tmp_path / "bend.py").write_text(text, encoding="utf-8")
+    try:
+        use_effects([tmp_path / "bend.py"])
+        values = {**table_1(), "bend.share": 0.2, "bend.scale": 60.0, "initialDisplacement": 5 * UM}
+        parameters = ParameterSet(values).validate()
+        assert_plant_is_compiled(parameters)
+        reference = gentle_reference(300)
+        assert assert_inverse_is_compiled(parameters, reference) == 0
+        voltage, _ = compiled.chain_inverse_run(parameters, reference)
+        followed = compiled.chain_free_run(parameters, voltage)[0]
+        np.testing.assert_allclose(followed, reference, rtol=1e-9)
     finally:
         use_effects(())
 
@@ -282,6 +332,13 @@ def test_without_a_compiler_it_says_what_to_install(monkeypatch):
     monkeypatch.setattr(own_library.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InputError, match="pip install ziglang"):
         own_library.compiler.__wrapped__()
+
+
+def test_zig_alone_will_do(monkeypatch):
+    pytest.importorskip("ziglang")
+    monkeypatch.setattr(own_library, "compiler", own_library.zig)
+    with in_chain("mount") as effects:
+        assert_plant_is_compiled(with_own(effects))
 
 
 def test_platforms_are_compiled_as_the_packages_own(monkeypatch):

@@ -1,7 +1,7 @@
 """The binaries of FMUs with effects of the user's own, for the platforms that the package has.
 
-The host's are compiled by the compiler of the system, the others by zig as `fmu_src/platforms` does it;
-a machine without zig makes the host's alone.
+They are compiled by zig as `fmu_src/platforms` does it. A machine without zig makes the host's alone,
+by the compiler of the system, and so does a build of the package for the host alone.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from it2hys.fmu.own_library import SOURCES, cache_directory, compiler, fmi_headers, run_all, zig
+from it2hys.fmu.own_library import SOURCES, compiler, fmi_headers, run_all, zig
 from it2hys.fmu.platforms import PLATFORMS
 from it2hys.model.compiled import packaged_native
 
@@ -68,7 +68,8 @@ def make_binaries(native: Path) -> list[str]:
     host, has_zig = _host(), importlib.util.find_spec("ziglang") is not None
     possible = [p for p in wanted if has_zig or p == host]
     for name in (n for n in possible if n in _TARGETS):
-        _make(native, name, name == host)
+        # zig's runs with older C libraries than the host's, as all of the package's own do
+        _make(native, name, by_host=not has_zig or wanted == [host])
     if _JOINED in possible and host != _JOINED:
         _join(native)
     for name in possible:
@@ -88,15 +89,14 @@ def _host() -> str:
     return "aarch64-linux" if arm else "linux64"
 
 
-def _make(native: Path, name: str, is_host: bool) -> None:
+def _make(native: Path, name: str, by_host: bool) -> None:
     """Compile each file once, for both FMUs; binaries appear whole or not at all."""
     target, folder = _TARGETS[name], native / "binaries" / name
     if all((folder / f"{fmu}{target.suffix}").is_file() for fmu in _FMUS):
         return
     work = native.parent / f"{name}-{os.getpid()}"
     work.mkdir()
-    by_host = is_host and compiler()[0] != sys.executable
-    os.environ.setdefault("ZIG_GLOBAL_CACHE_DIR", str(cache_directory() / "zig"))
+    by_host = by_host and compiler()[0] != sys.executable
     command = list(compiler()) if by_host else [*zig(), "-target", target.zig]
     sources = native / "sources"
     include = [f"-I{native.parent / 'generated'}", f"-I{sources}", "-isystem", str(fmi_headers())]

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from it2hys.errors import InputError
 from it2hys.model import compiled
 from it2hys.model.chain import Chain
-from it2hys.model.own_effect import AT_REST, ENDS, OwnEffect, sample_values, symbols_of
+from it2hys.model.own_effect import AT_REST, ENDS, OwnEffect, line_of, sample_values, symbols_of
 from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.records import Record
 
@@ -190,7 +191,10 @@ def _inverse_is_off(effect: OwnEffect, run: _Run) -> float:
 def _in_chain(effect: OwnEffect) -> Iterator[Finding]:
     """Yield what is found in the paper's stage with the effect."""
     own = {n: v for n, v in _guesses(effect)[0].items() if n.startswith(f"{effect.name}.")}
-    parameters = ParameterSet({**table_1(), **own}, effect.name).validate()
+    try:
+        parameters = ParameterSet({**table_1(), **own}, effect.name).validate()
+    except InputError as error:
+        raise InputError(f"{effect.file}:{line_of(effect)}: {error}") from None
     voltage = 52.5 - 52.5 * np.cos(0.025 * np.arange(_TIMED))
     ours = compiled.chain_free_run(parameters, voltage[:_TICKS])[1]
     theirs = Chain(parameters).free_run(voltage[:_TICKS])[1]

@@ -223,12 +223,15 @@ def fmi_headers() -> Path:
 
 def run_all(commands: Iterable[Sequence[str]]) -> None:
     """Run compilers side by side; what one of them says is raised."""
-    commands = list(commands)
+    commands, environment = list(commands), dict(os.environ)
+    environment.setdefault("ZIG_GLOBAL_CACHE_DIR", str(cache_directory() / "zig"))
     most = os.cpu_count() or 1
     while commands:
         now, commands = commands[:most], commands[most:]
         running = [
-            subprocess.Popen(c, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            subprocess.Popen(
+                c, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+            )
             for c in now
         ]
         said = [process.communicate()[0] for process in running]

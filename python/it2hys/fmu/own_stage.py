@@ -143,7 +143,7 @@ class _Stage:
                 "",
                 f"struct {name} {{",
                 f"    real k[{len(self.k)}]; /* of the parameters alone */",
-                "    real low, high; /* where the input is sought, without derivatives */",
+                "    real low, high; /* the range in which the input is sought, without derivatives */",
                 "};",
                 *state,
                 "",
@@ -229,8 +229,8 @@ class _Stage:
             "",
             body,
             [f"c->k[{i}] = {r};" for i, r in enumerate(results)],
-            f"c->low = {low} - OWN_BEYOND * ({high} - {low});",
-            f"c->high = {high} + OWN_BEYOND * ({high} - {low});",
+            f"c->low = {low};",
+            f"c->high = {high};",
         )
 
     def _prepare_tangent(self) -> str:
@@ -395,7 +395,7 @@ class _Stage:
         )
 
     def _check(self) -> str:
-        """Return the check that the output rises with the input, at rest all over the bracket."""
+        """Return the check that the output rises with the input, at rest all over the range."""
         name, n = self.name, self.n
         state = f"struct {name}_state state;" if n else []
         at = "&state" if n else "NULL"
@@ -410,14 +410,16 @@ class _Stage:
             "    return true;",
             f"{name}_prepare(&c, p);",
             "for (int i = 0; i <= OWN_GRID; i++) {",
-            "    const real y = c.low + (c.high - c.low) * (real)i / OWN_GRID;",
-            f"    const real x = {name}_rest(&c, {at}, y, p);",
+            "    const real place = c.low + (c.high - c.low) * (real)i / OWN_GRID;",
+            f"    const real x = {f'{name}_rest(&c, {at}, place, p)' if n else 'place'};",
+            "    if (x < c.low || x > c.high)",
+            "        continue;",
             f"    const real there = {name}_curve(&c, {at}, x, &OWN_AT_REST, &slope);",
             "    if (!(slope > 0 && slope < REAL_MAX && real_fabs(there) < REAL_MAX))",
             "        return refuse(message, size,",
             f'                      "with {first} = %g, the output of {name} does not rise with its "',
-            '                      "input where it rests at %g, so that it has no inverse",',
-            f"                      (double)p->{first}, (double)y);",
+            '                      "input at rest at %g, so that it has no inverse",',
+            f"                      (double)p->{first}, (double)x);",
             "}",
             "return true;",
         )
@@ -519,8 +521,11 @@ class _Stage:
             body,
             f"const real moved = {d_x_text};",
             ["real row;"] * aimed,
-            # at an end of the bracket it stays
-            "const real d_x = x <= c->low || x >= c->high ? 0 : moved;"
+            # as far beyond the range as it is sought it stays
+            [
+                "const real beyond = own_beyond(c->low, c->high);",
+                "const real d_x = x <= c->low - beyond || x >= c->high + beyond ? 0 : moved;",
+            ]
             if searched
             else "const real d_x = moved;",
             ["row = d_x;"] * aimed,

@@ -116,8 +116,11 @@ class OwnEffect(Effect):
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         if "memory" not in vars(cls):
-            few = Memory.AIMED if cls.states <= FEW_STATES else Memory.LONG
-            cls.memory = few if cls.states else Memory.NONE
+            cls.memory = Memory.AIMED if cls.states <= FEW_STATES else Memory.LONG
+        if not cls.states:
+            cls.memory = Memory.NONE
+        elif cls.inverse is None:  # nothing of it is kept in the inverse
+            cls.memory = Memory.LONGEST
 
     @property
     def has_inverse(self) -> bool:
@@ -176,8 +179,8 @@ class OwnEffect(Effect):
         """Return the input that makes the output y, and the next states where the memory is short.
 
         By default it is solved for where `step` is affine in its input, and sought by Newton's method
-        within a bracket otherwise. Where nothing makes that output it is an end of the bracket, which
-        lies beyond the range, so that the chain's inverse is saturated.
+        over the range otherwise, in which `step` has to rise, and a part of it beyond. Where nothing
+        makes that output it is as far beyond, so that the chain's inverse is saturated.
         """
         x = solved(self, values, state, y, around)
         return x, self.step(values, state, x, around)[1] if self.memory is Memory.AIMED else state
@@ -212,13 +215,6 @@ def slope_of(
     return ca.substitute(y, symbol, x), ca.substitute(slope, symbol, x), affine
 
 
-def bracket(effect: OwnEffect, values: Values) -> tuple[Scalar, Scalar]:
-    """Return the ends between which an input is sought."""
-    low, high = (values[name] for name in ENDS[effect.side])
-    beyond = BEYOND * (high - low)
-    return low - beyond, high + beyond
-
-
 def solved(
     effect: OwnEffect, values: Values, state: list[Scalar], y: Scalar, around: Surroundings
 ) -> Scalar:
@@ -227,8 +223,12 @@ def solved(
     if affine:
         return y - (at - y) / slope
     curve = _curve(effect, values, state, around)
-    first, last = bracket(effect, values)
-    low, high, rounding = ca.SX(first), ca.SX(last), ROUNDING * (last - first)
+    minimum, maximum = (ca.SX(values[name]) for name in ENDS[effect.side])
+    beyond, rounding = BEYOND * (maximum - minimum), ROUNDING * (maximum - minimum)
+    first, last = minimum - beyond, maximum + beyond
+    is_below, is_above = curve(minimum)[0] > y, curve(maximum)[0] < y
+    low = ca.if_else(is_below, first, ca.if_else(is_above, maximum, minimum))
+    high = ca.if_else(is_below, minimum, ca.if_else(is_above, last, maximum))
     x, step = ca.fmin(ca.fmax(y, low), high), high - low
     for _ in range(SEARCH_STEPS):
         value, slope = curve(x)
@@ -244,8 +244,9 @@ def solved(
     value, slope = curve(x)
     # its derivatives are those of the root
     root = x - ca.if_else(slope > 0.0, (value - y) / slope, 0.0)
-    lowest, highest = curve(ca.SX(first))[0], curve(ca.SX(last))[0]
-    return ca.if_else(lowest >= y, first, ca.if_else(highest <= y, last, root))
+    is_least = ca.logic_and(is_below, curve(first)[0] >= y)
+    is_most = ca.logic_and(is_above, curve(last)[0] <= y)
+    return ca.if_else(is_least, first, ca.if_else(is_most, last, root))
 
 
 def _curve(

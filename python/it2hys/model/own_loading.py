@@ -168,12 +168,11 @@ class _Check:
             self._refuse(
                 None, 'an effect in the reading has no states; what has them stands "behind" the core'
             )
-        allowed = (Memory.AIMED, Memory.LONG) if effect.states else (Memory.NONE,)
-        if effect.memory not in allowed:
-            choice = " or ".join(f"Memory.{m.name}" for m in allowed)
-            self._refuse(
-                None, f"memory is {effect.memory}; with {effect.states} states it must be {choice}"
-            )
+        if effect.states and effect.has_inverse and effect.memory not in (Memory.AIMED, Memory.LONG):
+            self._refuse(None, f"memory is {effect.memory}; it must be Memory.AIMED or Memory.LONG")
+        for name in ("limits", "per_record", "shift"):
+            if getattr(effect, name):
+                self._refuse(None, f"{name} is not for an effect of one's own")
         if not effect.parameters:
             self._refuse(None, "parameters is empty; the first one switches the effect: 0 is off")
         names = [p.name for p in effect.parameters]

@@ -162,11 +162,8 @@ def _count(group: str, entry: dict, given: Mapping) -> int:
 
 def _suggest(name: str, known: Mapping) -> str:
     effect = name.split(".")[0]
-    if "." in name and not any(n.startswith(f"{effect}.") for n in known):
-        return (
-            f"if {effect!r} is an effect of your own, name its file: --effect {effect}.py, which lies "
-            "beside the parameters where it2hys wrote them"
-        )
+    if "." in name and "[" not in name and not any(n.startswith(f"{effect}.") for n in known):
+        return f"if {effect!r} is an effect of your own, name its file: --effect {effect}.py"
     matches = difflib.get_close_matches(name, known, n=1)
     return f"did you mean {matches[0]!r}?" if matches else "`variables.toml` lists the known ones"
 
@@ -224,9 +221,20 @@ def read_ssv(path: str | Path) -> ParameterSet:
         raise InputError(f"{path}: not an SSP parameter set (the root element is {root.tag})")
     try:
         entries = _up_to_date(dict(_entries(root)))
+        _check_effects(entries, path.parent)
         return ParameterSet(entries, root.get("name", path.stem)).validate()
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def _check_effects(entries: Mapping, folder: Path) -> None:
+    """Refuse a set with effects that are not in the chain, whose files lie beside it."""
+    known = {name.split(".")[0] for name in load_table().parameters()}
+    others = dict.fromkeys(name.split(".")[0] for name in entries if "." in name)
+    missing = [e for e in others if e not in known and (folder / f"{e}.py").is_file()]
+    if missing:
+        files = " ".join(f"--effect {folder / e}.py" for e in missing)
+        raise InputError(f"needs effects of your own, {', '.join(missing)}; name their files: {files}")
 
 
 def _up_to_date(entries: dict[str, Any]) -> dict[str, Any]:

@@ -365,7 +365,7 @@ real chain_hold(const struct chain *chain, const struct chain_state *state)
         const void *constants = chain_constants_of(chain, place);
         if (place->memory == CHAIN_LONG)
             x = place->stage->inverse(constants, chain_state_of((struct chain_state *)state, place), x, NULL);
-        else if (place->memory <= CHAIN_AIMED && place->stage->rest)
+        else if (place->memory != CHAIN_SHORT && place->stage->rest)
             x = place->stage->rest(constants, chain_state_of(&rested, place), x, NULL);
     }
     return x;

@@ -416,8 +416,8 @@ struct stage {
     bool (*is_idle)(const struct chain_parameters *);
     void (*prepare)(void *constants, const struct chain_parameters *);
 
-    /* At rest at the output y; returns the input. NULL: that is y, and there is no state. With the memory NONE
-     * or AIMED before the core, the constants say all: there may be no parameters. */
+    /* At rest at the output y; returns the input. NULL: that is y, and there is no state. Before the
+     * core, with a memory that is not LONG, the constants say all: there may be no parameters. */
     real (*rest)(const void *constants, void *state, real y, const struct chain_parameters *);
 
     /* Input to output; advances the state. */

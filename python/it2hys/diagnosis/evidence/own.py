@@ -100,15 +100,16 @@ class OwnEvidence(EffectEvidence):
                 np.hstack([a, *(np.apply_along_axis(lagged, 0, a, ticks) for ticks in _OF_CORE)])
                 for a in answers
             ]
+        # a guess at which it diverges tells nothing
+        answers = [np.nan_to_num(a, nan=0.0, posinf=0.0, neginf=0.0) for a in answers]
         stacked = np.vstack(answers)
-        stacked = np.where(np.isfinite(stacked), stacked, 0.0)
         length = np.linalg.norm(stacked - stacked.mean(axis=0), axis=0)
         kept = length > np.sqrt(np.finfo(float).tiny)
         if not np.any(kept):
             return by_record(seen, answers)
         _, sizes, directions = np.linalg.svd(stacked[:, kept] / length[kept], full_matrices=False)
         mixed = directions[sizes > _LEAST_DIRECTION * sizes[0]].T / length[kept][:, None]
-        return by_record(seen, [np.nan_to_num(a[:, kept]) @ mixed for a in answers])
+        return by_record(seen, [a[:, kept] @ mixed for a in answers])
 
     def _of_record(self, seen: Clues, clue: Clue, guess: Mapping[str, float]) -> np.ndarray:
         """Return the answer over one record, (N, 1 + parameters), from rest at its first sample."""
