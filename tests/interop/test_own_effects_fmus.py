@@ -107,6 +107,8 @@ def test_the_fmus_are_valid_and_show_what_is_inside(packaged, effects, name):
             variable = names[f"{effect.name}.{p.name}"]
             assert variable.unit == p.unit and variable.causality == "parameter"
             assert int(variable.valueReference) > int(names["nonlinearity.sextic"].valueReference)
+    units = {unit.name: unit.baseUnit for unit in described.unitDefinitions}
+    assert units["1/K"] is None and units["Hz"] is not None
     with zipfile.ZipFile(path) as archive:
         entries = set(archive.namelist())
         for effect in effects:

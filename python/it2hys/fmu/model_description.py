@@ -116,7 +116,8 @@ def _add_units(root: etree._Element, used: set[str | None], units: Mapping[str, 
             continue
         element = etree.SubElement(definitions, "Unit", name=name)
         exponents = {k: str(v) for k, v in unit.items() if k != "display"}
-        etree.SubElement(element, "BaseUnit", **exponents)
+        if exponents or name == "1":  # nothing is known of one that only a user's own effect has
+            etree.SubElement(element, "BaseUnit", **exponents)
         for display, conversion in unit.get("display", {}).items():
             numbers = {k: repr(float(v)) for k, v in conversion.items()}
             etree.SubElement(element, "DisplayUnit", name=display, **numbers)

@@ -127,7 +127,9 @@ class _Stage:
     def header(self) -> str:
         """Return the header."""
         name, guard = self.name, f"IT2HYS_OWN_{self.name.upper()}_H"
-        members = [f"    real {q.name}; /* {q.unit} */" for q in self.effect.parameters]
+        members = [
+            f"    real {q.name}; /* {q.unit.replace('*/', '* /')} */" for q in self.effect.parameters
+        ]
         state = ["", f"struct {name}_state {{", f"    real s[{self.n}];", "};"] if self.n else []
         return "\n".join(
             [
@@ -192,7 +194,7 @@ class _Stage:
 
     def _function(self, head: str, *body: str | Sequence[str]) -> str:
         lines = [line for part in body for line in ([part] if isinstance(part, str) else part)]
-        return f"static {head}\n{{\n" + "".join(f"    {line}\n" for line in lines) + "}\n"
+        return f"static {head}\n{{\n" + "".join(f"    {line}".rstrip() + "\n" for line in lines) + "}\n"
 
     def _computed(
         self,
