@@ -140,7 +140,7 @@ def test_a_diagnosis_that_cannot_tell_ends_with_the_record_that_does(tmp_path, c
     assert f"design {out / 'report.json'} -o DIR" in said
     at_hand = voltages_at_hand(out / "report.json", TS)
     kept = report["error"]["after"]["one"]["skipped_samples"]
-    assert np.array_equal(at_hand["one"], voltage[kept:])
+    assert np.allclose(at_hand["one"], voltage[kept:], rtol=1e-6)  # a course has seven digits
     assert voltages_at_hand(out / "parameters.ssv", TS) == {}
     first = read_ssv(out / "parameters.ssv")
     question = question_of(out / "report.json")

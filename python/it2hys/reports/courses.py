@@ -195,6 +195,6 @@ def voltages_at_hand(report: Path, sample_time: float, most: int = 2) -> dict[st
             if signal_name == "voltage":
                 steps = np.diff(stored[f"{name}{_SEPARATOR}time"])
                 if np.allclose(steps, sample_time, rtol=1e-3):
-                    found[name] = stored[key]
+                    found[name] = stored[key].astype(float)
     longest = sorted(found, key=lambda name: -len(found[name]))[:most]
     return {name: found[name] for name in longest}
