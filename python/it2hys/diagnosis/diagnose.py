@@ -400,15 +400,12 @@ class _Session:
             return ()
         found = [Rival((), settled.effects, self._parameters(settled, "none of them"))]
         for node in nodes:
-            model = self._on_whole(node.fit.model, bench)
-            usable = self._usable_range(model) if self._is_whole else None
+            model = self._usable(self._on_whole(node.fit.model, bench))
             own = tuple(e for e in EFFECTS if e in node.effects and e not in settled.effects)
-            if usable is None or not own:
+            if model is None or not own:
                 continue
-            ends = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
-            named = replace(model, values={**model.values, **ends})
             try:
-                parameters = self._parameters(named, " + ".join(own))
+                parameters = self._parameters(model, " + ".join(own))
             except InputError:  # not usable over the whole range of the records: it rivals nothing
                 continue
             found.append(Rival(own, tuple(node.fit.model.effects), parameters))
