@@ -365,3 +365,13 @@ def test_the_template_works_as_it_stands(tmp_path):
         assert_plant_is_compiled(with_own([effect]))
     finally:
         use_effects(())
+
+
+def test_calls_of_the_compiled_chain_do_not_look_for_the_library_each_time(monkeypatch):
+    """A fit makes hundreds of thousands; looking for a file at each costs it half of its time."""
+    looked, place = [], compiled.packaged_native()
+    monkeypatch.setattr(compiled, "packaged_native", lambda: looked.append(1) or place)
+    compiled.use_native(None)
+    for _ in range(20):
+        compiled.chain_free_run(table_1(), np.zeros(3))
+    assert len(looked) == 1

@@ -41,6 +41,7 @@ def use_native(directory: Path | None) -> None:
     """Have binaries and C sources of another folder from now on; None: those of the package."""
     global _own_native
     _own_native = directory
+    _library.cache_clear()
 
 
 def native_directory() -> Path:
@@ -53,7 +54,9 @@ def library_name() -> str:
     return "it2core" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
+@cache
 def _library() -> ctypes.CDLL:
+    # every call of the compiled chain asks for it: a fit does so thousands of times
     return _loaded(native_directory() / library_name())
 
 
