@@ -74,8 +74,8 @@ class OwnEffect(Effect):
     """A stage of the user's own.
 
     A subclass declares the attributes and gives `step`; `inverse`, `rest` and `latency` (`Effect`)
-    where the ones that follow from `step` will not do. The first parameter switches the effect: 0
-    is off.
+    where the ones that follow from `step` will not do; `inverse = None` for an effect that has no part
+    in the inverse. The first parameter switches the effect: 0 is off.
 
     Attributes
     ----------
@@ -97,8 +97,6 @@ class OwnEffect(Effect):
         `Memory.AIMED` where the state is that of a tick or two, as a resonance's: the inverse keeps
         what it aimed at. `Memory.LONG` where it remembers for long, as friction or heat: the inverse
         keeps what the plant reached. By default AIMED for up to two states.
-    inverse : None or method
-        None in place of a method: the effect has no part in the inverse.
     file : Path
         Where it was read from.
     """
