@@ -48,6 +48,7 @@ def _values(effect: str, rng: np.random.Generator) -> dict[str, float]:
         "creep": lambda: {**_creep(rng), "initialCreep": uniform(-1.0, 1.0) * UM},
         "resonance": lambda: {
             "resonance.frequency": uniform(300.0, 4500.0), "resonance.damping": uniform(0.02, 0.9),
+            "resonance.samplingZero": uniform(-0.6, 0.0),
         },
         "drift": lambda: {
             "drift.temperatureCoefficient": uniform(-2e-8, 2e-8), "drift.rate": uniform(-2e-6, 2e-6),

@@ -4,6 +4,8 @@
 
 /* A slower pair of poles would leave too few digits in 1 - a1 - a2. */
 #define RESONANCE_SLOWEST REAL(1e-5) /* per sample time */
+/* Nearer to -1 the inverse would ring for long. */
+#define RESONANCE_LOWEST_ZERO REAL(-0.95)
 
 static bool resonance_check(const struct chain_parameters *p, char *message, size_t size)
 {
@@ -21,6 +23,9 @@ static bool resonance_check(const struct chain_parameters *p, char *message, siz
     if (!(damping > 0 && damping < 1))
         return refuse(message, size, "resonance.damping is %g; it must be above 0 and below 1",
                       (double)damping);
+    if (!(p->resonance.samplingZero >= RESONANCE_LOWEST_ZERO && p->resonance.samplingZero <= 0))
+        return refuse(message, size, "resonance.samplingZero is %g; it must be %g to 0",
+                      (double)p->resonance.samplingZero, (double)RESONANCE_LOWEST_ZERO);
     return true;
 }
 
@@ -38,8 +43,9 @@ static void resonance_prepare(void *constants, const struct chain_parameters *p)
 
     resonance->a1 = 2 * radius * real_cos(angle * real_sqrt(1 - damping * damping));
     resonance->a2 = -radius * radius;
-    resonance->b = 1 - resonance->a1 - resonance->a2;
-    resonance->per_b = 1 / resonance->b;
+    resonance->b0 = (1 - resonance->a1 - resonance->a2) / (1 - p->resonance.samplingZero);
+    resonance->b1 = -p->resonance.samplingZero * resonance->b0;
+    resonance->per_b0 = 1 / resonance->b0;
 }
 
 static real resonance_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
@@ -47,23 +53,24 @@ static real resonance_rest(const void *constants, void *state, real y, const str
     struct resonance_state *s = state;
 
     (void)constants, (void)p;
-    return s->y1 = s->y2 = y;
+    return s->y1 = s->y2 = s->x1 = y;
 }
 
-static void resonance_advance(struct resonance_state *state, real y)
+static void resonance_advance(struct resonance_state *state, real x, real y)
 {
     state->y2 = state->y1;
     state->y1 = y;
+    state->x1 = x;
 }
 
 static real resonance_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
-    const real y = resonance->a1 * s->y1 + resonance->a2 * s->y2 + resonance->b * x;
+    const real y = resonance->a1 * s->y1 + resonance->a2 * s->y2 + resonance->b0 * x + resonance->b1 * s->x1;
 
     (void)around;
-    resonance_advance(s, y);
+    resonance_advance(s, x, y);
     return y;
 }
 
@@ -72,10 +79,11 @@ static real resonance_inverse(const void *constants, void *state, real y,
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
-    const real x = (y - resonance->a1 * s->y1 - resonance->a2 * s->y2) * resonance->per_b;
+    const real past = resonance->a1 * s->y1 + resonance->a2 * s->y2 + resonance->b1 * s->x1;
+    const real x = (y - past) * resonance->per_b0;
 
     (void)around;
-    resonance_advance(s, y);
+    resonance_advance(s, x, y);
     return x;
 }
 
@@ -89,12 +97,14 @@ static void resonance_prepare_tangent(void *d_constants, const void *constants,
     const real d_radius = -radius * (d_damping * angle + damping * d_angle);
     const real root = real_sqrt(1 - damping * damping);
     const real d_phase = d_angle * root - angle * damping / root * d_damping;
+    const struct resonance *at = constants;
     struct resonance *result = d_constants;
 
-    (void)constants;
     result->a1 = 2 * (d_radius * real_cos(angle * root) - radius * real_sin(angle * root) * d_phase);
     result->a2 = -2 * radius * d_radius;
-    result->b = -result->a1 - result->a2;
+    const real past = 1 - p->resonance.samplingZero;
+    result->b0 = (-result->a1 - result->a2 + at->b0 * d->resonance.samplingZero) / past;
+    result->b1 = -d->resonance.samplingZero * at->b0 - p->resonance.samplingZero * result->b0;
 }
 
 static real resonance_rest_tangent(const void *constants, const void *d_constants, const void *state,
@@ -112,11 +122,14 @@ static void resonance_tangent(const void *constants, const void *state, real x,
 {
     const struct resonance *resonance = constants;
     real *restrict d_y2 = d_state + count;
+    real *restrict d_x1 = d_state + 2 * count;
 
     (void)around, (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
-        const real d_y = resonance->a1 * d_state[c] + resonance->a2 * d_y2[c] + resonance->b * row[c];
+        const real d_y = resonance->a1 * d_state[c] + resonance->a2 * d_y2[c] + resonance->b0 * row[c]
+                         + resonance->b1 * d_x1[c];
         d_y2[c] = d_state[c];
+        d_x1[c] = row[c];
         d_state[c] = row[c] = d_y;
     }
 }
@@ -126,7 +139,7 @@ static real resonance_by_parameters(const void *constants, const void *d_constan
 {
     const struct resonance *d = d_constants;
     const struct resonance_state *s = state;
-    const real moved = d->a1 * s->y1 + d->a2 * s->y2 + d->b * x;
+    const real moved = d->a1 * s->y1 + d->a2 * s->y2 + d->b0 * x + d->b1 * s->x1;
 
     (void)constants, (void)around, (void)stride;
     d_state[0] += moved;

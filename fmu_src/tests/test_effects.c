@@ -192,6 +192,7 @@ static void no_wind_up(uint64_t *seed)
         CHECK_NEAR(plant.core.y, inverse.reached.core.y, 16.0, 1e-9);
         CHECK_NEAR(plant.lag.y, inverse.reached.lag.y, 100.0, 1e-9);
         CHECK_NEAR(plant.resonance.y1, inverse.reached.resonance.y1, 16.0, 1e-9);
+        CHECK_NEAR(plant.resonance.x1, inverse.reached.resonance.x1, 16.0, 1e-9);
         CHECK_NEAR(plant.slew.y, inverse.slew.y, 100.0, 1e-9);
     }
     CHECK(seen & CHAIN_REFERENCE_RANGE && seen & CHAIN_AMPLIFIER && seen & CHAIN_RETURNING);
@@ -758,6 +759,10 @@ static void checks(void)
     REFUSED(p.resonance.frequency = 5000.0, "Nyquist");
     REFUSED(p.resonance.frequency = 500.0, "resonance.damping");
     REFUSED((p.resonance.frequency = 500.0, p.resonance.damping = 1.0), "resonance.damping");
+    REFUSED((p.resonance.frequency = 500.0, p.resonance.damping = 0.1, p.resonance.samplingZero = -1.0),
+            "resonance.samplingZero");
+    REFUSED((p.resonance.frequency = 500.0, p.resonance.damping = 0.1, p.resonance.samplingZero = 0.1),
+            "resonance.samplingZero");
     REFUSED(p.voltageMax = -50.0, "voltageMin");
     REFUSED((p.nonlinearity.quadratic = 9.0, p.nonlinearity.maximum = 16.0), "nonlinearity.quadratic");
     REFUSED(p.nonlinearity.quadratic = 9.0, "nonlinearity.minimum");

@@ -23,6 +23,7 @@ function check "Stops with the reason where a parameter set makes no usable mode
   input Modelica.Units.SI.Time lagTimeConstant "Time constant of the lag";
   input Modelica.Units.SI.Frequency resonanceFrequency "Undamped natural frequency";
   input Real resonanceDamping(final unit="1") "Damping, of critical";
+  input Real resonanceSamplingZero(final unit="1") "Zero of the sampled resonance";
   input Modelica.Units.SI.Length curve[5] "Coefficients of the static curve";
   input Modelica.Units.SI.Length nonlinearityMinimum "Lower end of the curve, from displacementZero";
   input Modelica.Units.SI.Length nonlinearityMaximum "Upper end of the curve, from displacementZero";
@@ -36,6 +37,7 @@ protected
   constant Integer longestDelay=64 "In ticks";
   constant Real rounding=1e-9 "Ticks: a time that is a whole number of them but for rounding is taken as whole";
   constant Real slowestLag=1e9 "Sample times: a slower pole would leave too few digits for the inverse";
+  constant Real lowestZero=-0.95 "Nearer to -1 the inverse would ring for long";
   constant Real slowestResonance=1e-5 "Per sample time: slower poles would leave too few digits in 1 - a1 - a2";
   Integer rules=size(s1, 1) "Number of rules";
   Integer operators=playCount "Number of play operators";
@@ -105,6 +107,9 @@ algorithm
   assert(resonanceFrequency <= 0 or resonanceDamping > 0 and resonanceDamping < 1, name
     + ": resonanceDamping is " + String(resonanceDamping, significantDigits=6)
     + "; it must be above 0 and below 1.");
+  assert(resonanceFrequency <= 0 or resonanceSamplingZero >= lowestZero and resonanceSamplingZero <= 0, name
+    + ": resonanceSamplingZero is " + String(resonanceSamplingZero, significantDigits=6) + "; it must be "
+    + String(lowestZero, significantDigits=6) + " to 0.");
   assert(max(abs(curve)) <= 0 or nonlinearityMinimum < nonlinearityMaximum, name + ": nonlinearityMinimum, "
     + String(nonlinearityMinimum, significantDigits=6) + " m, must be below nonlinearityMaximum, "
     + String(nonlinearityMaximum, significantDigits=6) + " m.");

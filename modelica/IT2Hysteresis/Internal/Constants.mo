@@ -9,7 +9,7 @@ block Constants "What follows from a parameter set: constants of the stages, and
     parameters.initialDisplacement "Displacement at rest";
   final parameter Boolean defined=parameters.sampleTime > 0 and min(parameters.ruleSigmaLower) > 0
     and min(parameters.ruleSigmaUpper) > 0 and min(cat(1, parameters.creepTimeConstant, {1})) > 0
-    and abs(parameters.resonanceDamping) <= 1 and (not bends or curveMin < curveMax)
+    and abs(parameters.resonanceDamping) <= 1 and parameters.resonanceSamplingZero <= 0 and (not bends or curveMin < curveMax)
     "= true, if the constants can be computed; otherwise they are 0, and the block says what is wrong";
   final parameter Modelica.Units.SI.Voltage playThreshold[parameters.playCount + 1]=
     cat(1, parameters.playThreshold, {0}) "Thresholds r_j; the last is of an operator without weight";
@@ -145,12 +145,13 @@ block Constants "What follows from a parameter set: constants of the stages, and
     if defined and parameters.lagTimeConstant > 0 then
       IT2Hysteresis.Functions.Effects.gain(parameters.sampleTime, parameters.lagTimeConstant)
     else 1 "Part of the way that the lag goes in one tick, g";
-  final parameter Real poles[2]=
-    if defined and parameters.resonanceFrequency > 0 then IT2Hysteresis.Functions.Effects.resonancePoles(
+  final parameter Real ringing[4]=
+    if defined and parameters.resonanceFrequency > 0 then IT2Hysteresis.Functions.Effects.resonanceCoefficients(
       parameters.resonanceFrequency,
       parameters.resonanceDamping,
+      parameters.resonanceSamplingZero,
       parameters.sampleTime)
-    else zeros(2) "Coefficients of the resonance; without one it passes its input on";
+    else {0,0,1,0} "Coefficients of the resonance; without one it passes its input on";
   annotation (Documentation(info="<html>
 <p>
 The constants of the chain's <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">effects</a>, and the states that hold the chain

@@ -9,7 +9,7 @@ record Values "All parameters of a set as one vector"
     max=0.1,
     nominal=1e-05)=parameters.initialDisplacement
     "Displacement before the first tick, which a block may choose";
-  final parameter Real vector[33 + 6*parameters.ruleCount + 2*parameters.playCount + 2*parameters.creepCount]=
+  final parameter Real vector[34 + 6*parameters.ruleCount + 2*parameters.playCount + 2*parameters.creepCount]=
     cat(
       1,
       {parameters.sampleTime,
@@ -39,6 +39,7 @@ record Values "All parameters of a set as one vector"
         parameters.loadCompliance,
         parameters.resonanceFrequency,
         parameters.resonanceDamping,
+        parameters.resonanceSamplingZero,
         parameters.driftTemperatureCoefficient,
         parameters.driftRate,
         parameters.nonlinearityQuadratic,

@@ -183,6 +183,14 @@ record Base "Parameters of plant and inverse"
     nominal=0.1)=0.0
     "Damping of the resonance, of critical; between 0 and 1 where there is a resonance"
     annotation (Dialog(tab="Effects", group="Resonance"));
+  parameter Real resonanceSamplingZero(
+    final quantity="Ratio",
+    final unit="1",
+    min=-0.95,
+    max=0.0,
+    nominal=0.3)=0.0
+    "Zero of the sampled resonance, by how its input runs between samples: -0.27 if straight; 0 for none"
+    annotation (Dialog(tab="Effects", group="Resonance"));
   parameter Real driftTemperatureCoefficient(
     final quantity="TemperatureCoefficient",
     final unit="m/K",

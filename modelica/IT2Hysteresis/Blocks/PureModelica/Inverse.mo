@@ -64,12 +64,14 @@ protected
   discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
     each start=chain.creepRest,
     each fixed=true) "Creep states of the plant";
+  discrete Modelica.Units.SI.Length nowCrept(start=chain.straightRest, fixed=true) "The same behind creep";
   discrete Modelica.Units.SI.Length nowResonated(start=chain.straightRest, fixed=true)
     "What the plant has behind the resonance";
   discrete Boolean astray(start=false, fixed=true) "The plant is not where it was aimed at";
   discrete Modelica.Units.SI.Length reached(start=chain.coreRest, fixed=true)
     "Where the plant is taken to be, behind the fuzzy system";
   discrete Modelica.Units.SI.Voltage reachedLag(start=chain.voltageRest, fixed=true) "The same behind the lag";
+  discrete Modelica.Units.SI.Length reachedCrept(start=chain.straightRest, fixed=true) "The same behind creep";
   discrete Modelica.Units.SI.Length reachedResonated(start=chain.straightRest, fixed=true)
     "The same behind the resonance";
   discrete Modelica.Units.SI.Length reachedBefore(start=chain.straightRest, fixed=true)
@@ -105,6 +107,7 @@ initial algorithm
     parameters.lagTimeConstant,
     parameters.resonanceFrequency,
     parameters.resonanceDamping,
+    parameters.resonanceSamplingZero,
     chain.curve,
     parameters.nonlinearityMinimum,
     parameters.nonlinearityMaximum,
@@ -128,9 +131,10 @@ equation
       time + parameters.delayTime);
     resonatedBefore = pre(resonated);
     crept = IT2Hysteresis.Functions.Effects.resonanceInverse(
-      chain.poles,
+      chain.ringing,
       pre(resonated),
       pre(resonatedBefore),
+      pre(crept),
       resonated);
     aim = IT2Hysteresis.Functions.Effects.loadInverse(
       parameters.loadCompliance,
@@ -188,17 +192,24 @@ equation
     stroke = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, now, forceInternal)
       - parameters.displacementZero;
     s = IT2Hysteresis.Functions.Effects.creepStates(chain.creepRate, pre(s), stroke);
+    nowCrept = if followed then parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(
+      chain.creepGain,
+      s,
+      stroke) else crept;
     nowResonated = if followed then IT2Hysteresis.Functions.Effects.resonance(
-      chain.poles,
+      chain.ringing,
       pre(reachedResonated),
       pre(reachedBefore),
-      parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(chain.creepGain, s, stroke)) else resonated;
+      pre(reachedCrept),
+      nowCrept) else resonated;
     astray = followed and not bare and (abs(now - aim) > sameLength
       or lags and abs(nowLag - lagged) > sameVoltage
       or resonates and (abs(nowResonated - resonated) > sameLength
+      or abs(nowCrept - crept) > sameLength
       or abs(pre(reachedResonated) - pre(resonated)) > sameLength));
     reached = if astray or bare then now else aim;
     reachedLag = if astray then nowLag else lagged;
+    reachedCrept = if astray then nowCrept else crept;
     reachedResonated = if astray then nowResonated else resonated;
     reachedBefore = if astray then pre(reachedResonated) else pre(resonated);
     saturated = reference < parameters.displacementMin or reference > parameters.displacementMax

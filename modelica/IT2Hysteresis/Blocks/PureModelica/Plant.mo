@@ -80,6 +80,7 @@ initial algorithm
     parameters.lagTimeConstant,
     parameters.resonanceFrequency,
     parameters.resonanceDamping,
+    parameters.resonanceSamplingZero,
     chain.curve,
     parameters.nonlinearityMinimum,
     parameters.nonlinearityMaximum,
@@ -118,9 +119,10 @@ equation
       s,
       loaded - parameters.displacementZero);
     resonated = IT2Hysteresis.Functions.Effects.resonance(
-      chain.poles,
+      chain.ringing,
       pre(resonated),
       pre(resonatedBefore),
+      pre(crept),
       crept);
     resonatedBefore = pre(resonated);
     straight = resonated + IT2Hysteresis.Functions.Effects.drift(

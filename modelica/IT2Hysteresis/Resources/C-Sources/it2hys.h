@@ -704,26 +704,31 @@ HIDDEN_END
 
 /* --- resonance.h --- */
 
-/* Mechanical resonance, exact poles and no zeros: y_k = a1 y_{k-1} + a2 y_{k-2} + (1 - a1 - a2) x_k.
+/* Mechanical resonance, exact poles and at most one zero:
+ * y_k = a1 y_{k-1} + a2 y_{k-2} + (1 - a1 - a2) (x_k - z x_{k-1}) / (1 - z).
  *
- * resonance.frequency is the undamped one. With no zeros the inverse is a stable three-tap expression.
- * Linear. */
+ * resonance.frequency is the undamped one. z is resonance.samplingZero, which a sampled resonance has by
+ * the way its input runs between samples: -0.27 where it runs straight (beside a delay), -1 where it is
+ * held. Above -1 the inverse is stable; with z = 0 it has no memory of its input. Linear. */
 
 typedef struct resonance_parameters {
     real frequency; /* Hz; 0: none */
     real damping;   /* of critical */
+    real samplingZero;
 } resonance_parameters;
 
 struct resonance {
     real a1;
     real a2;
-    real b;     /* 1 - a1 - a2 */
-    real per_b; /* 1 / b, without derivatives: an inverse waits for a division */
+    real b0;     /* (1 - a1 - a2) / (1 - z) */
+    real b1;     /* -z b0 */
+    real per_b0; /* 1 / b0, without derivatives: an inverse waits for a division */
 };
 
 struct resonance_state {
     real y1; /* y_{k-1} */
     real y2; /* y_{k-2} */
+    real x1; /* x_{k-1} */
 };
 
 HIDDEN_BEGIN
@@ -1681,7 +1686,7 @@ HIDDEN_END
 #define OUT_DISPLACEMENT 0
 #define OUT_MEASURED 1
 #define OUT_OUT_OF_RANGE 0
-#define FMU_TABLE_ROWS 202
+#define FMU_TABLE_ROWS 203
 #define FMU_PLANT_INPUT_START { 0.0, 0.0, 293.15 }
 #define FMU_INVERSE_INPUT_START { 0.0, 0.0, 293.15 }
 
