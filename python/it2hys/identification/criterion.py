@@ -381,9 +381,9 @@ class ChainCriterion:
         model, parts = self.unpack(point), []
         for i, trace in enumerate(self.traces):
             error = (model.predict(trace, i) - trace.y) / self.scaling.y_unit
-            if not np.all(np.abs(error) < _DIVERGED):
+            if not error @ error < _DIVERGED**2 * len(error):
                 return None
-            parts.append((trace.weight * error)[trace.fitted])
+            parts.append(trace.weight[trace.fitted] * error[trace.fitted])
         held = self._prior > 0.0
         parts.append((self._prior * (point - self._guess))[held])
         if len(self._roughness):
@@ -495,7 +495,7 @@ class ChainCriterion:
                 continue
             run, by = compiled.chain_sensitivity(model.packed(trace, i), trace.drive, names)
             residual = (run + model.offsets[i] - trace.y) / self.scaling.y_unit
-            if not (np.all(np.abs(residual) < _DIVERGED) and np.all(np.isfinite(by[-1]))):
+            if not (residual @ residual < _DIVERGED**2 * len(residual) and np.isfinite(by[-1]).all()):
                 yield None
                 return
             own = to_point.copy()

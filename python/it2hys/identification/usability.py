@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from it2hys.identification import rule_coordinates
-from it2hys.identification.one_step import normalised_memberships
 from it2hys.model import compiled
 from it2hys.model.it2 import usability_jacobian
 from it2hys.policy import CORE
@@ -110,11 +110,8 @@ class Guard:
         # repeated up to a power of two: few sizes for CasADi to make a function of
         size = 1 << (len(points) - 1).bit_length()
         repeated = np.resize(points, size)
-        function = usability_jacobian(len(rules), size)
-        by_rules = function(rules, *(row[:, repeated] for row in self.band.rows)).full()
-        # CasADi lays out a point's rules column by column, the coordinates are row by row
-        by_rules = by_rules.reshape(4, size, rule_coordinates.RULE_SIZE, len(rules))
-        return by_rules.transpose(0, 1, 3, 2).reshape(4, size, -1)[:, : len(points)]
+        by_rules = _Derivatives.of(len(rules), size)(rules, self.band, repeated)
+        return by_rules.reshape(4, size, -1)[:, : len(points)]
 
     def _penalties(self, rules: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return penalties and their derivatives by the values of the grid, row by row."""
@@ -128,22 +125,56 @@ class Guard:
         return self._strength * penalties.ravel(), self._strength * signs.ravel()
 
 
+class _Derivatives:
+    """`usability_jacobian` with its arguments in place: making CasADi's own takes longer than the work."""
+
+    def __init__(self, rule_count: int, points: int):
+        # CasADi lays out columns one after another
+        rules = np.empty((rule_coordinates.RULE_SIZE, rule_count))
+        self._arguments = (rules, *np.empty((3, points)))
+        self._result = np.empty((points, rule_coordinates.RULE_SIZE, rule_count, 4))
+        self._buffer, self._evaluate = usability_jacobian(rule_count, points).buffer()
+        for i, argument in enumerate(self._arguments):
+            self._buffer.set_arg(i, memoryview(argument))
+        self._buffer.set_res(0, memoryview(self._result))
+
+    @classmethod
+    @cache
+    def of(cls, rule_count: int, points: int) -> _Derivatives:
+        """Return the one for so many rules and points."""
+        return cls(rule_count, points)
+
+    def __call__(self, rules: np.ndarray, band: Band, points: np.ndarray) -> np.ndarray:
+        """Return the derivatives at points of a band, (4, points, L, 6)."""
+        values = (rules.T, band.y[points], band.x_low[points], band.x_high[points])
+        for argument, value in zip(self._arguments, values, strict=True):
+            argument[:] = value
+        self._evaluate()
+        return self._result.transpose(3, 0, 2, 1)
+
+
 def usability_values(rules: np.ndarray, band: Band) -> np.ndarray:
     """Return the numbers of `it2.usability_function`, shape (4, G), fast enough for every step.
 
     With w = (f + F) / D and v = dw/dy of fixed D, (10) has dy(k)/dx(k) = sum w q2 and
     dy(k)/dy(k-1) = sum w q1 + sum v (n - y(k)), which is affine in x(k).
     """
-    s1, s2, centre, q1, q2, q3 = rules.T
-    y = band.y[:, None]
-    lower, upper, total = normalised_memberships(rules, band.y)
-    weight = (lower + upper) / total
-    change = -(lower / s1**2 + upper / s2**2) * (y - centre) / total
-    free = y * q1 + q3
-    at_rest, slope = np.sum(weight * free, axis=1), weight @ q2
-    moved = change.sum(axis=1)
-    constant = weight @ q1 + np.sum(change * free, axis=1) - at_rest * moved
-    by_x = change @ q2 - slope * moved
+    _, _, centre, q1, q2, q3 = rules.T
+    away = band.y - centre[:, None]
+    sharpness = rules[:, :2].T[:, :, None] ** -2.0
+    exponents = sharpness * (-0.5 * away**2)  # (2, L, G): few passes over long rows
+    exponents -= exponents.max(axis=(0, 1))
+    memberships = np.exp(exponents, out=exponents)
+    weight = memberships.sum(axis=0)
+    total = weight.sum(axis=0)
+    weight /= total
+    change = (sharpness * memberships).sum(axis=0)
+    change *= -away / total
+    free = np.outer(q1, band.y) + q3[:, None]
+    at_rest, slope = np.einsum("lg,lg->g", weight, free), q2 @ weight
+    moved = change.sum(axis=0)
+    constant = q1 @ weight + np.einsum("lg,lg->g", change, free) - at_rest * moved
+    by_x = q2 @ change - slope * moved
     # a slope of 0 has no equilibrium; the penalty on the slope speaks for that point
     equilibrium = (band.y - at_rest) / np.where(slope == 0.0, np.inf, slope)
     voltages = np.stack([equilibrium, band.x_low, band.x_high])

@@ -212,6 +212,6 @@ def usability_jacobian(rule_count: int, points: int) -> ca.Function:
     They come point by point, the rules column by column.
     """
     arguments, values = _usability(rule_count)
-    jacobian = ca.jacobian(values, ca.vec(arguments[0]))
+    jacobian = ca.densify(ca.jacobian(values, ca.vec(arguments[0])))
     point = ca.Function("it2_usability_jacobian", arguments, [jacobian])
     return point.map("it2_usability_jacobian_grid", "serial", points, [0], [])
