@@ -126,7 +126,7 @@ class Guard:
 
 
 class _Derivatives:
-    """`usability_jacobian` with its arguments in place: making CasADi's own takes longer than the work."""
+    """`usability_jacobian` with its arguments in place: CasADi takes longer to make its own."""
 
     def __init__(self, rule_count: int, points: int):
         # CasADi lays out columns one after another
