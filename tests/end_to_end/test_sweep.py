@@ -160,6 +160,14 @@ def test_a_dask_scheduler_that_does_not_answer_is_named_before_any_case_runs(
         assert not (tmp_path / "out").exists()
 
 
+def test_a_worker_begins_without_what_most_cases_do_not_need():
+    """Its start is most of what a small sweep takes: scipy's parts alone were half of it."""
+    late = {"scipy.signal", "scipy.stats", "matplotlib"}
+    code = f"import sys, it2hys.sweeps.worker; print(sorted({late} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 # --- however it is interrupted -----------------------------------------------------------------
 
 
