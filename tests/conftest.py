@@ -461,6 +461,17 @@ def controller(tmp_path_factory: pytest.TempPathFactory) -> Unpacked:
     return Unpacked(path, directory / "PIController")
 
 
+@pytest.fixture(scope="session")
+def mounted(tmp_path_factory: pytest.TempPathFactory) -> tuple[ParameterSet, dict[str, Unpacked]]:
+    """Return a set with an effect of the user's own, tests/unit/own/mount.py, and its FMUs."""
+    from effects import with_effects
+    from own_effects import NAMES, in_chain
+
+    with in_chain(*NAMES):
+        parameters = with_effects(("mount",), 42)
+        return parameters, package_models(parameters, tmp_path_factory.mktemp("mounted"))
+
+
 @pytest.fixture(params=MODELS)
 def model(request: pytest.FixtureRequest, models: dict[str, Unpacked]) -> Unpacked:
     """Each FMU with Table 1 in turn."""

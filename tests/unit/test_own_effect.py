@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import test_effects
 from conftest import UM
 from effects import gentle_reference, rough_reference, signals, surroundings, with_effects
 from own_effects import NAMES, file_of, in_chain, with_own
@@ -224,6 +225,20 @@ def assert_it_rests_where_it_begins(effects):
     hold = compiled.chain_equilibrium(parameters)
     displacement, _ = compiled.chain_free_run(parameters, np.full(50, hold))
     np.testing.assert_allclose(displacement, parameters["initialDisplacement"], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "promise",
+    [
+        test_effects.test_each_effect_is_the_same_in_casadi_and_c_and_shows,
+        test_effects.test_casadi_derives_by_every_parameter_of_an_effect,
+        test_effects.test_starts_lie_within_their_bounds_and_make_a_usable_set,
+    ],
+    ids=lambda promise: promise.__name__.removeprefix("test_"),
+)
+def test_it_passes_what_the_projects_own_pass(promise):
+    with in_chain("mount"):
+        promise("mount")
 
 
 def test_it_rests_where_it_begins(effects):
