@@ -247,8 +247,8 @@ def read_description(path: Path) -> ModelDescription:
         raise InputError(f"{path}: not an FMU: {error}") from None
     if description.fmiVersion != "2.0":
         raise InputError(
-            f"{path}: an FMU of FMI {description.fmiVersion}; what is run here is FMI 2.0. Of this project's "
-            "models take those without _fmi3 in their names (`--fmi 2`); FMPy simulates this one"
+            f"{path}: an FMU of FMI {description.fmiVersion}; what is run here is FMI 2.0. Of this "
+            "project's models take those without _fmi3 in their names (`--fmi 2`); FMPy runs this one"
         )
     if description.coSimulation is None:
         raise InputError(f"{path}: not an FMU for co-simulation")
