@@ -408,11 +408,12 @@ def run_python(code: str, *arguments: object, timeout: float = 120, **environmen
 # --- fixtures ----------------------------------------------------------------------------------
 
 
-def package_models(parameters: ParameterSet, directory: Path) -> dict[str, Unpacked]:
-    """Package a set and unpack both FMUs; returns them by model."""
-    package(parameters, directory)
+def package_models(parameters: ParameterSet, directory: Path, version: int = 2) -> dict[str, Unpacked]:
+    """Package a set and unpack both FMUs of a version of FMI; returns them by model."""
+    package(parameters, directory, fmi=(version,))
+    end = "_fmi3" if version == 3 else ""
     return {
-        model: Unpacked(directory / f"{identifier}.fmu", directory / identifier)
+        model: Unpacked(directory / f"{identifier}{end}.fmu", directory / f"{identifier}{end}")
         for model, identifier in IDENTIFIERS.items()
     }
 

@@ -13,10 +13,10 @@ import pytest
 import test_effects_fmus
 from casadi_runs import around, assert_same
 from casadi_runs import run as run_casadi
-from conftest import MODELS, TS, Instance, Master, Unpacked, trajectory
+from conftest import MODELS, TS, Instance, Master, Unpacked, package_models, trajectory
 from effects import gentle_reference, signals, surroundings
 from fmi3 import Instance as Instance3
-from fmi3 import package_fmi3, swing
+from fmi3 import swing
 from fmpy import fmi2
 from fmpy.validation import validate_fmu
 from own_effects import NAMES, in_chain, with_own
@@ -269,7 +269,7 @@ def test_the_fmu_of_fmi_3_gives_their_numbers(mounted, effects, which, tmp_path)
     signal = swing(which)
     with Master(models[which]) as master:
         expected = master.run(signal)
-    with Instance3(package_fmi3(parameters, tmp_path)[which]) as instance:
+    with Instance3(package_models(parameters, tmp_path, 3)[which]) as instance:
         assert_same(instance.initialize().run(signal), expected)
 
 
