@@ -408,11 +408,12 @@ def run_python(code: str, *arguments: object, timeout: float = 120, **environmen
 # --- fixtures ----------------------------------------------------------------------------------
 
 
-def package_models(parameters: ParameterSet, directory: Path) -> dict[str, Unpacked]:
-    """Package a set and unpack both FMUs; returns them by model."""
-    package(parameters, directory)
+def package_models(parameters: ParameterSet, directory: Path, version: int = 2) -> dict[str, Unpacked]:
+    """Package a set and unpack both FMUs of a version of FMI; returns them by model."""
+    package(parameters, directory, fmi=(version,))
+    end = "_fmi3" if version == 3 else ""
     return {
-        model: Unpacked(directory / f"{identifier}.fmu", directory / identifier)
+        model: Unpacked(directory / f"{identifier}{end}.fmu", directory / f"{identifier}{end}")
         for model, identifier in IDENTIFIERS.items()
     }
 
@@ -459,6 +460,17 @@ def controller(tmp_path_factory: pytest.TempPathFactory) -> Unpacked:
     path = directory / "PIController.fmu"
     path.write_bytes(controller_fmu())
     return Unpacked(path, directory / "PIController")
+
+
+@pytest.fixture(scope="session")
+def mounted(tmp_path_factory: pytest.TempPathFactory) -> tuple[ParameterSet, dict[str, Unpacked]]:
+    """Return a set with an effect of the user's own, tests/unit/own/mount.py, and its FMUs."""
+    from effects import with_effects
+    from own_effects import NAMES, in_chain
+
+    with in_chain(*NAMES):
+        parameters = with_effects(("mount",), 42)
+        return parameters, package_models(parameters, tmp_path_factory.mktemp("mounted"))
 
 
 @pytest.fixture(params=MODELS)

@@ -1,56 +1,14 @@
-"""FMUs of FMI 3.0 for the tests: packaged, unpacked, and instances of them behind FMPy."""
+"""Instances of FMUs of FMI 3.0 behind FMPy for the tests."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import fmpy
 import numpy as np
-from conftest import CALM, INPUT, OUTPUT, TS
+from conftest import CALM, INPUT, OUTPUT, TS, Unpacked
 from fmpy import fmi3
 from fmpy.fmi1 import FMICallException
 
-from it2hys.fmu.model_description import IDENTIFIERS
-from it2hys.fmu.packaging import package
-from it2hys.model.parameters import ParameterSet
-
 OK, WARNING, DISCARD, ERROR = range(4)
-
-
-class Fmu:
-    """An FMU of FMI 3.0, unpacked.
-
-    Attributes
-    ----------
-    path, directory : Path
-    description : fmpy.model_description.ModelDescription
-    variables : dict
-        FMPy's variables by name.
-    """
-
-    def __init__(self, path: Path, directory: Path) -> None:
-        self.path, self.directory = path, directory
-        fmpy.extract(str(path), str(directory))
-        self.description = fmpy.read_model_description(str(directory), validate=False)
-        self.variables = {v.name: v for v in self.description.modelVariables}
-
-    @property
-    def identifier(self) -> str:
-        """Model identifier."""
-        return self.description.coSimulation.modelIdentifier
-
-    @property
-    def model(self) -> str:
-        """`plant` or `inverse`."""
-        return {identifier: model for model, identifier in IDENTIFIERS.items()}[self.identifier]
-
-
-def package_fmi3(parameters: ParameterSet, directory: Path) -> dict[str, Fmu]:
-    """Package a set and unpack both FMUs of FMI 3.0; returns them by model."""
-    package(parameters, directory, fmi=(3,))
-    return {
-        model: Fmu(directory / f"{identifier}_fmi3.fmu", directory / f"{identifier}_fmi3")
-        for model, identifier in IDENTIFIERS.items()
-    }
 
 
 class Instance:
@@ -58,7 +16,7 @@ class Instance:
 
     Parameters
     ----------
-    unpacked : Fmu
+    unpacked : Unpacked
     early : bool
         Value of `earlyReturnAllowed`.
     update : callable, optional
@@ -70,7 +28,7 @@ class Instance:
 
     def __init__(
         self,
-        unpacked: Fmu,
+        unpacked: Unpacked,
         early: bool = False,
         update: Callable[["Instance", float], float | None] | None = None,
         library: Path | None = None,

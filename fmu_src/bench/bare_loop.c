@@ -2,12 +2,12 @@
  *
  *     bare_loop INVERSE.so GUID PLANT.so GUID SCENARIOS TICKS REFERENCES...
  *
- * The last are value references: reference, voltage and saturated of the inverse, voltage and
- * displacement of the plant, initialDisplacement of both. Every scenario resets both instances, sets
- * where they start, initializes, and runs the ticks of
- * a reference that is computed once; voltage, saturation and displacement are recorded. Prints the
- * processor time of all scenarios in s, and a sum that keeps the results alive. benchmarks/sweep.py runs
- * it beside the sweep. */
+ * The last are value references: reference, voltage and saturated of the inverse; voltage, displacement, outOfRange
+ * and rule[1].q2 of the plant; initialDisplacement of both. Every scenario resets both instances, sets where they
+ * start and a q2 of its own, initializes, runs the ticks of a reference that is computed once, records four outputs,
+ * and makes the numbers of the sweep's row of them. Prints the processor time of all scenarios in s, and the sums of
+ * their numbers, e_mr (24), e_rms (25), largest voltage, time saturated, ticks out of range: benchmarks/sweep.py runs
+ * it beside the sweep, whose table must have the same. */
 #include <dlfcn.h>
 #include <math.h>
 #include <stdio.h>
@@ -78,12 +78,13 @@ static struct library open_library(const char *path, const char *guid)
     return library;
 }
 
-static void start(const struct library *fmu, fmi2ValueReference parameter, double value)
+static void start(const struct library *fmu, const fmi2ValueReference parameters[], size_t count,
+                  const double values[])
 {
     fmi2Status status = fmu->reset(fmu->instance);
 
     status |= fmu->setup(fmu->instance, fmi2False, 0.0, 0.0, fmi2False, 0.0);
-    status |= fmu->set_real(fmu->instance, &parameter, 1, &value);
+    status |= fmu->set_real(fmu->instance, parameters, count, values);
     status |= fmu->enter(fmu->instance);
     status |= fmu->leave(fmu->instance);
     if (status != fmi2OK) {
@@ -92,50 +93,97 @@ static void start(const struct library *fmu, fmi2ValueReference parameter, doubl
     }
 }
 
+/* Outputs of a scenario, at every tick, and what is compared with them. */
+struct records {
+    double *reference, *voltage, *saturated, *displacement, *outside;
+};
+
+/* The row of a sweep's table. */
+struct row {
+    double e_mr, e_rms, drive, saturated, outside;
+};
+
+/* Without what the C library's own does for numbers that are none. */
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static struct row row_of(const struct records *r, long ticks)
+{
+    struct row row = { .drive = -INFINITY };
+    double low = INFINITY, high = -INFINITY, largest = 0.0, squares = 0.0;
+
+    for (long k = 0; k < ticks; k++) {
+        const double error = r->reference[k] - r->displacement[k];
+        low = -larger(-low, -r->reference[k]);
+        high = larger(high, r->reference[k]);
+        largest = larger(largest, fabs(error));
+        squares += error * error;
+        row.drive = larger(row.drive, r->voltage[k]);
+        row.saturated += r->saturated[k] != 0.0;
+        row.outside += r->outside[k] != 0.0;
+    }
+    row.e_mr = largest / (high - low);
+    row.e_rms = sqrt(squares / (double)ticks);
+    row.saturated *= SAMPLE_TIME;
+    return row;
+}
+
+static void run(const struct library *inverse, const struct library *plant, const fmi2ValueReference vr[],
+                const struct records *r, long ticks)
+{
+    for (long k = 0; k < ticks; k++) {
+        const double time = (double)k * SAMPLE_TIME;
+        fmi2Boolean flag;
+        inverse->set_real(inverse->instance, &vr[0], 1, &r->reference[k]);
+        if (inverse->do_step(inverse->instance, time, SAMPLE_TIME, fmi2True) > fmi2Warning)
+            exit(2);
+        inverse->get_real(inverse->instance, &vr[1], 1, &r->voltage[k]);
+        inverse->get_boolean(inverse->instance, &vr[2], 1, &flag);
+        r->saturated[k] = flag;
+        plant->set_real(plant->instance, &vr[3], 1, &r->voltage[k]);
+        if (plant->do_step(plant->instance, time, SAMPLE_TIME, fmi2True) > fmi2Warning)
+            exit(2);
+        plant->get_real(plant->instance, &vr[4], 1, &r->displacement[k]);
+        plant->get_boolean(plant->instance, &vr[5], 1, &flag);
+        r->outside[k] = flag;
+    }
+}
+
 int main(int argc, char **argv)
 {
-    if (argc != 13) {
+    if (argc != 15) {
         fprintf(stderr, "usage: bare_loop INVERSE.so GUID PLANT.so GUID SCENARIOS TICKS REFERENCES...\n");
         return 2;
     }
     const struct library inverse = open_library(argv[1], argv[2]), plant = open_library(argv[3], argv[4]);
     const long scenarios = atol(argv[5]), ticks = atol(argv[6]);
-    fmi2ValueReference vr[6];
-    for (int i = 0; i < 6; i++)
+    fmi2ValueReference vr[8];
+    for (int i = 0; i < 8; i++)
         vr[i] = (fmi2ValueReference)atol(argv[7 + i]);
-    const fmi2ValueReference desired = vr[0], drive = vr[1], saturated = vr[2], input = vr[3], reached = vr[4],
-                             parameter = vr[5];
-    const double where = 0.7e-6;
-    double *reference = malloc((size_t)ticks * sizeof *reference);
-    double *voltage = malloc((size_t)ticks * sizeof *voltage);
-    double *displacement = malloc((size_t)ticks * sizeof *displacement);
-    double *flags = malloc((size_t)ticks * sizeof *flags);
-    double sum = 0.0;
-    if (!reference || !voltage || !displacement || !flags)
+    const size_t size = (size_t)ticks * sizeof(double);
+    const struct records r = { malloc(size), malloc(size), malloc(size), malloc(size), malloc(size) };
+    struct row sum = { 0 };
+    if (!r.reference || !r.voltage || !r.saturated || !r.displacement || !r.outside)
         return 2;
     for (long k = 0; k < ticks; k++)
-        reference[k] = 7.7e-6 - 7e-6 * cos(2.0 * PI * 20.0 * (double)k * SAMPLE_TIME);
+        r.reference[k] = 7.7e-6 - 7e-6 * cos(2.0 * PI * 20.0 * (double)k * SAMPLE_TIME);
 
     const clock_t began = clock();
     for (long s = 0; s < scenarios; s++) {
-        start(&inverse, parameter, where);
-        start(&plant, parameter, where);
-        for (long k = 0; k < ticks; k++) {
-            const double time = (double)k * SAMPLE_TIME;
-            fmi2Boolean flag;
-            inverse.set_real(inverse.instance, &desired, 1, &reference[k]);
-            if (inverse.do_step(inverse.instance, time, SAMPLE_TIME, fmi2True) > fmi2Warning)
-                return 2;
-            inverse.get_real(inverse.instance, &drive, 1, &voltage[k]);
-            inverse.get_boolean(inverse.instance, &saturated, 1, &flag);
-            flags[k] = flag;
-            plant.set_real(plant.instance, &input, 1, &voltage[k]);
-            if (plant.do_step(plant.instance, time, SAMPLE_TIME, fmi2True) > fmi2Warning)
-                return 2;
-            plant.get_real(plant.instance, &reached, 1, &displacement[k]);
-        }
-        sum += displacement[ticks - 1] + flags[ticks / 2];
+        const double values[] = { 1.9e-8 + 1e-9 * (double)s / (double)(scenarios - 1), 0.7e-6 };
+        start(&inverse, &vr[7], 1, &values[1]);
+        start(&plant, &vr[6], 2, values);
+        run(&inverse, &plant, vr, &r, ticks);
+        const struct row row = row_of(&r, ticks);
+        sum.e_mr += row.e_mr;
+        sum.e_rms += row.e_rms;
+        sum.drive += row.drive;
+        sum.saturated += row.saturated;
+        sum.outside += row.outside;
     }
-    printf("%.6f %.17g\n", (double)(clock() - began) / CLOCKS_PER_SEC, sum);
+    printf("%.6f %.17g %.17g %.17g %.17g %.17g\n", (double)(clock() - began) / CLOCKS_PER_SEC, sum.e_mr,
+           sum.e_rms, sum.drive, sum.saturated, sum.outside);
     return 0;
 }

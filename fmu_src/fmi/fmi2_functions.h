@@ -124,7 +124,7 @@ fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
 
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[])
 {
-    return (fmi2Status)fmu_get(c, "fmi2GetBoolean", FMU_BOOLEAN, vr, n, value);
+    return (fmi2Status)fmu_get_boolean(c, "fmi2GetBoolean", vr, n, value);
 }
 
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[])

@@ -21,6 +21,7 @@
 #ifndef IT2HYS_FMU_H
 #define IT2HYS_FMU_H
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -162,8 +163,9 @@ struct fmu_snapshot {
     double input[FMU_INPUTS];
     double slope[FMU_INPUTS]; /* du/dt */
     struct fmu_outputs output;
-    struct fmu_span last_step; /* directional derivatives repeat it */
-};
+    struct fmu_span last_step; /* directional derivatives repeat it: fmu_last_step */
+    uint64_t one_tick; /* the last step was the tick before this one under constant inputs: of last_step, */
+}; /* only the inputs are its */
 
 /* The host that an instance talks to. */
 struct fmu_host {
@@ -181,6 +183,14 @@ struct fmu_host {
     unsigned reads;        /* phases before initialization in which it gets values */
 };
 
+/* The value references of the inputs and outputs, by their places in the snapshot. */
+struct fmu_ports {
+    int inputs, reals, flags;
+    unsigned input[FMU_INPUTS];
+    unsigned real[FMU_REAL_OUTPUTS];
+    unsigned flag[FMU_FLAGS];
+};
+
 struct fmu {
     const struct fmu_model *model;
     struct fmu_snapshot *now;
@@ -194,8 +204,10 @@ struct fmu {
     void *start;        /* the parameters that reset returns to */
     size_t used;        /* bytes of the state */
     bool outputs_stale; /* in initialization: a value was set since the outputs were computed */
+    bool ramps;         /* an input has a slope */
     bool short_way;     /* `ticks` is worth its call */
     unsigned categories;
+    struct fmu_ports ports;
     struct fmu_host host;
     const char *name;
 };
@@ -205,6 +217,14 @@ HIDDEN_BEGIN
 static inline double fmu_sample_time(const struct fmu *fmu)
 {
     return *(const double *)fmu->parameters;
+}
+
+/* After every change of the slopes. */
+static inline void fmu_note_ramps(struct fmu *fmu)
+{
+    fmu->ramps = false;
+    for (int i = 0; i < FMU_INPUTS; i++)
+        fmu->ramps |= fmu->now->slope[i] != 0.0;
 }
 
 /* Of the snapshot with what is behind it. */
@@ -312,39 +332,47 @@ enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base bas
 enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
                         size_t count, const void *values);
 
-/* The variable, where it is one Real of this causality that is asked for in a run: then nothing else can be in the
- * way. NULL otherwise. What an FMI layer costs a tick is in such checks and calls, so here they are in short, where
- * they are needed. */
-static inline const struct fmu_variable *fmu_one_real(const struct fmu *fmu, enum fmu_causality causality,
-                                                      const unsigned references[], size_t count,
-                                                      const double values[])
+/* Is it one variable that is meant, in a run, where nothing else can be in the way? What an FMI layer costs a tick
+ * is in such checks and calls, so what a host gets and sets at every step is here in short, where it is needed. */
+static inline bool fmu_one(const struct fmu *fmu, const unsigned references[], size_t count, const void *values)
 {
-    if (!fmu || count != 1 || !references || !values || fmu->now->phase != FMU_STEP_COMPLETE)
-        return NULL;
-    const struct fmu_variable *v = fmu_find(fmu->model, references[0]);
-    return v && v->base == FMU_REAL && v->causality == causality ? v : NULL;
+    return fmu && count == 1 && references && values && fmu->now->phase == FMU_STEP_COMPLETE;
 }
 
 static inline enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[],
                                            size_t count, double values[])
 {
-    const struct fmu_variable *v = fmu_one_real(fmu, FMU_OUTPUT, references, count, values);
+    if (fmu_one(fmu, references, count, values))
+        for (int i = 0; i < fmu->ports.reals; i++)
+            if (fmu->ports.real[i] == references[0]) {
+                *values = fmu->now->output.real[i];
+                return FMU_OK;
+            }
+    return fmu_get(fmu, function, FMU_REAL, references, count, values);
+}
 
-    if (!v)
-        return fmu_get(fmu, function, FMU_REAL, references, count, values);
-    *values = *(const double *)((const char *)&fmu->now->output + v->offset);
-    return FMU_OK;
+static inline enum fmu_status fmu_get_boolean(struct fmu *fmu, const char *function,
+                                              const unsigned references[], size_t count, int values[])
+{
+    if (fmu_one(fmu, references, count, values))
+        for (int i = 0; i < fmu->ports.flags; i++)
+            if (fmu->ports.flag[i] == references[0]) {
+                *values = fmu->now->output.flag[i];
+                return FMU_OK;
+            }
+    return fmu_get(fmu, function, FMU_BOOLEAN, references, count, values);
 }
 
 static inline enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[],
                                            size_t count, const double values[])
 {
-    const struct fmu_variable *v = fmu_one_real(fmu, FMU_INPUT, references, count, values);
-
-    if (!v || !isfinite(*values))
-        return fmu_set(fmu, function, FMU_REAL, references, count, values);
-    *(double *)((char *)fmu->now->input + v->offset) = *values;
-    return FMU_OK;
+    if (fmu_one(fmu, references, count, values) && isfinite(*values))
+        for (int i = 0; i < fmu->ports.inputs; i++)
+            if (fmu->ports.input[i] == references[0]) {
+                fmu->now->input[i] = *values;
+                return FMU_OK;
+            }
+    return fmu_set(fmu, function, FMU_REAL, references, count, values);
 }
 
 enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function, const unsigned references[],
@@ -366,6 +394,9 @@ struct fmu_ending {
  * first time since the step began that the model is outside its limits, or where the model diverges. */
 enum fmu_status fmu_do_updated_step(struct fmu *fmu, const char *function, double time, double step,
                                     struct fmu_ending *ending);
+
+/* The ticks of the last step, with their inputs. */
+struct fmu_span fmu_last_step(const struct fmu_snapshot *now);
 
 /* The inputs of a tick within a step. */
 void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS]);

@@ -116,13 +116,12 @@ static inline double fmu_clock_lost(const struct fmu_clock *clock)
     return CLOCK_ADDITIONS * additions * 0.5 * DBL_EPSILON * (fabs((double)clock->tick) + additions);
 }
 
-/* Rules 1 and 2. Hardly ever a step gets beyond the first comparison. */
+/* Rules 1 and 2. */
 static inline bool fmu_clock_agrees(const struct fmu_clock *clock, double sample_time, double time)
 {
     const double off = fabs(time - fmu_clock_ticks(clock) * sample_time);
 
-    return off <= CLOCK_TOLERANCE * sample_time ||
-           off <= (fmu_clock_slack(clock) + fmu_clock_lost(clock)) * sample_time;
+    return off <= (fmu_clock_slack(clock) + fmu_clock_lost(clock)) * sample_time;
 }
 
 static inline bool fmu_clock_continues(const struct fmu_clock *clock, double sample_time, double time)
@@ -161,12 +160,14 @@ static inline bool fmu_clock_any_step(const struct fmu_clock *now, double sample
     return !(end->time > end->stop_time && fmu_clock_beyond_stop(end, sample_time));
 }
 
-/* Is a step one from a tick to the next, as most are, by rule 1? */
+/* Is a step one from a tick to the next, as most are, by rule 1? Hardly ever one gets beyond its tolerance. */
 static inline bool fmu_clock_is_tick(const struct fmu_clock *now, double sample_time, double time, double step)
 {
-    return step == sample_time && now->rest == 0.0 && now->next_tick == now->tick &&
+    const double off = fabs(time - (double)now->tick * sample_time);
+
+    return step == sample_time && now->rest <= 0.0 && now->next_tick == now->tick &&
            now->tick < (int64_t)CLOCK_LARGEST_TICK - 1 && time + step <= now->stop_time &&
-           fmu_clock_agrees(now, sample_time, time);
+           (off <= CLOCK_TOLERANCE * sample_time || fmu_clock_agrees(now, sample_time, time));
 }
 
 /* Goes on by such a step, which ends at `time`. */

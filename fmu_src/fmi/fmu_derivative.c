@@ -32,16 +32,16 @@ static void last_step_tangent(const struct fmu *fmu, const double d_input[FMU_IN
                               struct fmu_outputs *d_output)
 {
     const struct fmu_model *model = fmu->model;
-    const struct fmu_span *step = &fmu->now->last_step;
+    const struct fmu_span step = fmu_last_step(fmu->now);
     const double sample_time = fmu_sample_time(fmu);
     double input[FMU_INPUTS];
     struct fmu_outputs output;
 
     memcpy(fmu->before, fmu->last_state, model->state_size);
     memset(fmu->d_state, 0, model->state_size);
-    for (int64_t tick = step->first_tick; tick < step->end_tick; tick++) {
+    for (int64_t tick = step.first_tick; tick < step.end_tick; tick++) {
         const double time = (double)tick * sample_time;
-        fmu_inputs_at(step, tick, sample_time, input);
+        fmu_inputs_at(&step, tick, sample_time, input);
         model->tick_tangent(fmu->constants, fmu->before, input, time, fmu->d_state, d_input, d_output);
         model->tick(fmu->constants, fmu->before, fmu->parameters, input, time, &output);
     }
@@ -79,8 +79,8 @@ enum fmu_status fmu_directional_derivative(struct fmu *fmu, const char *function
     if (!collect_seeds(fmu, function, knowns, known_count, seeds, starting, d_input) ||
         !unknowns_are_outputs(fmu, function, unknowns, unknown_count))
         return FMU_ERROR;
-    const struct fmu_span *last = &fmu->now->last_step;
-    if (!starting && (double)last->end_tick - (double)last->first_tick > LONGEST_DERIVATIVE)
+    const struct fmu_span last = fmu_last_step(fmu->now);
+    if (!starting && (double)last.end_tick - (double)last.first_tick > LONGEST_DERIVATIVE)
         return fmu_say(fmu, FMU_DISCARD,
                        "%s: the last step has more than %d ticks; derivatives are "
                        "those of shorter ones.",

@@ -18,6 +18,7 @@ static void begin(struct fmu *fmu)
     fmu->now->clock.stop_time = INFINITY;
     memcpy(fmu->parameters, fmu->start, model->parameters_size);
     memcpy(fmu->now->input, model->input_start, sizeof model->input_start);
+    fmu_note_ramps(fmu);
     fmu->outputs_stale = true;
 }
 
@@ -33,6 +34,29 @@ static void *take(char **memory, size_t size)
 
     *memory += whole_words(size);
     return taken;
+}
+
+/* A model's places have no gaps. */
+static struct fmu_ports ports_of(const struct fmu_model *model)
+{
+    struct fmu_ports ports = { 0 };
+
+    for (unsigned i = 0; i < model->rows; i++) {
+        const struct fmu_variable *v = fmu_find(model, i);
+        if (!v || v->causality == FMU_PARAMETER)
+            continue;
+        if (v->causality == FMU_INPUT) {
+            ports.input[v->offset / sizeof(double)] = i;
+            ports.inputs++;
+        } else if (v->base == FMU_REAL) {
+            ports.real[(v->offset - offsetof(struct fmu_outputs, real)) / sizeof(double)] = i;
+            ports.reals++;
+        } else {
+            ports.flag[(v->offset - offsetof(struct fmu_outputs, flag)) / sizeof(int)] = i;
+            ports.flags++;
+        }
+    }
+    return ports;
 }
 
 struct fmu *fmu_create(const struct fmu_model *model, const char *name, const void *parameters,
@@ -59,6 +83,7 @@ struct fmu *fmu_create(const struct fmu_model *model, const char *name, const vo
     memcpy(fmu->start, parameters, model->parameters_size);
     fmu->name = memcpy(memory, name, name_size);
     fmu->used = model->state_size;
+    fmu->ports = ports_of(model);
     fmu->host = *host;
     fmu->categories = logging ? FMU_LOG_ALL : QUIET_CATEGORIES;
     begin(fmu);

@@ -14,7 +14,7 @@ struct header {
     uint64_t checksum;
 };
 
-static const char MAGIC[8] = "it2hys3";
+static const char MAGIC[8] = "it2hys4";
 static const uint64_t ORDER = 0x0102030405060708u;
 
 uint64_t fmu_hash(const void *bytes, size_t size)
@@ -77,6 +77,7 @@ static void adopt(struct fmu *fmu, const void *block)
         !fmu->outputs_stale && memcmp(fmu->parameters, parameters_in(block), model->parameters_size) == 0;
 
     memcpy(fmu->now, block, fmu_snapshot_size(model));
+    fmu_note_ramps(fmu);
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
     fmu->outputs_stale = !(fmu->now->phase & FMU_INITIALIZED);
     if (fmu->outputs_stale)
@@ -146,12 +147,12 @@ static bool doubles_finite(const void *first, size_t size)
 /* A step or a derivative from invented ticks would not return. */
 static bool ticks_plausible(const struct fmu_snapshot *s, double sample_time)
 {
-    const struct fmu_span *last = &s->last_step;
-    const double ticks = (double)last->end_tick - (double)last->first_tick;
-
-    return fmu_clock_plausible(&s->clock, sample_time) && ticks >= 0.0 && ticks <= 2.0 * CLOCK_LONGEST_STEP &&
-           fabs((double)last->tick) <= CLOCK_LARGEST_TICK && last->rest >= 0.0 && last->rest < 1.0 &&
-           (ticks == 0.0 || last->end_tick == s->clock.next_tick);
+    if (!fmu_clock_plausible(&s->clock, sample_time) || s->one_tick > 1)
+        return false;
+    const struct fmu_span last = fmu_last_step(s);
+    const double ticks = (double)last.end_tick - (double)last.first_tick;
+    return ticks >= 0.0 && ticks <= 2.0 * CLOCK_LONGEST_STEP && fabs((double)last.tick) <= CLOCK_LARGEST_TICK &&
+           last.rest >= 0.0 && last.rest < 1.0 && (ticks == 0.0 || last.end_tick == s->clock.next_tick);
 }
 
 /* What is neither a parameter, an output, nor the clock's. */

@@ -7,6 +7,13 @@
 
 enum { FEW = 16 };
 
+/* Of functions: what hardly ever happens is out of the way of what happens at every step. */
+#if defined __GNUC__
+#define RARE __attribute__((noinline))
+#else
+#define RARE
+#endif
+
 void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS])
 {
     const double elapsed = ((double)(tick - span->tick) - span->rest) * sample_time;
@@ -15,34 +22,24 @@ void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time
         input[i] = span->input[i] + span->slope[i] * elapsed;
 }
 
-static inline uint64_t bits_of(const double *value)
-{
-    uint64_t bits;
-
-    memcpy(&bits, value, sizeof bits);
-    return bits;
-}
-
-/* No bit but the signs': one comparison instead of four, at every step. */
-static bool is_zero(const double slope[FMU_INPUTS])
-{
-    return (bits_of(slope) | bits_of(slope + 1) | bits_of(slope + 2) | bits_of(slope + 3)) << 1 == 0;
-}
-
 /* Copies what is in use of a state, most often a single number. A few go one by one: a processor that reads
  * two at a time what was just written one by one waits until it is in memory. */
-static inline void copy_state(void *to, const void *from, size_t used)
+static RARE void copy_numbers(void *to, const void *from, size_t used)
 {
-    if (used == sizeof(double)) {
-        memcpy(to, from, sizeof(double));
-        return;
-    }
     if (used > FEW * sizeof(double)) {
         memcpy(to, from, used);
         return;
     }
     for (size_t i = 0; i < used; i += sizeof(double))
         memcpy((char *)to + i, (const char *)from + i, sizeof(double));
+}
+
+static inline void copy_state(void *to, const void *from, size_t used)
+{
+    if (used == sizeof(double))
+        memcpy(to, from, sizeof(double));
+    else
+        copy_numbers(to, from, used);
 }
 
 /* Logs what a tick is the first to find: each finding once in an instance's life, so that a log is not
@@ -104,7 +101,7 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
     enum fmu_status status = FMU_OK;
     double input[FMU_INPUTS];
 
-    if (is_zero(now->slope)) {
+    if (!fmu->ramps) {
         for (int64_t tick = first_tick; tick < end_tick && status != FMU_DISCARD; tick++) {
             tick += run_ticks(fmu, end_tick - 1 - tick);
             run_tick(fmu, function, now->input, (double)tick * sample_time, &status);
@@ -122,7 +119,7 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
 }
 
 /* A step that is not made: everything stays as it was. */
-static enum fmu_status give_up(struct fmu *fmu, const char *function, double time, double step)
+static RARE enum fmu_status give_up(struct fmu *fmu, const char *function, double time, double step)
 {
     copy_state(fmu->state, fmu->before, fmu->used);
     return fmu_say(
@@ -132,33 +129,51 @@ static enum fmu_status give_up(struct fmu *fmu, const char *function, double tim
         function, fmu->model->diverging, time, time + step, time);
 }
 
-/* What directional derivatives repeat. */
-static inline void note_step(struct fmu *fmu, int64_t end_tick)
+/* What directional derivatives repeat: of every step these, */
+static inline void note_step(const struct fmu *fmu, struct fmu_snapshot *now, bool one_tick)
 {
-    struct fmu_snapshot *now = fmu->now;
-
     copy_state(fmu->last_state, fmu->before, fmu->used);
+    const volatile double *input = now->input; /* one by one: as copy_state */
+    for (int i = 0; i < FMU_INPUTS; i++)
+        now->last_step.input[i] = input[i];
+    now->one_tick = one_tick;
+}
+
+/* and of one that is not from a tick to the next under constant inputs these, too. */
+static void note_span(struct fmu_snapshot *now, int64_t end_tick)
+{
     now->last_step.tick = now->clock.tick;
     now->last_step.rest = now->clock.rest;
     now->last_step.first_tick = now->clock.next_tick;
     now->last_step.end_tick = end_tick;
-    const volatile double *input = now->input; /* one by one: as copy_state */
-    for (int i = 0; i < FMU_INPUTS; i++)
-        now->last_step.input[i] = input[i];
+    memcpy(now->last_step.slope, now->slope, sizeof now->slope);
+}
+
+struct fmu_span fmu_last_step(const struct fmu_snapshot *now)
+{
+    struct fmu_span last = now->last_step;
+
+    if (now->one_tick) {
+        last.tick = last.first_tick = now->clock.tick - 1;
+        last.end_tick = now->clock.tick;
+        last.rest = 0.0;
+        memset(last.slope, 0, sizeof last.slope);
+    }
+    return last;
 }
 
 /* From one tick to the next under constant inputs, as most steps are: what any step does, in short. */
-static inline void finish_tick(struct fmu *fmu, enum fmu_status status, double end)
+static inline void finish_tick(const struct fmu *fmu, struct fmu_snapshot *now, enum fmu_status status,
+                               double end)
 {
-    fmu->now->last_status = (int)status;
-    note_step(fmu, fmu->now->clock.tick + 1);
-    memset(fmu->now->last_step.slope, 0, sizeof fmu->now->last_step.slope);
-    fmu_clock_tick(&fmu->now->clock, end);
+    now->last_status = (int)status;
+    note_step(fmu, now, true);
+    fmu_clock_tick(&now->clock, end);
 }
 
 /* The same where the tick has findings, which may have been logged before. */
-static enum fmu_status finish_with_findings(struct fmu *fmu, const char *function, unsigned findings,
-                                            double time, double step)
+static RARE enum fmu_status finish_with_findings(struct fmu *fmu, const char *function, unsigned findings,
+                                                 double time, double step)
 {
     struct fmu_snapshot *now = fmu->now;
     enum fmu_status status = FMU_OK;
@@ -168,7 +183,7 @@ static enum fmu_status finish_with_findings(struct fmu *fmu, const char *functio
         now->last_status = FMU_DISCARD;
         return give_up(fmu, function, time, step);
     }
-    finish_tick(fmu, status, time + step);
+    finish_tick(fmu, now, status, time + step);
     return status;
 }
 
@@ -179,18 +194,18 @@ static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, do
 
     copy_state(fmu->before, fmu->state, fmu->used);
     if (run_ticks(fmu, 1) == 1) {
-        finish_tick(fmu, FMU_OK, time + step);
+        finish_tick(fmu, now, FMU_OK, time + step);
         return FMU_OK;
     }
     const unsigned findings =
         fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
     if (findings)
         return finish_with_findings(fmu, function, findings, time, step);
-    finish_tick(fmu, FMU_OK, time + step);
+    finish_tick(fmu, now, FMU_OK, time + step);
     return FMU_OK;
 }
 
-static enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
+static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
 {
     struct fmu_snapshot *now = fmu->now;
     const double sample_time = fmu_sample_time(fmu);
@@ -210,8 +225,8 @@ static enum fmu_status any_step(struct fmu *fmu, const char *function, double ti
         now->warned = warned;
         return give_up(fmu, function, time, step);
     }
-    note_step(fmu, end.next_tick);
-    memcpy(now->last_step.slope, now->slope, sizeof now->slope);
+    note_step(fmu, now, false);
+    note_span(now, end.next_tick);
     now->clock = end;
     return status;
 }
@@ -220,7 +235,7 @@ enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, 
 {
     if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
         return FMU_ERROR;
-    if (is_zero(fmu->now->slope) && fmu_clock_is_tick(&fmu->now->clock, fmu_sample_time(fmu), time, step))
+    if (!fmu->ramps && fmu_clock_is_tick(&fmu->now->clock, fmu_sample_time(fmu), time, step))
         return one_tick(fmu, function, time, step);
     return any_step(fmu, function, time, step);
 }

@@ -92,12 +92,14 @@ static bool make_pieces(struct pieces *step)
 static void join_pieces(const struct pieces *step)
 {
     struct fmu *fmu = step->fmu;
-    struct fmu_span *last = &fmu->now->last_step;
+    struct fmu_span last = fmu_last_step(fmu->now);
 
-    last->tick = step->begin.tick;
-    last->rest = step->begin.rest;
-    last->first_tick = step->begin.next_tick;
-    last->end_tick = fmu->now->clock.next_tick;
+    last.tick = step->begin.tick;
+    last.rest = step->begin.rest;
+    last.first_tick = step->begin.next_tick;
+    last.end_tick = fmu->now->clock.next_tick;
+    fmu->now->last_step = last;
+    fmu->now->one_tick = false;
     memcpy(fmu->last_state, fmu_state_in(fmu->model, step->begun), fmu->model->state_size);
 }
 

@@ -241,5 +241,6 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
     }
     for (size_t i = 0; i < count; i++)
         *(double *)((char *)fmu->now->slope + accepted(fmu, references[i])->offset) = values[i];
+    fmu_note_ramps(fmu);
     return FMU_OK;
 }

@@ -18,7 +18,7 @@
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
-enum base { REAL, INTEGER, BOOLEAN, BASES };
+enum base { REAL, INTEGER, BOOLEAN };
 
 /* What an input gets: factor * slot + offset. */
 struct stepper_source {
@@ -27,38 +27,44 @@ struct stepper_source {
     int32_t unused;
 };
 
-struct stepper_slave {
+enum kind { SET, STEP, GET };
+
+/* One call of an FMI function: doStep, or one that sets or gets variables of one base. */
+struct stepper_call {
+    union {
+        fmi2DoStepTYPE *step;
+        fmi2SetRealTYPE *set_real;
+        fmi2SetIntegerTYPE *set_integer; /* Booleans are ints, too */
+        fmi2GetRealTYPE *get_real;
+        fmi2GetIntegerTYPE *get_integer;
+    } function;
     fmi2Component instance;
-    fmi2SetRealTYPE *set_real;
-    fmi2SetIntegerTYPE *set_integer;
-    fmi2SetBooleanTYPE *set_boolean;
-    fmi2GetRealTYPE *get_real;
-    fmi2GetIntegerTYPE *get_integer;
-    fmi2GetBooleanTYPE *get_boolean;
-    fmi2DoStepTYPE *do_step;
-    const fmi2ValueReference *inputs, *outputs; /* all Real ones, then all Integer, then all Boolean */
-    const struct stepper_source *sources;       /* of the inputs, in their order */
-    double *reals;                              /* room for the most inputs of one base */
-    int *integers;                              /* room for the most inputs or outputs of one base */
-    int32_t input_counts[BASES], output_counts[BASES];
-    int32_t first_output; /* slot */
+    const fmi2ValueReference *references;
+    const struct stepper_source *sources; /* of inputs; NULL: one Real input gets a slot as it is */
+    double *reals;                        /* room for what Real inputs get, */
+    int *integers;                        /* and for variables of the other bases */
+    int32_t kind, base, count;
+    int32_t slot; /* of the first output, where the others follow, or of that input */
+    int32_t slave;
     int32_t unused;
 };
 
 /* Where and why a run ended early. */
 struct stepper_fault {
     int32_t slave;
-    int32_t call; /* 0: setting inputs, 1: doStep, 2: getting outputs */
+    int32_t kind; /* of the call */
     int32_t status;
 };
 
-EXPORT int64_t it2core_stepper_run(const struct stepper_slave *slaves, int32_t slave_count, double *slots,
+/* The calls are those of a step, in their order. */
+EXPORT int64_t it2core_stepper_run(const struct stepper_call *calls, int32_t call_count, double *slots,
                                    const double *const *signals, int32_t signal_count, const int32_t *recorded,
                                    double *const *records, int32_t record_count, int64_t first_step,
                                    int64_t steps, double step_size, struct stepper_fault *fault);
 
-/* Reads the outputs of a slave into their slots; returns the status. */
-EXPORT int32_t it2core_stepper_read(const struct stepper_slave *slave, double *slots);
+/* Makes the calls of one kind for one slave, outside of a step; returns the status. */
+EXPORT int32_t it2core_stepper_make(const struct stepper_call *calls, int32_t call_count, double *slots,
+                                    int32_t slave, int32_t kind);
 
 /* Who listens to an instance: its component environment. */
 struct stepper_listener {
@@ -85,11 +91,6 @@ void it2core_stepper_log(fmi2ComponentEnvironment environment, fmi2String name, 
     ((const struct stepper_listener *)environment)->hear((int)status, text);
 }
 
-static fmi2Status worse(fmi2Status a, fmi2Status b)
-{
-    return a > b ? a : b;
-}
-
 static double source_value(const struct stepper_source *source, const double *slots)
 {
     const double value = source->factor * slots[source->slot];
@@ -107,83 +108,63 @@ static int to_integer(double value)
     return (int)(value < 0.0 ? value - 0.5 : value + 0.5);
 }
 
-static fmi2Status set_inputs(const struct stepper_slave *slave, const double *slots)
+static fmi2Status set_computed(const struct stepper_call *call, const double *slots)
 {
-    const struct stepper_source *source = slave->sources;
-    const fmi2ValueReference *reference = slave->inputs;
-    fmi2Status status = fmi2OK;
+    const size_t count = (size_t)call->count;
 
-    for (int base = 0; base < BASES; base++) {
-        const int count = slave->input_counts[base];
-        if (count == 0)
-            continue;
-        for (int i = 0; i < count; i++) {
-            const double value = source_value(&source[i], slots);
-            if (base == REAL)
-                slave->reals[i] = value;
-            else
-                slave->integers[i] = base == INTEGER ? to_integer(value) : value != 0.0;
-        }
-        const size_t n = (size_t)count;
-        if (base == REAL)
-            status = worse(status, slave->set_real(slave->instance, reference, n, slave->reals));
-        else if (base == INTEGER)
-            status = worse(status, slave->set_integer(slave->instance, reference, n, slave->integers));
+    for (size_t i = 0; i < count; i++) {
+        const double value = source_value(&call->sources[i], slots);
+        if (call->base == REAL)
+            call->reals[i] = value;
         else
-            status = worse(status, slave->set_boolean(slave->instance, reference, n, slave->integers));
-        source += count;
-        reference += count;
+            call->integers[i] = call->base == INTEGER ? to_integer(value) : value != 0.0;
     }
+    if (call->base == REAL)
+        return call->function.set_real(call->instance, call->references, count, call->reals);
+    return call->function.set_integer(call->instance, call->references, count, call->integers);
+}
+
+static inline fmi2Status get_outputs(const struct stepper_call *call, double *slots)
+{
+    const size_t count = (size_t)call->count;
+    double *output = slots + call->slot;
+
+    if (call->base == REAL)
+        return call->function.get_real(call->instance, call->references, count, output);
+    const fmi2Status status =
+        call->function.get_integer(call->instance, call->references, count, call->integers);
+    for (size_t i = 0; i < count; i++)
+        output[i] = call->integers[i];
     return status;
 }
 
-static fmi2Status get_outputs(const struct stepper_slave *slave, double *slots)
+static inline fmi2Status make(const struct stepper_call *call, double *slots, double time, double step_size)
 {
-    double *output = slots + slave->first_output;
-    const fmi2ValueReference *reference = slave->outputs;
-    fmi2Status status = fmi2OK;
+    if (call->kind == GET)
+        return get_outputs(call, slots);
+    if (call->kind == SET && call->sources)
+        return set_computed(call, slots);
+    if (call->kind == SET)
+        return call->function.set_real(call->instance, call->references, 1, slots + call->slot);
+    return call->function.step(call->instance, time, step_size, fmi2True);
+}
 
-    for (int base = 0; base < BASES; base++) {
-        const size_t count = (size_t)slave->output_counts[base];
-        if (count == 0)
+int32_t it2core_stepper_make(const struct stepper_call *calls, int32_t call_count, double *slots, int32_t slave,
+                             int32_t kind)
+{
+    fmi2Status worst = fmi2OK;
+
+    for (int32_t i = 0; i < call_count && worst <= fmi2Warning; i++) {
+        if (calls[i].slave != slave || calls[i].kind != kind)
             continue;
-        if (base == REAL)
-            status = worse(status, slave->get_real(slave->instance, reference, count, output));
-        else {
-            if (base == INTEGER)
-                status = worse(status, slave->get_integer(slave->instance, reference, count, slave->integers));
-            else
-                status = worse(status, slave->get_boolean(slave->instance, reference, count, slave->integers));
-            for (size_t i = 0; i < count; i++)
-                output[i] = slave->integers[i];
-        }
-        output += count;
-        reference += count;
+        const fmi2Status status = make(&calls[i], slots, 0.0, 0.0);
+        worst = status > worst ? status : worst;
     }
-    return status;
-}
-
-int32_t it2core_stepper_read(const struct stepper_slave *slave, double *slots)
-{
-    return (int32_t)get_outputs(slave, slots);
-}
-
-/* One step of one slave; returns the call that ended the run, or -1. */
-static int32_t step_slave(const struct stepper_slave *slave, double *slots, double time, double step_size,
-                          fmi2Status *status)
-{
-    *status = set_inputs(slave, slots);
-    if (*status > fmi2Warning)
-        return 0;
-    *status = slave->do_step(slave->instance, time, step_size, fmi2True);
-    if (*status > fmi2Warning)
-        return 1;
-    *status = get_outputs(slave, slots);
-    return *status > fmi2Warning ? 2 : -1;
+    return (int32_t)worst;
 }
 
 /* Return the number of complete steps, which is less than asked for where a slave refused one. */
-int64_t it2core_stepper_run(const struct stepper_slave *slaves, int32_t slave_count, double *slots,
+int64_t it2core_stepper_run(const struct stepper_call *calls, int32_t call_count, double *slots,
                             const double *const *signals, int32_t signal_count, const int32_t *recorded,
                             double *const *records, int32_t record_count, int64_t first_step, int64_t steps,
                             double step_size, struct stepper_fault *fault)
@@ -192,11 +173,10 @@ int64_t it2core_stepper_run(const struct stepper_slave *slaves, int32_t slave_co
         const double time = (double)(first_step + k) * step_size;
         for (int32_t i = 0; i < signal_count; i++)
             slots[i] = signals[i][k];
-        for (int32_t i = 0; i < slave_count; i++) {
-            fmi2Status status;
-            const int32_t call = step_slave(&slaves[i], slots, time, step_size, &status);
-            if (call >= 0) {
-                *fault = (struct stepper_fault){ i, call, (int32_t)status };
+        for (const struct stepper_call *call = calls; call < calls + call_count; call++) {
+            const fmi2Status status = make(call, slots, time, step_size);
+            if (status > fmi2Warning) {
+                *fault = (struct stepper_fault){ call->slave, call->kind, (int32_t)status };
                 return k;
             }
         }

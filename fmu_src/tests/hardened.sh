@@ -19,6 +19,10 @@ supports() { # flags: does a program built with them run?
     cc "$@" "$probe.c" -o "$probe" 2> /dev/null && "$probe" 2> /dev/null
 }
 
+side_by_side() { # runs each line that is read as a command, two at a time; fails where one does
+    tr '\n' '\0' | xargs -0 -n 1 -P 2 sh -c
+}
+
 configure() { # directory, sanitizers
     cmake -S "$source" -B "$1" -G Ninja -DPython_EXECUTABLE="$python" -DIT2HYS_SANITIZE="$2" > /dev/null
 }
@@ -43,12 +47,16 @@ else
 fi
 
 if command -v valgrind > /dev/null; then
+    check="valgrind --quiet --error-exitcode=1 --leak-check=full"
+    definite="$check --show-leak-kinds=definite"
     cd "$build/tests"
     for test in lifecycle variables parameters state derivatives log; do
-        valgrind --quiet --error-exitcode=1 --leak-check=full ./test_fmi2_$test > /dev/null
-    done
-    valgrind --quiet --error-exitcode=1 --leak-check=full --show-leak-kinds=definite ../fuzz/fuzz_calls -n 500
-    valgrind --quiet --error-exitcode=1 --leak-check=full --show-leak-kinds=definite ../fuzz/fuzz_fmi3 -n 500
+        echo "$check ./test_fmi2_$test > /dev/null"
+    done > valgrind_jobs
+    for target in calls fmi3; do
+        echo "$definite ../fuzz/fuzz_$target -n 500"
+    done >> valgrind_jobs
+    side_by_side < valgrind_jobs
     cd - > /dev/null
     echo "hardened: FMI tests and 500 fuzzed sequences of each version pass under valgrind"
 else
@@ -57,12 +65,12 @@ fi
 
 if supports -fanalyzer; then
     headers=$("$python" -c "import fmpy; print(fmpy.__path__[0])")/c-code
+    analyze="${CC:-command cc} -std=c99 -O2 -fanalyzer -fdiagnostics-path-format=none -Werror -c -o /dev/null
+        -I'$source/core' -I'$source/fmi' -I'$source/models' -I'$build/generated' -isystem '$headers'"
     for file in "$source"/core/*.c "$source"/fmi/*.c "$source"/models/*.c \
         "$source"/identification/*.c "$source"/python/stepper.c; do
-        cc -std=c99 -O2 -fanalyzer -fdiagnostics-path-format=none -Werror -c "$file" -o "$probe.o" \
-            -I"$source/core" -I"$source/fmi" -I"$source/models" -I"$build/generated" \
-            -isystem "$headers"
-    done
+        echo $analyze "'$file'"
+    done | side_by_side
     echo "hardened: -fanalyzer finds nothing"
 else
     skip "the compiler has no -fanalyzer"

@@ -204,8 +204,9 @@ static void endless_step(const struct fmi2_api *m)
     CHECK(m->DoStep(c, 0.0, TS, fmi2True) <= fmi2Warning);
     read_state(m, c, &bytes);
     memcpy(&snapshot, bytes.byte + HEADER, sizeof snapshot);
-    snapshot.s.last_step.tick -= 1000000000; /* as many as a step can have, all in their place */
-    snapshot.s.last_step.first_tick -= 1000000000;
+    snapshot.s.one_tick = 0; /* as many as a step can have, all in their place */
+    snapshot.s.last_step.end_tick = snapshot.s.clock.next_tick;
+    snapshot.s.last_step.tick = snapshot.s.last_step.first_tick = snapshot.s.clock.next_tick - 1000000001;
     const uint64_t checksum = fmu_hash(&snapshot, sizeof snapshot);
     memcpy(bytes.byte + CHECKSUM, &checksum, sizeof checksum);
     memcpy(bytes.byte + HEADER, &snapshot, sizeof snapshot);
@@ -235,10 +236,39 @@ static void longest_step(const struct fmi2_api *m)
     m->FreeInstance(c);
 }
 
+/* Of one tick and nothing of the steps before, whichever they were, and however time is cut afterwards. */
+static void after_a_ramp(const struct fmi2_api *m)
+{
+    fmi2Component by_steps = make_running(m, 0.0), by_ticks = make_running(m, 0.0);
+    const double value = signal(m, 0.0), slope = m == &PLANT ? 300.0 : 5e-5;
+
+    CHECK(set_real(m, by_steps, input_of(m), value) == fmi2OK);
+    CHECK(set_slope(m, by_steps, input_of(m), slope) == fmi2OK);
+    CHECK(m->DoStep(by_steps, 0.0, 5 * TS, fmi2True) <= fmi2Warning);
+    for (int k = 0; k < 5; k++) {
+        CHECK(set_real(m, by_ticks, input_of(m), value + slope * k * TS) == fmi2OK);
+        CHECK(m->DoStep(by_ticks, k * TS, TS, fmi2True) <= fmi2Warning);
+    }
+    CHECK(set_slope(m, by_steps, input_of(m), 0.0) == fmi2OK);
+    for (int k = 5; k < 7; k++) {
+        CHECK(set_real(m, by_steps, input_of(m), value) == fmi2OK);
+        CHECK(set_real(m, by_ticks, input_of(m), value) == fmi2OK);
+        CHECK(m->DoStep(by_steps, k * TS, k == 5 ? TS : 0.5 * TS, fmi2True) <= fmi2Warning);
+        CHECK(m->DoStep(by_ticks, k * TS, TS, fmi2True) <= fmi2Warning);
+        const double expected = derivative(m, by_ticks, input_of(m));
+        CHECK(expected != 0.0);
+        CHECK_NEAR(derivative(m, by_steps, input_of(m)), expected, expected, 1e-12);
+    }
+    m->FreeInstance(by_steps);
+    m->FreeInstance(by_ticks);
+}
+
 int main(void)
 {
     of_model(&PLANT);
     of_model(&INVERSE);
+    after_a_ramp(&PLANT);
+    after_a_ramp(&INVERSE);
     several_at_once();
     seeds_overflow(&PLANT);
     seeds_overflow(&INVERSE);

@@ -6,7 +6,7 @@ import pytest
 from conftest import CALM, INPUT, MODELS, OUTPUT, TS, UM, Master, make_set, package_models
 from conftest import Instance as Instance2
 from effects import with_effects
-from fmi3 import DISCARD, ERROR, OK, Instance, package_fmi3, swing
+from fmi3 import DISCARD, ERROR, OK, Instance, swing
 
 from it2hys.model.chain import EFFECTS
 from it2hys.model.parameters import table_1
@@ -17,13 +17,13 @@ FIVE = make_set(5, 5, "five rules")
 @pytest.fixture(scope="module")
 def of_fmi3(tmp_path_factory):
     """Return both FMUs with Table 1, by model."""
-    return package_fmi3(table_1(), tmp_path_factory.mktemp("table-1-fmi3"))
+    return package_models(table_1(), tmp_path_factory.mktemp("table-1-fmi3"), 3)
 
 
 @pytest.fixture(scope="module")
 def five_of_fmi3(tmp_path_factory):
     """Return both FMUs with five rules, by model."""
-    return package_fmi3(FIVE, tmp_path_factory.mktemp("five-rules-fmi3"))
+    return package_models(FIVE, tmp_path_factory.mktemp("five-rules-fmi3"), 3)
 
 
 @pytest.fixture(params=MODELS)
@@ -51,7 +51,7 @@ SETS = {
 def test_a_run_gives_the_bits_of_the_fmu_of_fmi_2(name, which, tmp_path):
     """Table 1 has no play and no creep, and its arrays one element each that changes nothing."""
     two = package_models(SETS[name], tmp_path / "two")[which]
-    three = package_fmi3(SETS[name], tmp_path / "three")[which]
+    three = package_models(SETS[name], tmp_path / "three", 3)[which]
     signal = swing(which)
     with Master(two) as master:
         expected = master.run(signal)

@@ -18,7 +18,7 @@ from compilers import (
 from conftest import CALM, INPUT, MODELS, OUTPUT, TS, Unpacked, make_set, package_models
 from conftest import Instance as Instance2
 from effects import with_effects
-from fmi3 import ERROR, Fmu, Instance, package_fmi3, swing
+from fmi3 import ERROR, Instance, swing
 from fmpy.build import build_platform_binary
 from fmpy.model_description import read_build_description
 from fmpy.validation import validate_fmu
@@ -46,7 +46,10 @@ SETS = {
 def packaged_fmi3(tmp_path_factory):
     """Return sets as packaged and their FMUs of FMI 3.0, by name."""
     return {
-        name: (with_every_array(parameters), package_fmi3(parameters, tmp_path_factory.mktemp(name)))
+        name: (
+            with_every_array(parameters),
+            package_models(parameters, tmp_path_factory.mktemp(name), 3),
+        )
         for name, parameters in SETS.items()
     }
 
@@ -60,15 +63,17 @@ def any_fmu(request, packaged_fmi3):
 
 
 @pytest.fixture(scope="module")
-def controllers(tmp_path_factory) -> tuple[Unpacked, Fmu]:
+def controllers(tmp_path_factory) -> tuple[Unpacked, Unpacked]:
     """Return the controllers of FMI 2.0 and of FMI 3.0."""
     directory = tmp_path_factory.mktemp("controllers")
     for version in (2, 3):
         (directory / f"c{version}.fmu").write_bytes(controller_fmu(version))
-    return Unpacked(directory / "c2.fmu", directory / "2"), Fmu(directory / "c3.fmu", directory / "3")
+    return Unpacked(directory / "c2.fmu", directory / "2"), Unpacked(
+        directory / "c3.fmu", directory / "3"
+    )
 
 
-def root_of(fmu: Fmu) -> etree._Element:
+def root_of(fmu: Unpacked) -> etree._Element:
     return etree.parse(fmu.directory / "modelDescription.xml").getroot()
 
 
@@ -270,6 +275,16 @@ def test_the_controller_gives_the_bits_of_that_of_fmi_2(controllers):
 CHOICES = [([], (2, 3)), (["--fmi", "2"], (2,)), (["--fmi", "3"], (3,))]
 
 
+def test_the_commands_that_run_fmus_name_the_one_to_take(packaged_fmi3, tmp_path, capsys):
+    (tmp_path / "u.csv").write_text("time_s,voltage_V\n0,0\n1e-4,1\n", encoding="utf-8")
+    path = packaged_fmi3["table_1"][1]["plant"].path
+    arguments = ["--input", str(tmp_path / "u.csv"), "-o", str(tmp_path / "y.csv")]
+    assert main(["simulate", str(path), *arguments]) == 2
+    said = capsys.readouterr().err
+    assert f"{path}: an FMU of FMI 3.0; " in said and "without _fmi3 in their names" in said
+    assert said.count("\n") == 1
+
+
 @pytest.mark.parametrize(("arguments", "versions"), CHOICES)
 def test_the_commands_write_both_versions_or_one(arguments, versions, tmp_path):
     assert main(["build", "-o", str(tmp_path / "a"), "--quiet", *arguments]) == 0
@@ -296,16 +311,16 @@ def test_the_command_knows_no_other_version(tmp_path, capsys):
 # --- every flag is a promise that is kept ------------------------------------------------------
 
 
-def start_of(fmu: Fmu) -> dict[str, float]:
+def start_of(fmu: Unpacked) -> dict[str, float]:
     return {INPUT[fmu.model]: CALM[fmu.model], "initialDisplacement": CALM["inverse"]}
 
 
-def library_stands_alone(fmu: Fmu) -> None:
+def library_stands_alone(fmu: Unpacked) -> None:
     with Instance(fmu) as instance:
         assert instance.initialize().run([CALM[fmu.model]])
 
 
-def many_instances(fmu: Fmu) -> None:
+def many_instances(fmu: Unpacked) -> None:
     signal = swing(fmu.model, 30)
     with Instance(fmu) as alone:
         expected = alone.initialize().run(signal)
@@ -314,7 +329,7 @@ def many_instances(fmu: Fmu) -> None:
         assert one.initialize().run(signal) == expected
 
 
-def state_returns(fmu: Fmu) -> None:
+def state_returns(fmu: Unpacked) -> None:
     """From anywhere, and with the lengths of arrays in it."""
     signal = swing(fmu.model, 60)
     with Instance(fmu) as instance:
@@ -333,7 +348,7 @@ def state_returns(fmu: Fmu) -> None:
             instance.fmu.freeFMUState(s)
 
 
-def state_survives_as_bytes(fmu: Fmu) -> None:
+def state_survives_as_bytes(fmu: Unpacked) -> None:
     signal = swing(fmu.model, 60)
     with Instance(fmu) as one, Instance(fmu) as other:
         one.configure({"playCount": 3})
@@ -347,7 +362,7 @@ def state_survives_as_bytes(fmu: Fmu) -> None:
         assert one.status_of(one.fmu.deserializeFMUState, bytes(damaged)) == ERROR
 
 
-def slope_by_input(fmu: Fmu, instance: Instance) -> float:
+def slope_by_input(fmu: Unpacked, instance: Instance) -> float:
     """Return the derivative of the output by the input of a tick, as a difference."""
     name, calm, read = INPUT[fmu.model], CALM[fmu.model], []
     state = instance.fmu.getFMUState()
@@ -359,7 +374,7 @@ def slope_by_input(fmu: Fmu, instance: Instance) -> float:
     return (read[1] - read[0]) / (2e-4 * calm)
 
 
-def directional_derivatives(fmu: Fmu) -> None:
+def directional_derivatives(fmu: Unpacked) -> None:
     with Instance(fmu) as instance:
         slope = slope_by_input(fmu, instance.initialize(start_of(fmu)))
         of, by = [instance.reference(OUTPUT[fmu.model])], [instance.reference(INPUT[fmu.model])]
@@ -367,7 +382,7 @@ def directional_derivatives(fmu: Fmu) -> None:
         assert found == pytest.approx(2.0 * slope, rel=1e-6)
 
 
-def adjoint_derivatives(fmu: Fmu) -> None:
+def adjoint_derivatives(fmu: Unpacked) -> None:
     with Instance(fmu) as instance:
         slope = slope_by_input(fmu, instance.initialize(start_of(fmu)))
         of, by = [instance.reference(OUTPUT[fmu.model])], [instance.reference(INPUT[fmu.model])]
@@ -375,14 +390,14 @@ def adjoint_derivatives(fmu: Fmu) -> None:
         assert found == pytest.approx(3.0 * slope, rel=1e-6)
 
 
-def no_dependencies_of_elements(fmu: Fmu) -> None:
+def no_dependencies_of_elements(fmu: Unpacked) -> None:
     with Instance(fmu) as instance:
         call, count = instance.fmu.fmi3GetNumberOfVariableDependencies, ctypes.c_size_t()
         arguments = instance.fmu.component, instance.reference(OUTPUT[fmu.model]), ctypes.byref(count)
         assert instance.status_of(call, *arguments) == ERROR
 
 
-def any_step_size(fmu: Fmu) -> None:
+def any_step_size(fmu: Unpacked) -> None:
     read = []
     for cuts in ([3.3, 0.2, 6.5], [10.0]):
         with Instance(fmu) as instance:
@@ -394,7 +409,7 @@ def any_step_size(fmu: Fmu) -> None:
     assert read[0] == read[1]
 
 
-def ticks_are_at_its_own_step(fmu: Fmu) -> None:
+def ticks_are_at_its_own_step(fmu: Unpacked) -> None:
     times = []
     with Instance(fmu, update=lambda instance, time: times.append(time)) as instance:
         instance.initialize().step(0.0, 10 * TS)
@@ -403,14 +418,14 @@ def ticks_are_at_its_own_step(fmu: Fmu) -> None:
         np.testing.assert_allclose(times, step * np.arange(1, 10), rtol=1e-14)
 
 
-def no_output_derivatives(fmu: Fmu) -> None:
+def no_output_derivatives(fmu: Unpacked) -> None:
     with Instance(fmu) as instance:
         instance.initialize().step(0.0, TS)
         reference = [instance.reference(OUTPUT[fmu.model])]
         assert instance.status_of(instance.fmu.getOutputDerivatives, reference, [1]) == ERROR
 
 
-def inputs_may_jump(fmu: Fmu) -> None:
+def inputs_may_jump(fmu: Unpacked) -> None:
     """No smoothness is asked for: from tick to tick an input is what it was set to."""
     jumps = CALM[fmu.model] * (1.0 + 0.1 * (np.arange(10) % 2))
 
@@ -423,14 +438,14 @@ def inputs_may_jump(fmu: Fmu) -> None:
         assert once.get(OUTPUT[fmu.model]) == expected
 
 
-def updates_are_provided(fmu: Fmu) -> None:
+def updates_are_provided(fmu: Unpacked) -> None:
     times = []
     with Instance(fmu, update=lambda instance, time: times.append(time)) as instance:
         instance.initialize().step(0.0, 2.5 * TS)
     np.testing.assert_allclose(times, [TS, 2 * TS], rtol=1e-14)
 
 
-def steps_end_early(fmu: Fmu) -> None:
+def steps_end_early(fmu: Unpacked) -> None:
     beyond = {"plant": 140.0, "inverse": 20e-6}[fmu.model]
     with Instance(fmu, early=True) as instance:
         instance.initialize({**start_of(fmu), INPUT[fmu.model]: beyond})
@@ -438,13 +453,13 @@ def steps_end_early(fmu: Fmu) -> None:
         assert early and time == pytest.approx(TS, rel=1e-14)
 
 
-def steps_end_where_an_update_wants_it(fmu: Fmu) -> None:
+def steps_end_where_an_update_wants_it(fmu: Unpacked) -> None:
     with Instance(fmu, early=True, update=lambda instance, time: time) as instance:
         _, early, time = instance.initialize(start_of(fmu)).step(0.0, 30 * TS)
         assert early and time == pytest.approx(TS, rel=1e-14)
 
 
-def no_event_mode(fmu: Fmu) -> None:
+def no_event_mode(fmu: Unpacked) -> None:
     with Instance(fmu, events=True) as instance:
         assert not instance.made
     with Instance(fmu) as instance:
@@ -452,7 +467,7 @@ def no_event_mode(fmu: Fmu) -> None:
         assert instance.status_of(call, instance.initialize().fmu.component) == ERROR
 
 
-def no_discrete_states(fmu: Fmu) -> None:
+def no_discrete_states(fmu: Unpacked) -> None:
     with Instance(fmu) as instance:
         call = instance.fmu.fmi3EvaluateDiscreteStates
         assert instance.status_of(call, instance.initialize().fmu.component) == ERROR

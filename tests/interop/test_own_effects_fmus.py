@@ -10,18 +10,24 @@ import casadi as ca
 import fmpy
 import numpy as np
 import pytest
+import test_effects_fmus
 from casadi_runs import around, assert_same
 from casadi_runs import run as run_casadi
-from conftest import TS, Instance, package_models
+from conftest import MODELS, TS, Instance, Master, Unpacked, package_models, trajectory
 from effects import gentle_reference, signals, surroundings
+from fmi3 import Instance as Instance3
+from fmi3 import swing
 from fmpy import fmi2
 from fmpy.validation import validate_fmu
 from own_effects import NAMES, in_chain, with_own
+from test_capabilities import PROMISES
 from test_effects_fmus import run
+from test_sources import STRICT, build
 
 import it2hys
 from it2hys.export.embedded import write_embedded
-from it2hys.fmu.own_library import compiler, fmi_headers
+from it2hys.fmu.model_description import IDENTIFIERS
+from it2hys.fmu.own_library import compiler, fmi_headers, run_all
 from it2hys.fmu.packaging import package
 from it2hys.fmu.platforms import PLATFORMS
 from it2hys.model import compiled
@@ -45,13 +51,23 @@ def packaged(effects, tmp_path_factory):
     return folder
 
 
-def test_fmus_c_chain_and_casadi_are_one_model(effects, tmp_path):
-    parameters = with_own(effects)
-    models, chain, others = (
-        package_models(parameters, tmp_path),
-        it2hys.casadi_chain(parameters),
-        around(),
-    )
+@pytest.fixture(scope="module")
+def models(packaged):
+    """Return these FMUs of FMI 2.0, unpacked, by model."""
+    return {
+        model: Unpacked(packaged / f"{identifier}.fmu", packaged / identifier)
+        for model, identifier in IDENTIFIERS.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def chain(effects):
+    """Return their chain in CasADi."""
+    return it2hys.casadi_chain(with_own(effects))
+
+
+def test_fmus_c_chain_and_casadi_are_one_model(models, chain):
+    others = around()
     acting = {name: others[name] for name in ("force", "temperature")}
     voltage, reference = signals(SAMPLES, -5.0, 115.0), gentle_reference(SAMPLES)
     plant = run(models["plant"], ("displacement", "measured"), {"voltage": voltage, **acting})
@@ -71,9 +87,7 @@ def slopes(function: ca.Function) -> ca.Function:
     return ca.Function("slopes", symbols, [ca.horzcat(*(ca.jacobian(output, s) for s in symbols[1:4]))])
 
 
-def test_derivatives_of_the_fmu_are_casadis(effects, tmp_path):
-    parameters = with_own(effects)
-    models, chain = package_models(parameters, tmp_path), it2hys.casadi_chain(parameters)
+def test_derivatives_of_the_fmu_are_casadis(models, chain):
     force, temperature = surroundings(SAMPLES)
     for model, function, first, output, signal in (
         ("plant", chain.step, "state", "displacement", signals(SAMPLES, 20.0, 90.0)),
@@ -216,68 +230,110 @@ def test_the_c_header_is_the_same_model(effects, tmp_path):
     assert_same(measured, run_in_c[1])
 
 
-#: What the project's own effects pass, here with one of the user's own in the list.
-EVERYONES = (
-    "tests/unit/test_effects.py::test_each_effect_is_the_same_in_casadi_and_c_and_shows[mount]",
-    "tests/unit/test_effects.py::test_casadi_derives_by_every_parameter_of_an_effect[mount]",
-    "tests/unit/test_effects.py::test_starts_lie_within_their_bounds_and_make_a_usable_set[mount]",
-    "tests/unit/test_casadi_chain.py::test_plant_and_inverse_are_the_compiled_ones[mount]",
-    "tests/unit/test_chain_sensitivity.py::test_every_derivative_is_casadis[mount]",
-    "tests/interop/test_effects_fmus.py::test_both_fmus_are_the_c_chain_to_the_last_bit[mount]",
-    "tests/interop/test_effects_fmus.py::test_the_result_does_not_depend_on_how_time_is_cut[mount]",
-    "tests/interop/test_effects_fmus.py::test_a_saved_state_goes_on_bit_for_bit[mount]",
-    "tests/interop/test_effects_fmus.py::test_directional_derivatives_are_those_of_a_step[mount]",
-    "tests/interop/test_effects_fmus.py::test_the_xml_lists_what_the_set_has[mount]",
-    "tests/interop/test_fmi3.py::test_a_run_gives_the_bits_of_the_fmu_of_fmi_2",
-    "tests/interop/test_capabilities.py",
-    "tests/interop/test_fmpy_derivatives.py",
-    "tests/interop/test_sources.py::test_sources_compile_without_warnings_and_compute_the_same_bits",
-)  # fmt: skip
+# --- what the project's own effects pass, too ----------------------------------------------------
 
 
-def test_it_passes_what_everyones_effects_pass():
-    command = [sys.executable, "-m", "pytest", "-q", "-n0", "-p", "no:cacheprovider", "-rs", *EVERYONES]
-    if len(list((compiled.packaged_native() / "binaries").iterdir())) > 1:
-        command.append("tests/interop/test_platforms.py")
-    with in_chain("mount"):
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0 and " passed" in done.stdout, done.stdout[-5000:] + done.stderr[-2000:]
+@pytest.fixture(scope="module")
+def case(effects, mounted):
+    """Return the set with the second resonance and its FMUs, with all of NAMES in the chain."""
+    return mounted
+
+
+@pytest.mark.parametrize(
+    "promise",
+    [
+        test_effects_fmus.test_both_fmus_are_the_c_chain_to_the_last_bit,
+        test_effects_fmus.test_the_result_does_not_depend_on_how_time_is_cut,
+        test_effects_fmus.test_a_saved_state_goes_on_bit_for_bit,
+        test_effects_fmus.test_directional_derivatives_are_those_of_a_step,
+        test_effects_fmus.test_the_xml_lists_what_the_set_has,
+    ],
+    ids=lambda promise: promise.__name__.removeprefix("test_"),
+)
+def test_they_do_what_fmus_with_effects_do(case, promise):
+    promise(case)
+
+
+@pytest.mark.parametrize("which", MODELS)
+@pytest.mark.parametrize("flag", PROMISES, ids=lambda flag: flag[0])
+def test_their_flags_are_kept(mounted, which, flag):
+    unpacked = mounted[1][which]
+    assert unpacked.flags == set(PROMISES)
+    PROMISES[flag](unpacked)
+
+
+@pytest.mark.parametrize("which", MODELS)
+def test_the_fmu_of_fmi_3_gives_their_numbers(mounted, effects, which, tmp_path):
+    """To rounding: it has a play operator and a creep term that change nothing besides."""
+    parameters, models = mounted
+    signal = swing(which)
+    with Master(models[which]) as master:
+        expected = master.run(signal)
+    with Instance3(package_models(parameters, tmp_path, 3)[which]) as instance:
+        assert_same(instance.initialize().run(signal), expected)
+
+
+def test_their_sources_compile_without_warnings_and_compute_the_same_bits(mounted, tmp_path):
+    unpacked = mounted[1]["plant"]
+    library = build(unpacked, tmp_path / "own.so", *STRICT)
+    assert trajectory(unpacked, library) == trajectory(unpacked)
+
+
+FUZZ, MODEL_TESTS = ROOT / "fmu_src" / "fuzz", ROOT / "fmu_src" / "tests"
+
+
+@pytest.fixture(scope="module")
+def chain_object(effects, tmp_path_factory):
+    """Return the chain with all of them, compiled with the sanitizers for all targets."""
+    output = tmp_path_factory.mktemp("fuzz") / "it2hys.o"
+    compile_for_fuzzing([(compiled.native_directory() / "sources" / "it2hys.c", (), output)])
+    return output
+
+
+FUZZED = (
+    "-std=c99",
+    "-O1",
+    "-g",
+    "-D_GNU_SOURCE",
+    "-fsanitize=address,undefined",
+    "-fno-sanitize-recover=all",
+)
+
+
+def compile_for_fuzzing(jobs) -> None:
+    """Compile C files, each with definitions of its own, to objects."""
+    native = compiled.native_directory()
+    source = native / "source"
+    folders = [
+        native.parent / "generated",
+        *(source / f for f in ("core", "fmi", "models")),
+        MODEL_TESTS,
+    ]
+    include = [*(f"-I{f}" for f in folders), "-isystem", str(fmi_headers())]
+    run_all(
+        [*compiler(), *FUZZED, *more, *include, "-c", str(path), "-o", str(output)]
+        for path, more, output in jobs
+    )
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the fuzz driver is POSIX")
-def test_the_fuzzer_finds_nothing(effects, tmp_path):
-    """The calls of FMI 2.0 in any order on FMUs with all of them, with the sanitizers."""
-    native, fuzz = compiled.native_directory(), ROOT / "fmu_src" / "fuzz"
-    generated, source = native.parent / "generated", native / "source"
-    folders = [generated, *(source / f for f in ("core", "fmi", "models")), ROOT / "fmu_src" / "tests"]
-    include = [*(f"-I{f}" for f in folders), "-isystem", str(fmi_headers())]
-    flags = [
-        "-std=c99",
-        "-O1",
-        "-g",
-        "-D_GNU_SOURCE",
-        "-fsanitize=address,undefined",
-        "-fno-sanitize-recover=all",
-    ]
-    tests, models = ROOT / "fmu_src" / "tests", source / "models"
-    files = [
-        (native / "sources" / "it2hys.c", []),
-        (fuzz / "fuzz_calls.c", []),
-        (fuzz / "fuzz_driver.c", []),
-    ]
+@pytest.mark.parametrize("version", [2, 3])
+def test_the_fuzzer_finds_nothing(effects, chain_object, version, tmp_path):
+    """The calls of FMI in any order on FMUs with all of them, with the sanitizers."""
+    models = compiled.native_directory() / "source" / "models"
+    target, end = ("calls", "") if version == 2 else ("fmi3", "_fmi3")
+    sources = [(FUZZ / f"fuzz_{target}.c", ()), (FUZZ / "fuzz_driver.c", ())]
     for name, kind in (("IT2Plant", "PLANT"), ("IT2Inverse", "INVERSE")):
-        own = [
-            f"-DFMI2_FUNCTION_PREFIX={name}_", f"-DAPI={kind}", f'-DAPI_IDENTIFIER="{name}"',
-            f"-DAPI_KIND=FMU_{kind}", f"-DAPI_HASH=FMU_TABLE_HASH_{kind}",
-        ]  # fmt: skip
-        files += [(models / f"{name}.c", own), (tests / "fmi2_api.c", own)]
-    objects = [str(tmp_path / f"{i}.o") for i in range(len(files))]
-    for (name, more), output in zip(files, objects, strict=True):
-        command = [*compiler(), *flags, *more, *include, "-c", str(name), "-o", output]
-        subprocess.run(command, check=True)
-    subprocess.run(
-        [*compiler(), *flags, *objects, "-o", str(tmp_path / "fuzz"), "-lm", "-ldl"], check=True
-    )
-    command = [tmp_path / "fuzz", "-n", "20000", "-t", "5", fuzz / "corpus" / "calls.hex"]
+        own = (
+            f"-DFMI{version}_FUNCTION_PREFIX={name}_", f"-DAPI={kind}{'3' if end else ''}",
+            f'-DAPI_IDENTIFIER="{name}"', f"-DAPI_KIND=FMU_{kind}", f"-DAPI_HASH=FMU_TABLE_HASH_{kind}",
+        )  # fmt: skip
+        sources += [(models / f"{name}{end}.c", own), (MODEL_TESTS / f"fmi{version}_api.c", own)]
+    jobs = [(path, more, tmp_path / f"{i}.o") for i, (path, more) in enumerate(sources)]
+    compile_for_fuzzing(jobs)
+    objects = [str(chain_object), *(str(output) for _, _, output in jobs)]
+    program = tmp_path / "fuzz"
+    run_all([[*compiler(), *FUZZED, *objects, "-o", str(program), "-lm", "-ldl"]])
+    command = [program, "-n", "20000", "-t", "2", FUZZ / "corpus" / f"{target}.hex"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-3000:]

@@ -33,10 +33,20 @@ BINARIES = {
 }
 
 
-@pytest.fixture(params=["plant", "inverse", "controller"])
+@pytest.fixture(params=["plant", "inverse", "controller", "plant with an own effect"])
 def fmu(request, models, controller) -> Unpacked:
-    """Return each of the three FMUs in turn."""
+    """Return each of the three FMUs in turn, and one with an effect of the user's own."""
+    if request.param == "plant with an own effect":
+        return request.getfixturevalue("mounted")[1]["plant"]
     return {**models, "controller": controller}[request.param]
+
+
+@pytest.fixture(params=["table_1", "five_rules", "mounted"])
+def plant(request, packaged) -> Unpacked:
+    """Return plants: a set compiled in, one read from resources, one with an own effect."""
+    if request.param == "mounted":
+        return request.getfixturevalue("mounted")[1]["plant"]
+    return packaged[request.param][1]["plant"]
 
 
 def binary(unpacked: Unpacked, platform: str) -> Path:
@@ -258,18 +268,14 @@ def check_bits(run, plant: Unpacked, library: object, resources: str) -> None:
     assert [float.fromhex(line) for line in printed] == expected.tolist()
 
 
-@pytest.mark.parametrize("name", ["table_1", "five_rules"])
-def test_under_wine_the_windows_binary_gives_the_bits_of_the_linux_one(packaged, name, windows):
+def test_under_wine_the_windows_binary_gives_the_bits_of_the_linux_one(plant, windows):
     """Under (22); and with five rules, whose set the binary reads from the resources."""
     platform, run = windows
-    plant = packaged[name][1]["plant"]
     library = windows_path(binary(plant, platform))
     check_bits(run, plant, library, f"file:///Z:{plant.directory}/resources")
 
 
-@pytest.mark.parametrize("name", ["table_1", "five_rules"])
-def test_under_qemu_the_binary_for_arm_gives_the_bits_of_the_one_for_x86(packaged, name, arm_linux):
+def test_under_qemu_the_binary_for_arm_gives_the_bits_of_the_one_for_x86(plant, arm_linux):
     """Under (22): no product is fused with a sum, which ARM's processors could do."""
-    plant = packaged[name][1]["plant"]
     library = binary(plant, "aarch64-linux")
     check_bits(arm_linux, plant, library, (plant.directory / "resources").as_uri())

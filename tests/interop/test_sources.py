@@ -50,12 +50,14 @@ def exported(library: Path) -> set[str]:
     return {s.name for s in symbols if s.is_function} - {"_init", "_fini"}
 
 
+STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-c11-extensions")
+
+
 @pytest.mark.parametrize("name", ["table_1", "five_rules"])
 @pytest.mark.parametrize("which", MODELS)
 def test_sources_compile_without_warnings_and_compute_the_same_bits(tmp_path, packaged, name, which):
     unpacked = packaged[name][1][which]
-    flags = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-c11-extensions"]
-    library = build(unpacked, tmp_path / "own.so", *flags)
+    library = build(unpacked, tmp_path / "own.so", *STRICT)
     assert trajectory(unpacked, library) == trajectory(unpacked)
 
 

@@ -3,10 +3,12 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+import test_effects
 from conftest import UM
 from effects import gentle_reference, rough_reference, signals, surroundings, with_effects
 from own_effects import NAMES, file_of, in_chain, with_own
@@ -226,6 +228,20 @@ def assert_it_rests_where_it_begins(effects):
     np.testing.assert_allclose(displacement, parameters["initialDisplacement"], rtol=1e-9)
 
 
+@pytest.mark.parametrize(
+    "promise",
+    [
+        test_effects.test_each_effect_is_the_same_in_casadi_and_c_and_shows,
+        test_effects.test_casadi_derives_by_every_parameter_of_an_effect,
+        test_effects.test_starts_lie_within_their_bounds_and_make_a_usable_set,
+    ],
+    ids=lambda promise: promise.__name__.removeprefix("test_"),
+)
+def test_it_passes_what_the_projects_own_pass(promise):
+    with in_chain("mount"):
+        promise("mount")
+
+
 def test_it_rests_where_it_begins(effects):
     assert_it_rests_where_it_begins(effects)
 
@@ -312,6 +328,31 @@ def test_it_is_built_once(monkeypatch):
     monkeypatch.setattr(own_library, "run_all", lambda commands: pytest.fail("it is compiled again"))
     with in_chain("mount"):
         assert compiled.native_directory() == first
+
+
+def test_what_is_not_used_for_long_leaves_the_cache(tmp_path, monkeypatch):
+    def build(work, *_):
+        (work / "native").mkdir()
+        (work / "native" / compiled.library_name()).touch()
+
+    monkeypatch.setenv("IT2HYS_CACHE", str(tmp_path))
+    monkeypatch.setattr(own_library, "_build", build)
+    monkeypatch.setattr(own_library, "set_own_effects", lambda *_: None)
+    folder, now = tmp_path / "effects", time.time()
+    for i in range(
+        own_library.KEPT + 5
+    ):  # 0 was used last; the last six are days old, one of them half built
+        place = folder / f"{'new-' if i == own_library.KEPT + 4 else ''}{i}"
+        (place / "native").mkdir(parents=True)
+        age = 60.0 * i if i < own_library.KEPT - 1 else 2 * own_library.DAY + i
+        os.utime(place, (now - age, now - age))
+    use_effects([file_of("mount")])
+    left = {place.name for place in folder.iterdir()}
+    (made,) = (name for name in left if not name.isdigit())
+    assert left == {made, *map(str, range(own_library.KEPT - 1))}
+    os.utime(folder / made, (0.0, 0.0))
+    use_effects([file_of("mount")])  # used again, so not the next to go
+    assert time.time() - (folder / made).stat().st_mtime < own_library.DAY
 
 
 def test_generated_code_has_no_warnings_and_compiles_in_single_precision(tmp_path):

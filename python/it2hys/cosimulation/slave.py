@@ -246,7 +246,10 @@ def read_description(path: Path) -> ModelDescription:
     except Exception as error:
         raise InputError(f"{path}: not an FMU: {error}") from None
     if description.fmiVersion != "2.0":
-        raise InputError(f"{path}: an FMU of FMI {description.fmiVersion}; it must be FMI 2.0")
+        raise InputError(
+            f"{path}: an FMU of FMI {description.fmiVersion}; what is run here is FMI 2.0. Of this "
+            "project's models take those without _fmi3 in their names (`--fmi 2`); FMPy runs this one"
+        )
     if description.coSimulation is None:
         raise InputError(f"{path}: not an FMU for co-simulation")
     identifier = description.coSimulation.modelIdentifier or ""

@@ -7,7 +7,7 @@ so the numbers are the same to the last bit.
 """
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -19,8 +19,9 @@ from it2hys.errors import InputError
 from it2hys.model.compiled import library_function
 
 BASES = ("Real", "Integer", "Boolean")
-READING = "its outputs could not be read"
-CALLS = ("its inputs could not be set", "fmi2DoStep failed", READING)
+#: Kinds of calls, `enum kind` of stepper.c, and what is said where they fail.
+SET, STEP, GET = range(3)
+FAILED = ("its inputs could not be set", "fmi2DoStep failed", "its outputs could not be read")
 STATUS = {2: "fmi2Discard", 3: "fmi2Error", 4: "fmi2Fatal", 5: "fmi2Pending (steps in the background)"}
 _ADDRESS = ctypes.c_void_p
 
@@ -37,6 +38,11 @@ class Connection:
     factor: float = 1.0
     offset: float = 0.0
 
+    @property
+    def as_it_is(self) -> bool:
+        """Whether the input gets the source itself."""
+        return self.factor == 1.0 and self.offset == 0.0
+
 
 class _Source(ctypes.Structure):
     _fields_ = (
@@ -45,21 +51,18 @@ class _Source(ctypes.Structure):
     )  # fmt: skip
 
 
-class _Slave(ctypes.Structure):
-    """`struct stepper_slave` of stepper.c."""
+class _Call(ctypes.Structure):
+    """`struct stepper_call` of stepper.c."""
 
-    FUNCTIONS = (*(f"fmi2Set{b}" for b in BASES), *(f"fmi2Get{b}" for b in BASES), "fmi2DoStep")
     _fields_ = (
-        ("instance", _ADDRESS),
-        *((name, _ADDRESS) for name in FUNCTIONS),
-        *((name, _ADDRESS) for name in ("inputs", "outputs", "sources", "reals", "integers")),
-        ("input_counts", ctypes.c_int32 * 3), ("output_counts", ctypes.c_int32 * 3),
-        ("first_output", ctypes.c_int32), ("unused", ctypes.c_int32),
+        *((name, _ADDRESS) for name in ("function", "instance", "references", "sources", "reals")),
+        ("integers", _ADDRESS),
+        *((name, ctypes.c_int32) for name in ("kind", "base", "count", "slot", "slave", "unused")),
     )  # fmt: skip
 
 
 class _Fault(ctypes.Structure):
-    _fields_ = (("slave", ctypes.c_int32), ("call", ctypes.c_int32), ("status", ctypes.c_int32))
+    _fields_ = (("slave", ctypes.c_int32), ("kind", ctypes.c_int32), ("status", ctypes.c_int32))
 
 
 @cache
@@ -74,11 +77,11 @@ def _run() -> ctypes._CFuncPtr:
 
 
 @cache
-def _read() -> ctypes._CFuncPtr:
-    read = library_function("it2core_stepper_read")
-    read.restype = ctypes.c_int32
-    read.argtypes = [_ADDRESS, _ADDRESS]
-    return read
+def _make() -> ctypes._CFuncPtr:
+    make = library_function("it2core_stepper_make")
+    make.restype = ctypes.c_int32
+    make.argtypes = [_ADDRESS, ctypes.c_int32, _ADDRESS, ctypes.c_int32, ctypes.c_int32]
+    return make
 
 
 class System:
@@ -129,9 +132,9 @@ class System:
         self._values = np.zeros(max(len(self._slots), 1))
         self._recorded = np.array([self._slots[name] for name in self.recorded], dtype=np.int32)
         self._step = 0
-        self._filled: list[int] = []  # instances that the structures hold
-        self._kept: list = []  # arrays that the structures point into
-        self._structures = (_Slave * len(self.slaves))()
+        self._filled: list[int] = []  # instances that the calls hold
+        self._kept: list = []  # arrays that the calls point into
+        self._calls = (_Call * 0)()
 
     def _find(self, name: str) -> tuple[str, str]:
         slave, _, variable = name.partition(".")
@@ -173,58 +176,62 @@ class System:
         for name, slave in self.slaves.items():
             slave.begin((start_values or {}).get(name))
         self._fill()
-        for i, (name, slave) in enumerate(self.slaves.items()):
-            variables = [v for group in self._inputs[name] for v in group]
-            known = {v: self._connections[f"{name}.{v}"] for v in variables}
-            slave.set(
-                {v: c.factor * self._values[self._slots[c.source]] + c.offset for v, c in known.items()}
-            )
-            self._read_outputs(i, slave)
+        for i in range(len(self.slaves)):
+            self._make(i, SET)
+            self._make(i, GET)
         for i, slave in enumerate(self.slaves.values()):
             slave.ready()
-            self._read_outputs(i, slave)
+            self._make(i, GET)
 
-    def _read_outputs(self, i: int, slave: Slave) -> None:
-        status = _read()(ctypes.addressof(self._structures[i]), self._values.ctypes.data)
+    def _make(self, slave: int, kind: int) -> None:
+        """Set the inputs of a slave, or read its outputs, outside of a step."""
+        calls, values = ctypes.addressof(self._calls), self._values.ctypes.data
+        status = _make()(calls, len(self._calls), values, slave, kind)
         if status > fmi2.fmi2Warning:
-            raise self._explain(_Fault(i, CALLS.index(READING), status), 0.0)
+            raise self._explain(_Fault(slave, kind, status), 0.0)
 
     def _fill(self) -> None:
-        """Fill the structures with the addresses that the instances have now."""
+        """List the calls of a step, with the addresses that the instances have now."""
         instances = [slave.instance for slave in self.slaves.values()]
         if instances == self._filled:
             return
         self._filled = instances
         self._kept.clear()
-        for structure, (name, slave) in zip(self._structures, self.slaves.items(), strict=True):
-            inputs, outputs = self._inputs[name], self._outputs[name]
-            sources = [self._connections[f"{name}.{v}"] for group in inputs for v in group]
-            packed = (_Source * max(len(sources), 1))(
-                *(_Source(c.factor, c.offset, self._slots[c.source], 0) for c in sources)
-            )
-            room = max(map(len, [*inputs, *outputs])) or 1
-            arrays = {
-                "inputs": self._references(slave, inputs),
-                "outputs": self._references(slave, outputs),
-                "reals": np.zeros(room),
-                "integers": np.zeros(room, dtype=np.int32),
-            }
-            self._kept += [packed, *arrays.values()]
-            structure.instance = slave.instance
-            for function in _Slave.FUNCTIONS:
-                setattr(structure, function, slave.function(function))
-            for field, array in arrays.items():
-                setattr(structure, field, array.ctypes.data)
-            structure.sources = ctypes.addressof(packed)
-            structure.input_counts[:] = [len(group) for group in inputs]
-            structure.output_counts[:] = [len(group) for group in outputs]
-            first = next((f"{name}.{v}" for group in outputs for v in group), None)
-            structure.first_output = self._slots[first] if first else 0
+        calls = []
+        for i, (name, slave) in enumerate(self.slaves.items()):
+            step = _Call(slave.function("fmi2DoStep"), slave.instance, kind=STEP, slave=i)
+            calls += self._transfers(i, name, SET, self._inputs[name])
+            calls += [step, *self._transfers(i, name, GET, self._outputs[name])]
+        self._calls = (_Call * len(calls))(*calls)
 
-    @staticmethod
-    def _references(slave: Slave, groups: list[list[str]]) -> np.ndarray:
-        references = [slave.variable(v).valueReference for group in groups for v in group]
-        return np.array(references or [0], dtype=np.uint32)
+    def _transfers(
+        self, i: int, name: str, kind: int, groups: Sequence[Sequence[str]]
+    ) -> Iterator[_Call]:
+        """Yield the calls that set or get a slave's variables, one for each base that there is."""
+        slave, verb = self.slaves[name], "Set" if kind == SET else "Get"
+        for base, group in enumerate(groups):
+            if not group:
+                continue
+            references = np.array([slave.variable(v).valueReference for v in group], dtype=np.uint32)
+            reals, integers = np.zeros(len(group)), np.zeros(len(group), dtype=np.int32)
+            self._kept += [references, reals, integers]
+            function = slave.function(f"fmi2{verb}{BASES[base]}")
+            call = _Call(
+                function, slave.instance, references.ctypes.data, None, reals.ctypes.data,
+                integers.ctypes.data, kind, base, len(group), 0, i,
+            )  # fmt: skip
+            connected = [self._connections[f"{name}.{v}"] for v in group] if kind == SET else []
+            if not connected:
+                call.slot = self._slots[f"{name}.{group[0]}"]
+            elif base == 0 and len(connected) == 1 and connected[0].as_it_is:
+                call.slot = self._slots[connected[0].source]
+            else:
+                sources = (_Source * len(connected))(
+                    *(_Source(c.factor, c.offset, self._slots[c.source], 0) for c in connected)
+                )
+                call.sources = ctypes.addressof(sources)
+                self._kept.append(sources)
+            yield call
 
     def run(
         self, signals: Mapping[str, np.ndarray], steps: int, step_size: float
@@ -255,7 +262,7 @@ class System:
         rows = [records[i].ctypes.data for i in range(len(records))]
         fault = _Fault()
         done = _run()(
-            self._structures, len(self._structures), self._values.ctypes.data,
+            ctypes.addressof(self._calls), len(self._calls), self._values.ctypes.data,
             (_ADDRESS * max(len(arrays), 1))(*(a.ctypes.data for a in arrays)), len(arrays),
             self._recorded.ctypes.data, (_ADDRESS * max(len(rows), 1))(*rows), len(rows),
             self._step, steps, step_size, ctypes.byref(fault),
@@ -278,7 +285,7 @@ class System:
         slave = list(self.slaves.values())[fault.slave]
         if fault.status == fmi2.fmi2Fatal:
             slave.abandon()
-        said = slave.fault(f"{CALLS[fault.call]}")
+        said = slave.fault(FAILED[fault.kind])
         return InputError(f"{said} ({STATUS.get(fault.status, fault.status)} at {time:g} s)")
 
     @property

@@ -13,8 +13,9 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
@@ -29,6 +30,8 @@ from it2hys.model.parameters import ParameterSet
 from it2hys.model.stages import own_effects, set_own_effects
 from it2hys.model.variables import load_table
 
+#: Chains that are kept in the cache, those used last; one of the last day may be in use, and stays.
+KEPT, DAY = 40, 86_400.0
 #: Folder of the C sources in what the package brings.
 SOURCES = "source"
 #: Beside the core, what the library for Python is made of; the second is worth vectorising.
@@ -142,6 +145,8 @@ def _built(effects: Sequence[OwnEffect]) -> Path:
     generated = {name: text for effect in effects for name, text in own_stage(effect).items()}
     place = cache_directory() / "effects" / _key(sources, generated, effects)
     if (place / "native" / library_name()).is_file():
+        with suppress(OSError):  # somebody else's
+            os.utime(place)
         return place / "native"
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -159,7 +164,22 @@ def _built(effects: Sequence[OwnEffect]) -> Path:
                 raise
     finally:
         shutil.rmtree(work, ignore_errors=True)
+    _forget_unused(place.parent)
     return place / "native"
+
+
+def _forget_unused(folder: Path) -> None:
+    """Remove what was built, or left half built, and not used for long; the last ones stay."""
+    used = {}
+    for place in folder.iterdir():
+        with suppress(OSError):  # another process was quicker
+            used[place] = place.stat().st_mtime
+    for place in sorted(used, key=used.__getitem__, reverse=True)[KEPT:]:
+        if time.time() - used[place] > DAY:
+            gone = folder / f"old-{place.name}"
+            with suppress(OSError):  # loaded by another process, where that forbids it
+                place.rename(gone)
+                shutil.rmtree(gone, ignore_errors=True)
 
 
 def _key(sources: Path, generated: Mapping[str, str], effects: Sequence[OwnEffect]) -> str:

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy  # its parts are loaded when used
 
 from it2hys.stand.checks import require, require_finite, require_positive
 
@@ -102,7 +102,7 @@ class RunningAmplifier:
 
     def _linear(self, target):
         initial = [self._decay * self._voltage]
-        return lfilter([1.0 - self._decay], [1.0, -self._decay], target, zi=initial)[0]
+        return scipy.signal.lfilter([1.0 - self._decay], [1.0, -self._decay], target, zi=initial)[0]
 
     def _is_limited(self, target, output):
         """Whether the linear answer asks for more current than there is.

@@ -1,7 +1,7 @@
 """Linear dynamics as a parallel bank of first-order modes, exact for piecewise linear input."""
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy  # its parts are loaded when used
 
 # Up to this many samples a matrix product beats one call of lfilter per mode.
 _LONGEST_LIFTED_BLOCK = 64
@@ -59,7 +59,7 @@ class ModeBank:
             return self._advance_lifted(block)
         output = self._direct * block
         for i, gain in enumerate(self._gains):
-            mode, final = lfilter(
+            mode, final = scipy.signal.lfilter(
                 [self._now[i], self._before[i]],
                 [1.0, -self._decay[i]],
                 block,

@@ -101,13 +101,18 @@ class Plan:
         """Return what a case sets, by target."""
         return self._set(self.setups[self.variant[case]], self.matrix[case].tolist())
 
+    @property
+    def timed(self) -> set[str]:
+        """Targets that the step and the number of steps of a case depend on."""
+        spans = [self.signals[span.of] for span in (self.duration, self.lead_in) if span.of]
+        return {"step", "duration", *(f"{source.name}.{source.clock}" for source in spans)}
+
     def timing(self) -> Iterator[tuple[np.ndarray, dict[str, Any]]]:
         """Yield the cases of every variant, and those of their values that times depend on.
 
         A value is one for all, or an array with one for each.
         """
-        spans = [self.signals[span.of] for span in (self.duration, self.lead_in) if span.of]
-        wanted = {"step", "duration", *(f"{source.name}.{source.clock}" for source in spans)}
+        wanted = self.timed
         for index, setup in enumerate(self.setups):
             cases = np.flatnonzero(self.variant == index)
             values = self._set(setup, self.matrix[cases].T, wanted)

@@ -6,6 +6,7 @@ import tempfile
 import threading
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack, nullcontext
+from functools import reduce
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -135,6 +136,9 @@ class Runner:
         )
         outputs = [*(m.of for m in plan.metrics), *(m.against for m in plan.metrics), *plan.keep]
         self._recorded = list(dict.fromkeys(name for name in outputs if "." in name))
+        self._timed = sorted(plan.timed)
+        self._last_timed: list | None = None
+        self._last_steps: tuple[Any, Any, Any] = (0.0, 0, 0)
 
     def close(self) -> None:
         """Free the instances and their files."""
@@ -173,7 +177,7 @@ class Runner:
     def _run(self, case: int) -> dict:
         plan, values = self.plan, self.plan.values(case)
         setup = plan.setups[plan.variant[case]]
-        step, count, skipped = plan.steps(values)
+        step, count, skipped = self._steps(values)
         system, range_flags = self._system(setup)
         signals = {name: self._signal(name, values, step, count) for name in system.signals}
         system.initialize(
@@ -181,11 +185,11 @@ class Runner:
             {name: signal[0] for name, signal in signals.items()},
         )
         records = system.run(signals, count, step)
-        flags = [records[name] != 0 for name in range_flags]
+        outside = [records[name] != 0 for name in range_flags]
         row = {
             "status": OK,
             "warned": any(slave.warned for slave in system.slaves.values()),
-            "out_of_range": int(np.count_nonzero(np.any(flags, axis=0))) if flags else None,
+            "out_of_range": int(np.count_nonzero(reduce(np.logical_or, outside))) if outside else None,
             "message": MESSAGES_APART.join(system.messages) or None,
         }
         for metric in plan.metrics:
@@ -201,6 +205,13 @@ class Runner:
         for name in plan.keep:
             row[name] = self._output(name, records, values, step, count)[:: plan.keep_every]
         return row
+
+    def _steps(self, values: Mapping[str, float]) -> tuple[Any, Any, Any]:
+        """Return `Plan.steps`, most often those of the case before."""
+        timed = [values.get(target) for target in self._timed]
+        if timed != self._last_timed:
+            self._last_timed, self._last_steps = timed, self.plan.steps(values)
+        return self._last_steps
 
     def _output(
         self,

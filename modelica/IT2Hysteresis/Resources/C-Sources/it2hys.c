@@ -3362,6 +3362,7 @@ static void begin(struct fmu *fmu)
     fmu->now->clock.stop_time = INFINITY;
     memcpy(fmu->parameters, fmu->start, model->parameters_size);
     memcpy(fmu->now->input, model->input_start, sizeof model->input_start);
+    fmu_note_ramps(fmu);
     fmu->outputs_stale = true;
 }
 
@@ -3377,6 +3378,29 @@ static void *take(char **memory, size_t size)
 
     *memory += whole_words(size);
     return taken;
+}
+
+/* A model's places have no gaps. */
+static struct fmu_ports ports_of(const struct fmu_model *model)
+{
+    struct fmu_ports ports = { 0 };
+
+    for (unsigned i = 0; i < model->rows; i++) {
+        const struct fmu_variable *v = fmu_find(model, i);
+        if (!v || v->causality == FMU_PARAMETER)
+            continue;
+        if (v->causality == FMU_INPUT) {
+            ports.input[v->offset / sizeof(double)] = i;
+            ports.inputs++;
+        } else if (v->base == FMU_REAL) {
+            ports.real[(v->offset - offsetof(struct fmu_outputs, real)) / sizeof(double)] = i;
+            ports.reals++;
+        } else {
+            ports.flag[(v->offset - offsetof(struct fmu_outputs, flag)) / sizeof(int)] = i;
+            ports.flags++;
+        }
+    }
+    return ports;
 }
 
 struct fmu *fmu_create(const struct fmu_model *model, const char *name, const void *parameters,
@@ -3403,6 +3427,7 @@ struct fmu *fmu_create(const struct fmu_model *model, const char *name, const vo
     memcpy(fmu->start, parameters, model->parameters_size);
     fmu->name = memcpy(memory, name, name_size);
     fmu->used = model->state_size;
+    fmu->ports = ports_of(model);
     fmu->host = *host;
     fmu->categories = logging ? FMU_LOG_ALL : QUIET_CATEGORIES;
     begin(fmu);
@@ -3785,6 +3810,7 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
     }
     for (size_t i = 0; i < count; i++)
         *(double *)((char *)fmu->now->slope + accepted(fmu, references[i])->offset) = values[i];
+    fmu_note_ramps(fmu);
     return FMU_OK;
 }
 
@@ -3795,6 +3821,13 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
 
 enum { FEW = 16 };
 
+/* Of functions: what hardly ever happens is out of the way of what happens at every step. */
+#if defined __GNUC__
+#define RARE __attribute__((noinline))
+#else
+#define RARE
+#endif
+
 void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS])
 {
     const double elapsed = ((double)(tick - span->tick) - span->rest) * sample_time;
@@ -3803,34 +3836,24 @@ void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time
         input[i] = span->input[i] + span->slope[i] * elapsed;
 }
 
-static inline uint64_t bits_of(const double *value)
-{
-    uint64_t bits;
-
-    memcpy(&bits, value, sizeof bits);
-    return bits;
-}
-
-/* No bit but the signs': one comparison instead of four, at every step. */
-static bool is_zero(const double slope[FMU_INPUTS])
-{
-    return (bits_of(slope) | bits_of(slope + 1) | bits_of(slope + 2) | bits_of(slope + 3)) << 1 == 0;
-}
-
 /* Copies what is in use of a state, most often a single number. A few go one by one: a processor that reads
  * two at a time what was just written one by one waits until it is in memory. */
-static inline void copy_state(void *to, const void *from, size_t used)
+static RARE void copy_numbers(void *to, const void *from, size_t used)
 {
-    if (used == sizeof(double)) {
-        memcpy(to, from, sizeof(double));
-        return;
-    }
     if (used > FEW * sizeof(double)) {
         memcpy(to, from, used);
         return;
     }
     for (size_t i = 0; i < used; i += sizeof(double))
         memcpy((char *)to + i, (const char *)from + i, sizeof(double));
+}
+
+static inline void copy_state(void *to, const void *from, size_t used)
+{
+    if (used == sizeof(double))
+        memcpy(to, from, sizeof(double));
+    else
+        copy_numbers(to, from, used);
 }
 
 /* Logs what a tick is the first to find: each finding once in an instance's life, so that a log is not
@@ -3892,7 +3915,7 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
     enum fmu_status status = FMU_OK;
     double input[FMU_INPUTS];
 
-    if (is_zero(now->slope)) {
+    if (!fmu->ramps) {
         for (int64_t tick = first_tick; tick < end_tick && status != FMU_DISCARD; tick++) {
             tick += run_ticks(fmu, end_tick - 1 - tick);
             run_tick(fmu, function, now->input, (double)tick * sample_time, &status);
@@ -3910,7 +3933,7 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
 }
 
 /* A step that is not made: everything stays as it was. */
-static enum fmu_status give_up(struct fmu *fmu, const char *function, double time, double step)
+static RARE enum fmu_status give_up(struct fmu *fmu, const char *function, double time, double step)
 {
     copy_state(fmu->state, fmu->before, fmu->used);
     return fmu_say(
@@ -3920,33 +3943,51 @@ static enum fmu_status give_up(struct fmu *fmu, const char *function, double tim
         function, fmu->model->diverging, time, time + step, time);
 }
 
-/* What directional derivatives repeat. */
-static inline void note_step(struct fmu *fmu, int64_t end_tick)
+/* What directional derivatives repeat: of every step these, */
+static inline void note_step(const struct fmu *fmu, struct fmu_snapshot *now, bool one_tick)
 {
-    struct fmu_snapshot *now = fmu->now;
-
     copy_state(fmu->last_state, fmu->before, fmu->used);
+    const volatile double *input = now->input; /* one by one: as copy_state */
+    for (int i = 0; i < FMU_INPUTS; i++)
+        now->last_step.input[i] = input[i];
+    now->one_tick = one_tick;
+}
+
+/* and of one that is not from a tick to the next under constant inputs these, too. */
+static void note_span(struct fmu_snapshot *now, int64_t end_tick)
+{
     now->last_step.tick = now->clock.tick;
     now->last_step.rest = now->clock.rest;
     now->last_step.first_tick = now->clock.next_tick;
     now->last_step.end_tick = end_tick;
-    const volatile double *input = now->input; /* one by one: as copy_state */
-    for (int i = 0; i < FMU_INPUTS; i++)
-        now->last_step.input[i] = input[i];
+    memcpy(now->last_step.slope, now->slope, sizeof now->slope);
+}
+
+struct fmu_span fmu_last_step(const struct fmu_snapshot *now)
+{
+    struct fmu_span last = now->last_step;
+
+    if (now->one_tick) {
+        last.tick = last.first_tick = now->clock.tick - 1;
+        last.end_tick = now->clock.tick;
+        last.rest = 0.0;
+        memset(last.slope, 0, sizeof last.slope);
+    }
+    return last;
 }
 
 /* From one tick to the next under constant inputs, as most steps are: what any step does, in short. */
-static inline void finish_tick(struct fmu *fmu, enum fmu_status status, double end)
+static inline void finish_tick(const struct fmu *fmu, struct fmu_snapshot *now, enum fmu_status status,
+                               double end)
 {
-    fmu->now->last_status = (int)status;
-    note_step(fmu, fmu->now->clock.tick + 1);
-    memset(fmu->now->last_step.slope, 0, sizeof fmu->now->last_step.slope);
-    fmu_clock_tick(&fmu->now->clock, end);
+    now->last_status = (int)status;
+    note_step(fmu, now, true);
+    fmu_clock_tick(&now->clock, end);
 }
 
 /* The same where the tick has findings, which may have been logged before. */
-static enum fmu_status finish_with_findings(struct fmu *fmu, const char *function, unsigned findings,
-                                            double time, double step)
+static RARE enum fmu_status finish_with_findings(struct fmu *fmu, const char *function, unsigned findings,
+                                                 double time, double step)
 {
     struct fmu_snapshot *now = fmu->now;
     enum fmu_status status = FMU_OK;
@@ -3956,7 +3997,7 @@ static enum fmu_status finish_with_findings(struct fmu *fmu, const char *functio
         now->last_status = FMU_DISCARD;
         return give_up(fmu, function, time, step);
     }
-    finish_tick(fmu, status, time + step);
+    finish_tick(fmu, now, status, time + step);
     return status;
 }
 
@@ -3967,18 +4008,18 @@ static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, do
 
     copy_state(fmu->before, fmu->state, fmu->used);
     if (run_ticks(fmu, 1) == 1) {
-        finish_tick(fmu, FMU_OK, time + step);
+        finish_tick(fmu, now, FMU_OK, time + step);
         return FMU_OK;
     }
     const unsigned findings =
         fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
     if (findings)
         return finish_with_findings(fmu, function, findings, time, step);
-    finish_tick(fmu, FMU_OK, time + step);
+    finish_tick(fmu, now, FMU_OK, time + step);
     return FMU_OK;
 }
 
-static enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
+static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
 {
     struct fmu_snapshot *now = fmu->now;
     const double sample_time = fmu_sample_time(fmu);
@@ -3998,8 +4039,8 @@ static enum fmu_status any_step(struct fmu *fmu, const char *function, double ti
         now->warned = warned;
         return give_up(fmu, function, time, step);
     }
-    note_step(fmu, end.next_tick);
-    memcpy(now->last_step.slope, now->slope, sizeof now->slope);
+    note_step(fmu, now, false);
+    note_span(now, end.next_tick);
     now->clock = end;
     return status;
 }
@@ -4008,7 +4049,7 @@ enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, 
 {
     if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
         return FMU_ERROR;
-    if (is_zero(fmu->now->slope) && fmu_clock_is_tick(&fmu->now->clock, fmu_sample_time(fmu), time, step))
+    if (!fmu->ramps && fmu_clock_is_tick(&fmu->now->clock, fmu_sample_time(fmu), time, step))
         return one_tick(fmu, function, time, step);
     return any_step(fmu, function, time, step);
 }
@@ -4104,12 +4145,14 @@ static bool make_pieces(struct pieces *step)
 static void join_pieces(const struct pieces *step)
 {
     struct fmu *fmu = step->fmu;
-    struct fmu_span *last = &fmu->now->last_step;
+    struct fmu_span last = fmu_last_step(fmu->now);
 
-    last->tick = step->begin.tick;
-    last->rest = step->begin.rest;
-    last->first_tick = step->begin.next_tick;
-    last->end_tick = fmu->now->clock.next_tick;
+    last.tick = step->begin.tick;
+    last.rest = step->begin.rest;
+    last.first_tick = step->begin.next_tick;
+    last.end_tick = fmu->now->clock.next_tick;
+    fmu->now->last_step = last;
+    fmu->now->one_tick = false;
     memcpy(fmu->last_state, fmu_state_in(fmu->model, step->begun), fmu->model->state_size);
 }
 
@@ -4206,16 +4249,16 @@ static void last_step_tangent(const struct fmu *fmu, const double d_input[FMU_IN
                               struct fmu_outputs *d_output)
 {
     const struct fmu_model *model = fmu->model;
-    const struct fmu_span *step = &fmu->now->last_step;
+    const struct fmu_span step = fmu_last_step(fmu->now);
     const double sample_time = fmu_sample_time(fmu);
     double input[FMU_INPUTS];
     struct fmu_outputs output;
 
     memcpy(fmu->before, fmu->last_state, model->state_size);
     memset(fmu->d_state, 0, model->state_size);
-    for (int64_t tick = step->first_tick; tick < step->end_tick; tick++) {
+    for (int64_t tick = step.first_tick; tick < step.end_tick; tick++) {
         const double time = (double)tick * sample_time;
-        fmu_inputs_at(step, tick, sample_time, input);
+        fmu_inputs_at(&step, tick, sample_time, input);
         model->tick_tangent(fmu->constants, fmu->before, input, time, fmu->d_state, d_input, d_output);
         model->tick(fmu->constants, fmu->before, fmu->parameters, input, time, &output);
     }
@@ -4253,8 +4296,8 @@ enum fmu_status fmu_directional_derivative(struct fmu *fmu, const char *function
     if (!collect_seeds(fmu, function, knowns, known_count, seeds, starting, d_input) ||
         !unknowns_are_outputs(fmu, function, unknowns, unknown_count))
         return FMU_ERROR;
-    const struct fmu_span *last = &fmu->now->last_step;
-    if (!starting && (double)last->end_tick - (double)last->first_tick > LONGEST_DERIVATIVE)
+    const struct fmu_span last = fmu_last_step(fmu->now);
+    if (!starting && (double)last.end_tick - (double)last.first_tick > LONGEST_DERIVATIVE)
         return fmu_say(fmu, FMU_DISCARD,
                        "%s: the last step has more than %d ticks; derivatives are "
                        "those of shorter ones.",
@@ -4484,7 +4527,7 @@ struct header {
     uint64_t checksum;
 };
 
-static const char MAGIC[8] = "it2hys3";
+static const char MAGIC[8] = "it2hys4";
 static const uint64_t ORDER = 0x0102030405060708u;
 
 uint64_t fmu_hash(const void *bytes, size_t size)
@@ -4547,6 +4590,7 @@ static void adopt(struct fmu *fmu, const void *block)
         !fmu->outputs_stale && memcmp(fmu->parameters, parameters_in(block), model->parameters_size) == 0;
 
     memcpy(fmu->now, block, fmu_snapshot_size(model));
+    fmu_note_ramps(fmu);
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
     fmu->outputs_stale = !(fmu->now->phase & FMU_INITIALIZED);
     if (fmu->outputs_stale)
@@ -4616,12 +4660,12 @@ static bool doubles_finite(const void *first, size_t size)
 /* A step or a derivative from invented ticks would not return. */
 static bool ticks_plausible(const struct fmu_snapshot *s, double sample_time)
 {
-    const struct fmu_span *last = &s->last_step;
-    const double ticks = (double)last->end_tick - (double)last->first_tick;
-
-    return fmu_clock_plausible(&s->clock, sample_time) && ticks >= 0.0 && ticks <= 2.0 * CLOCK_LONGEST_STEP &&
-           fabs((double)last->tick) <= CLOCK_LARGEST_TICK && last->rest >= 0.0 && last->rest < 1.0 &&
-           (ticks == 0.0 || last->end_tick == s->clock.next_tick);
+    if (!fmu_clock_plausible(&s->clock, sample_time) || s->one_tick > 1)
+        return false;
+    const struct fmu_span last = fmu_last_step(s);
+    const double ticks = (double)last.end_tick - (double)last.first_tick;
+    return ticks >= 0.0 && ticks <= 2.0 * CLOCK_LONGEST_STEP && fabs((double)last.tick) <= CLOCK_LARGEST_TICK &&
+           last.rest >= 0.0 && last.rest < 1.0 && (ticks == 0.0 || last.end_tick == s->clock.next_tick);
 }
 
 /* What is neither a parameter, an output, nor the clock's. */

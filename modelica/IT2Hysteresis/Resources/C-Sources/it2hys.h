@@ -1152,13 +1152,12 @@ static inline double fmu_clock_lost(const struct fmu_clock *clock)
     return CLOCK_ADDITIONS * additions * 0.5 * DBL_EPSILON * (fabs((double)clock->tick) + additions);
 }
 
-/* Rules 1 and 2. Hardly ever a step gets beyond the first comparison. */
+/* Rules 1 and 2. */
 static inline bool fmu_clock_agrees(const struct fmu_clock *clock, double sample_time, double time)
 {
     const double off = fabs(time - fmu_clock_ticks(clock) * sample_time);
 
-    return off <= CLOCK_TOLERANCE * sample_time ||
-           off <= (fmu_clock_slack(clock) + fmu_clock_lost(clock)) * sample_time;
+    return off <= (fmu_clock_slack(clock) + fmu_clock_lost(clock)) * sample_time;
 }
 
 static inline bool fmu_clock_continues(const struct fmu_clock *clock, double sample_time, double time)
@@ -1197,12 +1196,14 @@ static inline bool fmu_clock_any_step(const struct fmu_clock *now, double sample
     return !(end->time > end->stop_time && fmu_clock_beyond_stop(end, sample_time));
 }
 
-/* Is a step one from a tick to the next, as most are, by rule 1? */
+/* Is a step one from a tick to the next, as most are, by rule 1? Hardly ever one gets beyond its tolerance. */
 static inline bool fmu_clock_is_tick(const struct fmu_clock *now, double sample_time, double time, double step)
 {
-    return step == sample_time && now->rest == 0.0 && now->next_tick == now->tick &&
+    const double off = fabs(time - (double)now->tick * sample_time);
+
+    return step == sample_time && now->rest <= 0.0 && now->next_tick == now->tick &&
            now->tick < (int64_t)CLOCK_LARGEST_TICK - 1 && time + step <= now->stop_time &&
-           fmu_clock_agrees(now, sample_time, time);
+           (off <= CLOCK_TOLERANCE * sample_time || fmu_clock_agrees(now, sample_time, time));
 }
 
 /* Goes on by such a step, which ends at `time`. */
@@ -1405,8 +1406,9 @@ struct fmu_snapshot {
     double input[FMU_INPUTS];
     double slope[FMU_INPUTS]; /* du/dt */
     struct fmu_outputs output;
-    struct fmu_span last_step; /* directional derivatives repeat it */
-};
+    struct fmu_span last_step; /* directional derivatives repeat it: fmu_last_step */
+    uint64_t one_tick; /* the last step was the tick before this one under constant inputs: of last_step, */
+}; /* only the inputs are its */
 
 /* The host that an instance talks to. */
 struct fmu_host {
@@ -1424,6 +1426,14 @@ struct fmu_host {
     unsigned reads;        /* phases before initialization in which it gets values */
 };
 
+/* The value references of the inputs and outputs, by their places in the snapshot. */
+struct fmu_ports {
+    int inputs, reals, flags;
+    unsigned input[FMU_INPUTS];
+    unsigned real[FMU_REAL_OUTPUTS];
+    unsigned flag[FMU_FLAGS];
+};
+
 struct fmu {
     const struct fmu_model *model;
     struct fmu_snapshot *now;
@@ -1437,8 +1447,10 @@ struct fmu {
     void *start;        /* the parameters that reset returns to */
     size_t used;        /* bytes of the state */
     bool outputs_stale; /* in initialization: a value was set since the outputs were computed */
+    bool ramps;         /* an input has a slope */
     bool short_way;     /* `ticks` is worth its call */
     unsigned categories;
+    struct fmu_ports ports;
     struct fmu_host host;
     const char *name;
 };
@@ -1448,6 +1460,14 @@ HIDDEN_BEGIN
 static inline double fmu_sample_time(const struct fmu *fmu)
 {
     return *(const double *)fmu->parameters;
+}
+
+/* After every change of the slopes. */
+static inline void fmu_note_ramps(struct fmu *fmu)
+{
+    fmu->ramps = false;
+    for (int i = 0; i < FMU_INPUTS; i++)
+        fmu->ramps |= fmu->now->slope[i] != 0.0;
 }
 
 /* Of the snapshot with what is behind it. */
@@ -1555,39 +1575,47 @@ enum fmu_status fmu_get(struct fmu *fmu, const char *function, enum fmu_base bas
 enum fmu_status fmu_set(struct fmu *fmu, const char *function, enum fmu_base base, const unsigned references[],
                         size_t count, const void *values);
 
-/* The variable, where it is one Real of this causality that is asked for in a run: then nothing else can be in the
- * way. NULL otherwise. What an FMI layer costs a tick is in such checks and calls, so here they are in short, where
- * they are needed. */
-static inline const struct fmu_variable *fmu_one_real(const struct fmu *fmu, enum fmu_causality causality,
-                                                      const unsigned references[], size_t count,
-                                                      const double values[])
+/* Is it one variable that is meant, in a run, where nothing else can be in the way? What an FMI layer costs a tick
+ * is in such checks and calls, so what a host gets and sets at every step is here in short, where it is needed. */
+static inline bool fmu_one(const struct fmu *fmu, const unsigned references[], size_t count, const void *values)
 {
-    if (!fmu || count != 1 || !references || !values || fmu->now->phase != FMU_STEP_COMPLETE)
-        return NULL;
-    const struct fmu_variable *v = fmu_find(fmu->model, references[0]);
-    return v && v->base == FMU_REAL && v->causality == causality ? v : NULL;
+    return fmu && count == 1 && references && values && fmu->now->phase == FMU_STEP_COMPLETE;
 }
 
 static inline enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[],
                                            size_t count, double values[])
 {
-    const struct fmu_variable *v = fmu_one_real(fmu, FMU_OUTPUT, references, count, values);
+    if (fmu_one(fmu, references, count, values))
+        for (int i = 0; i < fmu->ports.reals; i++)
+            if (fmu->ports.real[i] == references[0]) {
+                *values = fmu->now->output.real[i];
+                return FMU_OK;
+            }
+    return fmu_get(fmu, function, FMU_REAL, references, count, values);
+}
 
-    if (!v)
-        return fmu_get(fmu, function, FMU_REAL, references, count, values);
-    *values = *(const double *)((const char *)&fmu->now->output + v->offset);
-    return FMU_OK;
+static inline enum fmu_status fmu_get_boolean(struct fmu *fmu, const char *function,
+                                              const unsigned references[], size_t count, int values[])
+{
+    if (fmu_one(fmu, references, count, values))
+        for (int i = 0; i < fmu->ports.flags; i++)
+            if (fmu->ports.flag[i] == references[0]) {
+                *values = fmu->now->output.flag[i];
+                return FMU_OK;
+            }
+    return fmu_get(fmu, function, FMU_BOOLEAN, references, count, values);
 }
 
 static inline enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[],
                                            size_t count, const double values[])
 {
-    const struct fmu_variable *v = fmu_one_real(fmu, FMU_INPUT, references, count, values);
-
-    if (!v || !isfinite(*values))
-        return fmu_set(fmu, function, FMU_REAL, references, count, values);
-    *(double *)((char *)fmu->now->input + v->offset) = *values;
-    return FMU_OK;
+    if (fmu_one(fmu, references, count, values) && isfinite(*values))
+        for (int i = 0; i < fmu->ports.inputs; i++)
+            if (fmu->ports.input[i] == references[0]) {
+                fmu->now->input[i] = *values;
+                return FMU_OK;
+            }
+    return fmu_set(fmu, function, FMU_REAL, references, count, values);
 }
 
 enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function, const unsigned references[],
@@ -1609,6 +1637,9 @@ struct fmu_ending {
  * first time since the step began that the model is outside its limits, or where the model diverges. */
 enum fmu_status fmu_do_updated_step(struct fmu *fmu, const char *function, double time, double step,
                                     struct fmu_ending *ending);
+
+/* The ticks of the last step, with their inputs. */
+struct fmu_span fmu_last_step(const struct fmu_snapshot *now);
 
 /* The inputs of a tick within a step. */
 void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS]);
