@@ -1,0 +1,58 @@
+"""A resonance is continuous: the product's sampled one against that of the independent simulator."""
+
+import numpy as np
+import pytest
+from diagnosis import simulator as sim
+
+from it2hys.model.effect import Surroundings
+from it2hys.model.stages import EFFECTS
+from it2hys.records.clues import Extent
+
+TS = 1e-4
+FREQUENCY, DAMPING = 930.0, 0.02
+AROUND = Surroundings(0.0, 293.15, 0.0)
+EXTENT = Extent(TS, 0.5, (0.0, 120.0), (0.0, 15e-6), (-10.0, 10.0), (288.0, 298.0))
+
+
+def steps(count=1000):
+    """Return steps and a sweep that excite the resonance."""
+    ticks = np.arange(count)
+    sweep = np.sin(2.0 * np.pi * (0.01 + 0.06 * ticks / count) * ticks)
+    return np.where(ticks // 250 % 2, 4.0, 0.0) + np.where(ticks > 750, sweep, 0.0)
+
+
+def sampled(x, delay, zero):
+    """Return the product's resonance behind a delay in ticks of less than two."""
+    resonance = EFFECTS["resonance"]
+    values = {
+        "sampleTime": TS, "resonance.frequency": FREQUENCY, "resonance.damping": DAMPING,
+        "resonance.samplingZero": zero,
+    }  # fmt: skip
+    ticks = np.arange(len(x))
+    later = np.interp(ticks - delay, ticks, x)
+    _, state = resonance.rest(values, later[0])
+    y = []
+    for value in later:
+        output, state = resonance.step(values, state, value, AROUND)
+        y.append(float(output))
+    return np.array(y)
+
+
+@pytest.mark.parametrize("straight", [True, False], ids=["straight", "held"])
+def test_with_its_zero_and_a_part_of_a_tick_it_is_the_continuous_one(straight):
+    """The zero and the delay take away what poles and delay alone leave, whatever is between samples."""
+    grid = sim.Grid(TS, 20, straight=straight)
+    x = steps()
+    around = sim.Surroundings(grid, np.arange(len(x)) * TS)
+    truth = grid.sample(sim.Resonance(FREQUENCY, DAMPING).apply(grid.refine(x[None]), around))[0]
+
+    def error(delay, zero):
+        return float(np.std(sampled(x, delay, zero) - truth))
+
+    bounds = EFFECTS["resonance"].starts(EXTENT)["resonance.samplingZero"]
+    delays = np.linspace(0.0, 1.0, 11)
+    without = min(error(delay, 0.0) for delay in delays)
+    if straight:  # a double integrator has it, and another zero that so much delay is near to
+        assert error(0.789, bounds.value) < 0.05 * without
+    else:
+        assert min(error(delay, bounds.low) for delay in delays[:3]) < 0.25 * without
