@@ -1,9 +1,9 @@
 /* Mechanical resonance, exact poles and at most one zero:
  * y_k = a1 y_{k-1} + a2 y_{k-2} + (1 - a1 - a2) (x_k - z x_{k-1}) / (1 - z).
  *
- * resonance.frequency is the undamped one. z is resonance.samplingZero, which a sampled resonance has by
- * the way its input runs between samples: -0.27 where it runs straight (beside a delay), -1 where it is
- * held. Above -1 the inverse is stable; with z = 0 it has no memory of its input. Linear. */
+ * resonance.frequency is the undamped one. z is resonance.samplingZero, which a sampled resonance has where
+ * its input runs straight between samples: -0.27, beside 0.79 of a tick of delay. Where it is held, half a
+ * tick of delay does. Above -1 the inverse is stable; with z = 0 it has no memory. Linear. */
 #ifndef IT2HYS_RESONANCE_H
 #define IT2HYS_RESONANCE_H
 

@@ -189,7 +189,7 @@ record Base "Parameters of plant and inverse"
     min=-0.95,
     max=0.0,
     nominal=0.3)=0.0
-    "Zero of the sampled resonance, by how its input runs between samples: -0.27 if straight; 0 for none"
+    "Zero of the sampled resonance: -0.27 where its input runs straight between samples; 0 for none"
     annotation (Dialog(tab="Effects", group="Resonance"));
   parameter Real driftTemperatureCoefficient(
     final quantity="TemperatureCoefficient",

@@ -1,8 +1,8 @@
 """Mechanical resonance, exact poles and at most one zero.
 
 A resonance whose input runs straight between samples has, sampled, the zero -0.27 (of a double
-integrator: -2 + sqrt(3)) and another, which a part of a tick of delay makes up for; one whose input is
-held has it at -1. Neither is known of a record, so that the zero is fitted.
+integrator: -2 + sqrt(3)) and another one, which a delay of 0.79 ticks makes up for; of one whose input is
+held, half a tick of delay makes up for all. What is true of a record is not known, so that it is fitted.
 """
 
 import math
@@ -14,9 +14,8 @@ from it2hys.records.clues import Extent
 
 #: Sampling zero of a double integrator whose input runs straight between samples.
 STRAIGHT = -2.0 + math.sqrt(3.0)
-#: A fit goes no lower: with a delay, -0.6 does what -1 does up to a fifth of the sampling rate, and the
-#: inverse decays by 0.6 a tick.
-LOWEST_ZERO = -0.6
+#: A fit goes no lower: there is no reason to, and the inverse decays by this factor a tick.
+LOWEST_ZERO = -0.4
 
 
 class Resonance(Effect):
