@@ -1,8 +1,8 @@
 """Mechanical resonance, exact poles and at most one zero.
 
 A resonance whose input runs straight between samples has, sampled, the zero -0.27 (of a double
-integrator: -2 + sqrt(3)) and another one, which a delay of 0.79 ticks makes up for; of one whose input is
-held, half a tick of delay makes up for all. What is true of a record is not known, so that it is fitted.
+integrator: -2 + sqrt(3)) and another one, which a delay of 0.79 ticks makes up for. For one whose input
+is held, half a tick of delay makes up for all. Which is true of a record is not known: it is fitted.
 """
 
 import math
