@@ -44,8 +44,9 @@ def circuit(drive: str, mechanics: str, changes: str = "zeta=0.05", more: str = 
 def simulate(example: str) -> "rumoca.Result":
     """Simulate an example of the library with its own experiment."""
     stop, interval = experiment(f"{EXAMPLES}.{example}")
-    source = f"model M {PREAMBLE} extends {EXAMPLES}.{example}; end M;"
-    return compile_model(source).simulate(
+    compiled_model = compile_model(f"model M {PREAMBLE} extends {EXAMPLES}.{example}; end M;")
+    assert compiled_model.structure().is_balanced
+    return compiled_model.simulate(
         t=(0.0, stop), dt=interval, config=rumoca.SimConfig(solver="rk-like")
     )
 
