@@ -213,6 +213,13 @@ def run(
     return lambda name: np.asarray(result[name])[rows]
 
 
+def run_from(directory: Path, source: str, name: str) -> np.ndarray:
+    """Simulate the model M for three ticks with the library in a directory, as it is: no overlay."""
+    session = rumoca.Session(roots=[str(directory), str(STUB)])
+    result = session.loads(source, model="M", filename="M.mo").simulate(t=(0.0, 2e-4), dt=1e-4)
+    return np.asarray(result[name])
+
+
 def relative(actual: np.ndarray, expected: np.ndarray) -> float:
     """Return the largest deviation, relative to the largest expected value."""
     return np.max(np.abs(actual - expected)) / np.max(np.abs(expected))
