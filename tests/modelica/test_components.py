@@ -269,7 +269,7 @@ def current_of_the_stage(ticks: int, points: int) -> np.ndarray:
 
 
 def test_the_current_of_the_stage_has_the_ripple_of_the_sampled_stroke():
-    """18.3 mA, computed without Modelica. Stored at the sample time, 13.6 mA, the ripple was not there."""
+    """18.3 mA, computed without Modelica. Stored at the sample time it was 13.6 mA."""
     result, expected = simulate("FlexureStage"), current_of_the_stage(1200, 5)
     time, current = np.asarray(result.time), np.asarray(result["actuator.i"])
     late = time > 0.02
