@@ -298,6 +298,14 @@ def test_feedback_brings_the_displacement_back_under_a_force():
     assert error[time < 0.125].max() < 0.1 * taken
 
 
+def test_a_diagnosis_lowers_the_error_of_a_record_that_it_has_not_seen():
+    """In its second period: what was before the record is not known."""
+    result = simulate("MeasuredRecord")
+    late = np.asarray(result.time) > 0.05
+    assert rms(np.asarray(result["errorBefore.y"])[late]) == pytest.approx(0.31e-6, abs=0.01e-6)
+    assert rms(np.asarray(result["errorAfter.y"])[late]) == pytest.approx(0.07e-6, abs=0.01e-6)
+
+
 def test_the_spring_takes_its_part_of_the_stroke():
     at = simulate("FlexureStage")
     stack, platform = (np.asarray(at[n]) for n in ("actuator.s_rel", "platform.s"))
