@@ -41,8 +41,6 @@ EXAMPLES = [
     for n in CLASSES
     if n.startswith("IT2Hysteresis.Examples.") and "\nmodel " in CLASSES[n].read_text()
 ]
-#: Examples that ask for more than there is, and say so in their text: their warnings are wanted.
-CLAMPED = ("IT2Hysteresis.Examples.SlowCreep",)
 REFERENCE = LIBRARY / "Resources" / "Reference"
 
 

@@ -2,11 +2,16 @@
 
 import subprocess
 
+import numpy as np
+import pytest
 from casadi_runs import assert_same
 from effects import signals, surroundings
+from library import PLANT, model
 from own_effects import NAMES, in_chain, with_own
 from test_glue import FLAGS, HOST, c_call, external_functions, new, outputs, talk, tick
+from test_simulation import rumoca, run_from
 
+from it2hys.export.modelica import field
 from it2hys.export.modelica_release import write_release
 from it2hys.fmu.own_library import compiler
 from it2hys.model import compiled
@@ -37,3 +42,25 @@ def test_the_modelica_library_computes_it(tmp_path):
         expected = compiled.chain_free_run(parameters, voltage, force, temperature)
         assert_same(got[:, 0], expected[0])
         assert_same(got[:, 1], expected[1])
+
+
+@pytest.mark.parametrize("switched", [0.0, 0.02])
+def test_pure_modelica_refuses_it_by_name(tmp_path, switched):
+    """It would be left out in silence: the blocks in pure Modelica call no C."""
+    with in_chain("gain") as (effect,):
+        write_release(tmp_path)
+        name = field(effect.switch)
+    source = model(
+        f"{PLANT} plant(parameters({name}={switched}), initialDisplacement=2e-6);",
+        "plant.voltage = 10;",
+    )
+    if not switched:
+        assert np.isfinite(run_from(tmp_path, source, "plant.displacement")).all()
+        return
+    with pytest.raises(rumoca.SimulationError) as caught:
+        run_from(tmp_path, source, "plant.displacement")
+    said = str(caught.value)
+    assert (
+        "M.plant: the effect gain is on, which pure Modelica has not; take IT2Hysteresis.Blocks" in said
+    )
+    assert f"or set {name} to 0." in said

@@ -4,14 +4,17 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import make_set
+from effects import with_effects
 from library import CLASSES, FMU_PLANT, INVERSE, PLANT, model
 from refused import BAD, parameters_of
 from test_simulation import rumoca, run
 
 from it2hys.export.modelica import field, format_record
 from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS
 from it2hys.model.parameters import table_1
 
 ROOT = Path(__file__).parents[2]
@@ -38,8 +41,20 @@ def test_a_set_that_is_refused_stops_the_initialization_with_the_fmus_message(bl
         f"parameter Mine p; {block} {kind}(parameters=p);", f"{kind}.{signal} = 0;"
     )
     with pytest.raises(rumoca.SimulationError) as caught:
-        run(source, 2)
+        run(source, 2, checked=True)
     assert plain(f"M.{kind}: {message}.") in plain(str(caught.value))
+
+
+@pytest.mark.parametrize("rules", [1, 5])
+def test_a_usable_set_with_every_effect_is_not_refused(rules):
+    effects = with_effects(tuple(EFFECTS), seed=rules)
+    changes = {name: value for name, value in effects.items() if not name.startswith("rule")}
+    parameters = make_set(rules, rules).replace(**changes)
+    source = format_record(parameters, "Mine") + model(
+        f"parameter Mine p; {INVERSE} inverse(parameters=p); {PLANT} plant(parameters=p);",
+        "inverse.reference = p.initialDisplacement; connect(inverse.voltage, plant.voltage);",
+    )
+    assert np.isfinite(run(source, 2, checked=True)("plant.displacement")).all()
 
 
 @pytest.mark.parametrize("block", [PLANT, INVERSE])

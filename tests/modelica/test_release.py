@@ -6,12 +6,15 @@ import subprocess
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
-from library import LIBRARY
+from library import LIBRARY, PLANT, model
 
 from it2hys.cli import main
 from it2hys.export.modelica import C_SOURCES, LIBRARY_VERSION
 from it2hys.export.modelica_release import release_files
+from it2hys.model import compiled
+from it2hys.model.parameters import table_1
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 #: A path as Windows users have them.
@@ -43,6 +46,22 @@ def test_the_archive_holds_the_same_and_is_the_same_each_time(tmp_path):
     assert first == second
     with zipfile.ZipFile(tmp_path / "new" / "a.zip") as archive:
         assert {n: archive.read(n) for n in archive.namelist()} == release_files()
+
+
+def test_the_archive_loads_by_itself_from_a_path_with_spaces_and_umlauts(tmp_path):
+    """In a Modelica tool, with the record of its template: nothing of the checkout beside it."""
+    simulation = pytest.importorskip("test_simulation", reason="rumoca is not installed")
+    archive = tmp_path / "library.zip"
+    assert main(["modelica", str(archive)]) == 0
+    with zipfile.ZipFile(archive) as content:
+        content.extractall(tmp_path / AWKWARD)
+    source = model(
+        f"parameter MyStage stage(initialDisplacement=3e-6); {PLANT} plant(parameters=stage);",
+        "plant.voltage = 20;",
+    )
+    displacement = simulation.run_from(tmp_path / AWKWARD, source, "plant.displacement")
+    expected, _ = compiled.chain_free_run(table_1().replace(initialDisplacement=3e-6), np.full(3, 20.0))
+    assert displacement[-1] == pytest.approx(expected[-1], rel=1e-12)
 
 
 def test_a_library_that_is_there_is_not_touched(tmp_path, capsys):

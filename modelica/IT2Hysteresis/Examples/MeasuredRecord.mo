@@ -41,10 +41,10 @@ equation
 <p>
 A record of voltage and displacement is read from a file and stands beside two models that get its voltage alone. Both were identified
 from another record of the same stage, which is the simulated one of <code>it2hys run demo</code>: the paper's model, by
-<code>it2hys identify</code>, and the same with play operators and creep, by <code>it2hys diagnose</code>. <code>it2hys package --modelica</code> wrote
-the records <a href=\"modelica://IT2Hysteresis.Parameters.StageIdentified\">StageIdentified</a> and
-<a href=\"modelica://IT2Hysteresis.Parameters.StageDiagnosed\">StageDiagnosed</a>. What was before the record is unknown, so that the first
-period counts little; in the second the error falls from 0.31 to 0.06 &#181;m rms. The record goes to 105 V, 1 V farther than the one
+<code>it2hys identify</code>, and the same with play operators and creep, by <code>it2hys diagnose</code>. The records
+<a href=\"modelica://IT2Hysteresis.Parameters.StageIdentified\">StageIdentified</a> and
+<a href=\"modelica://IT2Hysteresis.Parameters.StageDiagnosed\">StageDiagnosed</a> hold them, in the form that <code>it2hys package --modelica</code> writes. What was before the record is unknown, so that the first
+period counts little; in the second the error falls from 0.31 to 0.07 &#181;m rms. The record goes to 105 V, 1 V farther than the one
 that was fitted; <code>voltageMax</code> is modified in place, so that there is no warning of it.
 </p>
 <p>

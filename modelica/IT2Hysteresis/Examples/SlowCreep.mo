@@ -1,20 +1,22 @@
 within IT2Hysteresis.Examples;
 model SlowCreep "Creep over minutes, and a feedforward that knows it"
   extends Modelica.Icons.Example;
-  parameter IT2Hysteresis.Parameters.Table1 known(sampleTime=0.05, initialDisplacement=3e-6) "What a feedforward without creep knows";
+  parameter IT2Hysteresis.Parameters.Table1 known(sampleTime=0.1, initialDisplacement=3e-6) "What a feedforward without creep knows";
   parameter IT2Hysteresis.Parameters.Table1 stage(
-    sampleTime=0.05,
+    sampleTime=0.1,
     initialDisplacement=3e-6,
     creepCount=2,
     creepGain={0.03,0.05},
     creepTimeConstant={4,60}) "What the stage is: it creeps by 3 % within seconds and by 5 % within minutes";
-  Modelica.Blocks.Sources.Pulse reference(
+  Modelica.Blocks.Sources.Trapezoid reference(
     amplitude=6e-6,
-    width=50,
+    rising=5,
+    width=145,
+    falling=5,
     period=300,
     nperiod=1,
     offset=3e-6,
-    startTime=10) "Desired displacement: 9 um for 150 s"
+    startTime=10) "Desired displacement: 9 um for 145 s, there and back in 5 s"
     annotation (Placement(transformation(extent={{-90,-10},{-70,10}})));
   IT2Hysteresis.Blocks.PureModelica.Inverse without(parameters=known) "Feedforward without creep"
     annotation (Placement(transformation(extent={{-40,20},{-20,40}})));
@@ -34,20 +36,16 @@ equation
   connect(inverse.voltage, plant.voltage)
     annotation (Line(points={{-19,-30},{8,-30}}, color={0,0,127}));
   annotation (
-    experiment(StopTime=300, Interval=0.05, Tolerance=1e-6),
+    experiment(StopTime=300, Interval=0.1, Tolerance=1e-6),
     Documentation(info="<html>
 <p>
 A stage goes on after its voltage has stopped, by some percent over minutes. A feedforward without creep therefore leaves it
-on the way: after 150 s at 9 &#181;m it is 0.7 &#181;m too far, and takes as long to come back. The inverse that holds the creep terms takes
+on the way: after 145 s at 9 &#181;m it is 0.7 &#181;m too far, and takes as long to come back. The inverse that holds the creep terms takes
 so much voltage away again that the displacement stays at every tick.
 </p>
 <p>
-No amplifier makes the step of the reference within a tick: both inverses give the highest voltage, say so once, and are back some
-ticks later.
-</p>
-<p>
-Runs over minutes are made with a set that was identified at a low rate. Here it is Table 1 at 50 ms with two creep
-terms: at rest, the sample time does not matter.
+Runs over minutes are made with a set that was identified at a low rate. Here it is Table 1 at 0.1 s with two creep
+terms: at rest, the sample time does not matter. The reference rises in 50 ticks, because no amplifier makes a step within one.
 </p>
 <p>
 <img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/SlowCreep.png\" alt=\"Displacement with and without knowledge of the creep, and both voltages, over 300 s\"/>

@@ -2,12 +2,12 @@ within IT2Hysteresis.Parameters;
 record StageIdentified "Parameter set identified from the demo's record"
   extends IT2Hysteresis.Parameters.Base(
     sampleTime=0.0001,
-    initialDisplacement=-9.710592815160825e-07,
+    initialDisplacement=-3.4673751450151055e-07,
     voltageMin=0.0,
     voltageMax=104.08202514567344,
     displacementMin=-1.5300903320312503e-06,
     displacementMax=1.685443115234375e-05,
-    ruleCount=2,
+    ruleCount=3,
     playCount=0,
     creepCount=0,
     delayTime=0.0,
@@ -31,13 +31,15 @@ record StageIdentified "Parameter set identified from the demo's record"
     initialCreep=0.0,
     nonlinearityMinimum=-1.5300903320312503e-06,
     nonlinearityMaximum=1.685443115234375e-05,
-    displacementZero=0.0,
-    ruleSigmaLower={7.99748053989327e-07, 3.064086914062501e-05},
-    ruleSigmaUpper={1.66631754381418e-05, 0.00013165377054113128},
-    ruleCentre={7.296772849878469e-06, 5.632206535491439e-06},
-    ruleQ1={1.542991266581053, 0.45117369610916536},
-    ruleQ2={2.8503405538559923e-08, 2.8419604824262186e-08},
-    ruleQ3={-5.133533825230912e-06, 2.6154264813737357e-06});
+    displacementZero=6.514979832320087e-07,
+    nonlinearityQuintic=0.0,
+    nonlinearitySextic=0.0,
+    ruleSigmaLower={7.660217285156254e-07, 7.660217285156254e-07, 3.032952159262615e-06},
+    ruleSigmaUpper={1.6122954538046948e-05, 1.0824491763234e-05, 1.4576167923506122e-05},
+    ruleCentre={-1.0716442869255808e-06, 7.253215266706479e-06, 1.9826908699312773e-05},
+    ruleQ1={0.0782855607996372, 1.4522054742063153, 0.06960460353768365},
+    ruleQ2={2.851208485989168e-08, 2.8944757303270403e-08, 2.7542599050248243e-08},
+    ruleQ3={-1.3558499555266654e-06, -4.533734448976868e-06, 1.3959997031615283e-05});
   annotation (
     defaultComponentPrefixes="parameter",
     Documentation(info="<html>

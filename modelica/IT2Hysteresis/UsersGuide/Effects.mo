@@ -25,6 +25,12 @@ them:
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.hum\">Hum</a></td><td><code>humAmplitude, humFrequency, humPhase</code></td><td>line on <code>measured</code> only</td><td>none</td></tr>
 </table>
 <p>
+An effect of your own, which <code>it2hys modelica PATH --effect FILE</code> puts into a copy of this library, has its parameters in the
+record and is computed by the blocks that hold the FMUs, <a href=\"modelica://IT2Hysteresis.Blocks.Plant\">Plant</a> and
+<a href=\"modelica://IT2Hysteresis.Blocks.Inverse\">Inverse</a>. The blocks in
+<a href=\"modelica://IT2Hysteresis.Blocks.PureModelica\">pure Modelica</a> do not have it: where it is on, they stop at the initialization and say so.
+</p>
+<p>
 To switch one off, or on, modify the record:
 </p>
 <pre>

@@ -9,12 +9,10 @@ Actuator Based on Simplified Interval Type-2 Fuzzy System</em>. Sensors 20 (9), 
 <a href=\"https://doi.org/10.3390/s20092587\">doi:10.3390/s20092587</a>. Equation numbers in this library are the paper's.</dd>
 <dt>Type-2 fuzzy systems</dt>
 <dd>M. Nie and W. W. Tan: <em>Towards an efficient type-reduction method for interval type-2 fuzzy logic systems</em>. IEEE
-International Conference on Fuzzy Systems, 2008, <a href=\"https://doi.org/10.1109/FUZZY.2008.4630559\">doi:10.1109/FUZZY.2008.4630559</a>. The output (10)
-without type reduction.</dd>
+International Conference on Fuzzy Systems, 2008, pages 1425 to 1432. The output (10) without type reduction.</dd>
 <dt>Play operators</dt>
 <dd>K. Kuhnen: <em>Modeling, identification and compensation of complex hysteretic nonlinearities: a modified
-Prandtl-Ishlinskii approach</em>. European Journal of Control 9 (4), 2003,
-<a href=\"https://doi.org/10.3166/ejc.9.407-418\">doi:10.3166/ejc.9.407-418</a>.</dd>
+Prandtl-Ishlinskii approach</em>. European Journal of Control 9 (4), 2003, pages 407 to 418.</dd>
 <dt>Reciprocal actuators</dt>
 <dd>M. Goldfarb and N. Celanovic: <em>Modeling piezoelectric stack actuators for control of micromanipulation</em>. IEEE Control Systems
 Magazine 17 (3), 1997, <a href=\"https://doi.org/10.1109/37.588158\">doi:10.1109/37.588158</a>.</dd>

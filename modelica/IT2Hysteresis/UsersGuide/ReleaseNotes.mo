@@ -14,9 +14,10 @@ electrical pins, translational flanges and a heat port, <a href=\"modelica://IT2
 <a href=\"modelica://IT2Hysteresis.Components.StrainGauge\">StrainGauge</a>, <a href=\"modelica://IT2Hysteresis.Components.PositionSensor\">PositionSensor</a> and
 <a href=\"modelica://IT2Hysteresis.Components.SampledPI\">SampledPI</a>. Built from their defaults they begin at rest.</li>
 <li><a href=\"modelica://IT2Hysteresis.Examples\">Examples</a> of feedforward, feedback, creep, temperature and stages of several parts, with stored
-results.</li>
+results. <a href=\"modelica://IT2Hysteresis.Examples.SlowCreep\">SlowCreep</a> rises within 5 s, so that no voltage is clamped.</li>
 <li>Elements of a parameter set that are modified in place act. Unusable sets are refused by the pure blocks as by the FMUs,
-with the same words; messages name the block, and the parameters as the records do.</li>
+with the same words; messages name the block, and the parameters as the records do. An effect of your own, which only the FMUs
+compute, stops the pure blocks with the name of the block to take.</li>
 <li>The pure plant takes a third of the time: it remembers as many voltages as its delay is long.</li>
 <li>Controller and strain gauge take their sample time from the parameter set.</li>
 <li>Parameter records, generated from the table of variables that the FMUs are generated from.</li>

@@ -19,6 +19,7 @@ from pathlib import Path
 from it2hys.errors import InputError
 from it2hys.model.compiled import native_directory
 from it2hys.model.parameters import ParameterSet, table_1
+from it2hys.model.stages import own_effects
 from it2hys.model.variables import DeclaredType, Variable, load_table
 from it2hys.support.files import write_atomically
 
@@ -148,14 +149,20 @@ def format_values() -> str:
 
 
 def format_bounds() -> str:
-    """Return the function that holds the vector of `Values` to the table's bounds, as the FMUs do."""
+    """Return the function that holds the vector of `Values` to the table's bounds, as the FMUs do.
+
+    The blocks in pure Modelica call it. An effect of the user's own is C there is no Modelica of: where
+    it is on, they stop and say which blocks have it.
+    """
     counts = {group: field(entry["variable"]) for group, entry in load_table().counts.items()}
     body, before, behind = [], 0, ""
     for group, members in groupby(_rows(), key=lambda v: v.group):
         if group is None:
             for variable in members:
                 before += 1
-                body += _bound(variable, f"values[{before}{behind}]", "", "  ")
+                place = f"values[{before}{behind}]"
+                body += _bound(variable, place, "", "  ")
+                body += _only_in_fmus(variable, place)
             continue
         columns, count = list(members), counts[group]
         body.append(f"  for j in 1:{count} loop")
@@ -194,6 +201,19 @@ def _bound(variable: Variable, value: str, index: str, indent: str) -> list[str]
         f"{indent}assert({value} >= {low!r} and {value} <= {high!r},",
         f'{indent}  name + ": {name} is " + String({value}, significantDigits=6)',
         f'{indent}  + "; it must be {low:g} to {high:g}.");',
+    ]
+
+
+def _only_in_fmus(variable: Variable, value: str) -> list[str]:
+    """Return the assertion that an effect of the user's own is off, if the parameter switches one."""
+    effect = own_effects().get(variable.effect or "")
+    if effect is None or variable.name != effect.switch:
+        return []
+    return [
+        f"  assert({value} == 0,",
+        f'  name + ": the effect {effect.name} is on, which pure Modelica has not; take "',
+        '  + "IT2Hysteresis.Blocks.Plant and IT2Hysteresis.Blocks.Inverse, which hold the FMUs, "',
+        f'  + "or set {field(variable.name)} to 0.");',
     ]
 
 

@@ -327,6 +327,23 @@ package Modelica "As much of the Modelica Standard Library 4.0.0 as IT2Hysteresi
         y = offset + (if time >= startTime and time < startTime + width/100*period then amplitude else 0);
       end Pulse;
 
+      block Trapezoid
+        parameter Real amplitude=1;
+        parameter Real rising;
+        parameter Real width;
+        parameter Real falling;
+        parameter Real period;
+        parameter Integer nperiod=-1;
+        parameter Real offset=0;
+        parameter Real startTime=0;
+        Interfaces.RealOutput y;
+      protected
+        parameter Real top=startTime + rising + width;
+      equation
+        y = offset + amplitude*(if time < startTime + rising then max(0, (time - startTime)/rising)
+          else min(1, max(0, 1 - (time - top)/falling)));
+      end Trapezoid;
+
       block Sine
         parameter Real amplitude=1;
         parameter Real f;
