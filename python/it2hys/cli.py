@@ -257,7 +257,7 @@ def _add_design(commands: argparse._SubParsersAction) -> None:
     limits.add_argument("--periods", type=int, default=1, metavar="N", help="equal ones, for averaging")
     limits.add_argument("--band", type=_pair, metavar="LOW,HIGH", help="of the later references, Hz")
     design.add_argument(
-        "--noise", type=_number, metavar="UM", help="of the sensor, um rms (default: the report's)"
+        "--noise", type=_number, metavar="UM", help="of the sensor, µm rms (default: the report's)"
     )
     design.add_argument(
         "--family",
@@ -818,7 +818,7 @@ def _beyond(ends: dict, inputs: dict, outputs: dict) -> tuple[dict[str, int], li
         outside, displacement = outputs["outOfRange"] != 0, outputs["displacement"]
         voltage = inputs.get("voltage", 0.0 * displacement)
         counts["samples_out_of_range"] = int(outside.sum())
-        sentences.append(out_of_range_sentence(ends, outside, voltage, displacement, "um"))
+        sentences.append(out_of_range_sentence(ends, outside, voltage, displacement))
     if "saturated" in outputs:
         saturated, samples = int((outputs["saturated"] != 0).sum()), len(outputs["saturated"])
         counts["samples_saturated"] = saturated

@@ -325,7 +325,7 @@ def designed_record(
     for name, y in readings.items():
         axes[2].plot(time, y * UM, linewidth=0.9, label=name)
     axes[2].set(xlabel="time in s", ylabel="displacement in µm")
-    axes[2].set_title("What the models read", loc="left", fontsize=10)
+    axes[2].set_title("What the models predict", loc="left", fontsize=10)
     axes[2].sharex(axes[0])
     _legend(axes[2])
     if left:
