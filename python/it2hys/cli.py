@@ -474,9 +474,9 @@ def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
         name = stem if stems.count(stem) == 1 else f"{path.parent.name}_{stem}"
         return replace(record, name=name)
 
-    records = tuple([read(path) for path in role] for role in roles)
-    check_roles(*records)
-    return records
+    train, validate, test = ([read(path) for path in role] for role in roles)
+    check_roles(train, validate, test)
+    return train, validate, test
 
 
 def _say(options: argparse.Namespace, *texts: object) -> None:
@@ -534,12 +534,13 @@ def _modelica(options: argparse.Namespace) -> int:
 
 def _packaged(options: argparse.Namespace, parameters: ParameterSet, folder: Path) -> list[Path]:
     """Write all that is asked for; return what to name of it."""
-    from it2hys.fmu.packaging import native_directory, package
+    from it2hys.fmu.packaging import package
 
     versions = _versions(options)
     written = package(parameters, folder, fmi=versions, terminals=options.terminals)
     if options.c_header:
         from it2hys.export.embedded import HEADER, write_embedded
+        from it2hys.model.compiled import native_directory
 
         write_embedded(parameters, folder / "embedded", native_directory())
         written.append(folder / "embedded" / HEADER)
@@ -641,7 +642,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     given = [path for path in (options.model, options.design) if path is not None]
     files = [*options.effect, *given]
     provenance = Provenance.of_command(options.typed, options.seed, files)
-    promised = designed and (designed, designed_voltage(options.design, designed))
+    promised = None if designed is None else (designed, designed_voltage(options.design, designed))
     with gathered(options.output) as folder:
         write_report(diagnosis, records, folder, provenance=provenance, promised=promised)
     if _tell_report(options):

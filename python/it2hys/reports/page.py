@@ -170,10 +170,10 @@ def write_pictures(
     progress: Progress = lambda share, text: None,
 ) -> None:
     """Write those pictures that have a figure as PNG into an existing directory."""
-    drawn = [picture for picture in pictures if picture.figure]
-    for i, picture in enumerate(drawn):
-        progress(i / len(drawn), f"report: {picture.name}")
-        write_atomically(directory / f"{picture.name}.png", png(picture.figure))
+    drawn = {picture.name: picture.figure for picture in pictures if picture.figure}
+    for i, (name, figure) in enumerate(drawn.items()):
+        progress(i / len(drawn), f"report: {name}")
+        write_atomically(directory / f"{name}.png", png(figure))
 
 
 def write_page(
