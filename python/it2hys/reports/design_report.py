@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from it2hys.designs.designing import Design, design, probability
 from it2hys.designs.hypotheses import question_of_report
@@ -63,7 +64,19 @@ def write_design(
     return write_page(directory, _page(report), name=DESIGN_PAGE)
 
 
-def drawn(found: Design):
+def draw_design(directory: str | Path) -> Path:
+    """Draw the page of a design again, from its `design.json` and its figure; return the page.
+
+    Raises
+    ------
+    InputError
+        If `design.json` or the figure cannot be read.
+    """
+    directory = Path(directory)
+    return write_page(directory, _page(read_design(directory / DESIGN_JSON)), name=DESIGN_PAGE)
+
+
+def drawn(found: Design) -> Figure:
     """Return the figure of a designed record."""
     return figures.designed_record(
         found.time, found.voltage, found.readings, found.left, found.question.noise
