@@ -25,16 +25,6 @@ pytestmark = [
 ]
 
 
-@pytest.fixture(scope="module")
-def user(new_environment, wheel):
-    """Return an environment with the wheel and what it needs; its library is not the checkout's."""
-    environment = new_environment("user")
-    environment.pip("install", "--constraint", ROOT / "requirements.lock", wheel)
-    place = environment.run("python", "-c", "import it2hys; print(it2hys.__file__)").strip()
-    assert Path(place).is_relative_to(environment.folder)
-    return environment
-
-
 @pytest.fixture
 def desk(user, empty_path, tmp_path):
     """Return what runs a program in an empty folder, where there is no compiler."""
@@ -42,7 +32,7 @@ def desk(user, empty_path, tmp_path):
 
 
 def write_records(folder):
-    time = excitations.time_grid(0.2, 1e-4)
+    time = excitations.time_grid(0.1, 1e-4)
     for seed, (name, voltage) in enumerate(
         [("train", excitations.identification(time)), ("test", excitations.validation_sine(time, 40.0))]
     ):
@@ -88,7 +78,7 @@ def test_a_control_designer_runs_the_fmus_in_a_system(desk, tmp_path):
     assert len(blocks) == 2
     for block in blocks:
         value, unit = desk("python", "-c", block).split()[-2:]  # behind a warning of the FMU
-        assert unit == "um" and 6.9 < float(value) < 16.0
+        assert unit == "µm" and 6.9 < float(value) < 16.0
 
 
 def test_a_sweeper_gets_a_table_and_a_report(desk, tmp_path):
