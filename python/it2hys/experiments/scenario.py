@@ -2,7 +2,7 @@
 
 A scenario makes records on the simulated test stand, identifies a model or takes Table 1, may drive
 the stand through the inverse FMU or compare estimators, and sets its errors beside the paper's.
-`scenarios/README.md` describes every key.
+What every key means stands below it; the documentation is made from that.
 """
 
 from pathlib import Path

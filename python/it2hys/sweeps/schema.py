@@ -1,7 +1,8 @@
 """Sweep scenarios: TOML files that say which FMUs run, on what signals, varied how, judged by what.
 
-`scenarios/README.md` describes every key. Reading checks everything that can be known without the
-FMUs; `it2hys.sweeps.cases` checks the rest against them, before any case runs.
+What every key means stands below it; the documentation is made from that. Reading checks everything
+that can be known without the FMUs; `it2hys.sweeps.cases` checks the rest against them, before any
+case runs.
 """
 
 from __future__ import annotations
@@ -267,7 +268,7 @@ class Metric(Table):
     """A number that judges a case."""
 
     kind: Literal[*KINDS]
-    """What is computed, see below."""
+    """What is computed: one of the kinds of metrics."""
     name: str = Field(default_factory=lambda data: data["kind"])
     """Column of the table; the kind by default."""
     of: str
@@ -288,7 +289,7 @@ class FigureEntry(Table):
     """A figure of the report, drawn from columns of the table."""
 
     kind: Literal[*FIGURES]
-    """What is drawn, see below."""
+    """What is drawn: one of the kinds of figures."""
     title: str = ""
     """Its title."""
     x: str = ""
