@@ -52,6 +52,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"{_red('it2hys: error:')} {error}", file=sys.stderr)
         return 2
+    except ModuleNotFoundError as error:
+        if (missing := (error.name or "").partition(".")[0]) in ("", "it2hys"):
+            raise
+        print(
+            f"{_red('it2hys: error:')} this needs the package {missing}, which is not installed: "
+            f"pip install {missing}, or install it2hys with all that it needs",
+            file=sys.stderr,
+        )
+        return 2
     except BrokenPipeError:  # as with `| head`: nobody reads on
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0

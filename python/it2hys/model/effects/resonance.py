@@ -2,10 +2,11 @@
 
 import math
 
-import casadi as ca
-
 from it2hys.model.effect import Effect, Memory, Scalar, Start, Surroundings, Values
 from it2hys.records.clues import Extent
+from it2hys.support.lazy import Lazy
+
+ca = Lazy("casadi")
 
 
 class Resonance(Effect):
