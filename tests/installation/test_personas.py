@@ -105,10 +105,12 @@ def test_a_modelica_user_gets_a_record_for_the_library(desk, tmp_path):
 
 def test_types_of_the_package_are_seen_by_a_checker(user, tmp_path):
     """The tests' mypy looks into the user's environment."""
-    (tmp_path / "use.py").write_text("import it2hys\nreveal_type(it2hys.InputError)\n")
+    shown = "".join(f"reveal_type(it2hys.{name})\n" for name in ("InputError", "identify"))
+    (tmp_path / "use.py").write_text(f"import it2hys\n{shown}")
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--python-executable", user.folder / "bin" / "python", "use.py"],
         cwd=tmp_path, capture_output=True, text=True, check=False,
         env={n: v for n, v in os.environ.items() if n not in ("PYTHONPATH", "MYPYPATH")},
     )  # fmt: skip
+    assert "-> it2hys.results.IdentifiedModel" in done.stdout  # of what is loaded when asked for, too
     assert "it2hys.errors.InputError" in done.stdout and "missing library stubs" not in done.stdout
