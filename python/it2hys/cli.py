@@ -246,7 +246,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def _add_design(commands: argparse._SubParsersAction) -> None:
     design = _command(
-        commands, "design", _design, "find the record to measure next: what decides between models"
+        commands, "design", _design, "design the record to measure next, which decides between models"
     )
     design.add_argument(
         "source",

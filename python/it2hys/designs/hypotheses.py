@@ -362,7 +362,7 @@ def question_of_report(
     if not report["effects"] and not undetermined:
         raise InputError(
             "there are no effects that the records cannot tell apart, and no parameter that they do "
-            "not determine: nothing to decide; --between EFFECT,... asks a question of your own"
+            "not determine: nothing to decide; --between EFFECT,EFFECT names effects to tell apart"
         )
     parameters = found()
     only = Hypothesis("the model", effects_of(parameters), parameters)

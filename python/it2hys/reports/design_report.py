@@ -289,9 +289,10 @@ def _half_width(ends: Sequence[float | None]) -> float | None:
 
 def _how(report: Mapping) -> str:
     return (
-        f"Of {report['evaluated']} records of the families that were allowed, it is the one that "
-        "decides most of the pair that it decides least; beyond what decides by far, the one that "
-        f"tells most of all parameters. Seed {report['seed']}; the same seed gives the same record."
+        f"Of {report['evaluated']} records of the allowed families, it separates the pair of models "
+        "that is hardest to tell apart best; among records that separate all pairs with certainty, it "
+        "determines the parameters best. "
+        f"Seed {report['seed']}; the same seed gives the same record."
     )
 
 
