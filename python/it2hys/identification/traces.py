@@ -155,5 +155,6 @@ def check_deciding(deciding: Sequence[Trace]) -> None:
         names = ", ".join(f"'{t.name}'" for t in deciding)
         raise InputError(
             f"record{'s' * (len(deciding) > 1)} {names}: {samples} samples are left to decide between "
-            f"models, and at least {STARTS.fewest_deciding} are needed; give longer records, or more of them with --validate"
+            f"models, and at least {STARTS.fewest_deciding} are needed; "
+            "give longer records, or more of them with --validate"
         )
