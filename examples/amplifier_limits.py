@@ -25,7 +25,7 @@ LIMITS = {"saturation.minimum": 5.0, "saturation.maximum": 80.0, "slew.rate": 1.
 
 
 def reference() -> np.ndarray:
-    """Return a trapezoid from 3 to 10 um with edges of 2 ms, m, shape (TICKS,)."""
+    """Return a trapezoid from 3 to 10 µm with edges of 2 ms, m, shape (TICKS,)."""
     time = np.arange(TICKS) * STAGE["sampleTime"]
     return 1e-6 * np.interp(time, [0.0, 0.008, 0.010, 0.015, 0.017], [3.0, 3.0, 10.0, 10.0, 3.0])
 
@@ -77,7 +77,7 @@ def main() -> dict[str, np.ndarray]:
     }
     print(f"the inverse clamps at {np.count_nonzero(saturated)} of {TICKS} ticks")
     for name, voltage in voltages.items():
-        print(f"{name:22} {UM * rms_error(voltage, wanted):.4f} um rms")
+        print(f"{name:22} {UM * rms_error(voltage, wanted):.4f} µm rms")
     return voltages
 
 

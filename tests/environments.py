@@ -11,7 +11,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-NOT_TRACKED = (".git", ".venv", "build", "dist", "out", "__pycache__", ".*_cache", ".hypothesis")
+NOT_TRACKED = (
+    ".git", ".venv", "build", "dist", "out", "__pycache__", ".*_cache", ".hypothesis", "native",
+)  # fmt: skip
 
 
 class Environment:
@@ -54,12 +56,6 @@ def place():
 
 
 @pytest.fixture(scope="session")
-def new_environment(folder):
-    """Return a function from a name to a fresh environment."""
-    return lambda name: Environment(folder / name)
-
-
-@pytest.fixture(scope="session")
 def folder():
     """Return a folder with a space and an umlaut in its path, which does not stay: it is large."""
     with tempfile.TemporaryDirectory(prefix="Prüf Stand ", dir=place()) as path:
@@ -84,6 +80,20 @@ def checkout(folder):
 def fresh(folder):
     """Return the environment that builds."""
     return Environment(folder / "fresh")
+
+
+@pytest.fixture(scope="session")
+def user(fresh, wheel, empty_path):
+    """Return the environment once the wheel is in it, with what it needs; nobody has the checkout.
+
+    To install hundreds of megabytes takes long: that is done once. The tests of other ways to install
+    come later, and take the package out of it again.
+    """
+    fresh.pip("install", "--constraint", ROOT / "requirements.lock", wheel, path=empty_path)
+    fresh.pip("check")
+    place = fresh.run("python", "-c", "import it2hys; print(it2hys.__file__)").strip()
+    assert Path(place).is_relative_to(fresh.folder)
+    return fresh
 
 
 @pytest.fixture(scope="session")

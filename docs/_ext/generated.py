@@ -1,8 +1,11 @@
 """Pages of the reference that are written when the site is built, from what they describe."""
 
 import argparse
+import json
 import tempfile
 import tomllib
+import types
+import typing
 import zipfile
 from collections import Counter
 from collections.abc import Iterator
@@ -11,12 +14,16 @@ from pathlib import Path
 
 from fmpy import read_model_description
 from packaging.requirements import Requirement
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 from it2hys.cli import make_parser
 from it2hys.cli_help import EXAMPLES, KINDS, listed
+from it2hys.experiments.scenario import Scenario
 from it2hys.fmu.packaging import package
 from it2hys.model.parameters import table_1
 from it2hys.model.variables import Variable, load_table
+from it2hys.sweeps.schema import CsvArguments, Intervals, Span, SweepScenario
 
 ROOT = Path(__file__).parents[2]
 PLATFORMS = {
@@ -62,7 +69,8 @@ def _commands(
 
 def _typed(action: argparse.Action) -> str:
     """Return how an argument is typed, with what stands for its value."""
-    value = "" if action.nargs == 0 else action.metavar or ""
+    choices = None if action.choices is None else f"{{{','.join(map(str, action.choices))}}}"
+    value = "" if action.nargs == 0 else action.metavar or choices or ""
     return f"{', '.join(action.option_strings)} {value}".strip() or action.dest
 
 
@@ -118,6 +126,101 @@ def fmus() -> str:
     )  # fmt: skip
 
 
+#: What a key holds, by the type of its field.
+KINDS_OF_VALUES = {
+    str: "text", int: "whole number", float: "number", bool: "`true` or `false`", dict: "table",
+    Span: "number or table",
+}  # fmt: skip
+#: Tables that are read in place of another, or are written another way: under the heading of that.
+BESIDE = {
+    "Source": [('with `signal = "csv"`', CsvArguments)],
+    "SweepScenario": [("a time in periods", Span)],
+    "Vary": [("with `intervals`", Intervals)],
+}
+
+
+def scenarios() -> str:
+    """Return the keys of scenarios, from the models that read them."""
+    experiment = _keys("Keys of an experiment", Scenario, set())
+    return "\n".join([*experiment, *_keys("Keys of a sweep", SweepScenario, set())])
+
+
+def _keys(title: str, model: type[BaseModel], shown: set[type[BaseModel]], level: int = 2) -> list[str]:
+    """Return the keys of a table, and of those within it, each of these once."""
+    shown.add(model)
+    rows, within = [], []
+    for name, field in model.model_fields.items():
+        if field.init is False or field.annotation is type(None):
+            continue
+        key = field.alias or name
+        head, inner = _inside(key, field)
+        rows.append([f"`{key}`", _kind(field), field.description, _default(field)])
+        within += [(head, m) for m in inner]
+    text = ["#" * level + f" {title}\n", _table(["key", "value", "meaning", "default"], rows)]
+    for head, inner_model in within:
+        text += [] if inner_model in shown else _keys(head, inner_model, shown, 3)
+    for head, other in BESIDE.get(model.__name__, []):
+        text += _keys(f"{title}, {head}" if level > 2 else head.capitalize(), other, shown, 3)
+    return text
+
+
+def _inside(key: str, field: FieldInfo) -> tuple[str, list[type[BaseModel]]]:
+    """Return how the tables of a key are headed, and their models."""
+    found = [t for t in _types(field.annotation) if isinstance(t, type) and issubclass(t, BaseModel)]
+    outer = _outer(field.annotation)
+    head = {tuple: f"`[[{key}]]`", dict: f"`[{key}.NAME]`"}.get(outer, f"`[{key}]`")
+    return head, [t for t in found if t not in (Span, Intervals)]
+
+
+def _outer(annotation: object) -> object:
+    """Return whether an annotation, but for None, is of a tuple, a dict or neither."""
+    for part in (annotation, *typing.get_args(annotation)):
+        if (outer := typing.get_origin(part)) in (tuple, dict):
+            return outer
+    return None
+
+
+def _types(annotation: object) -> Iterator[object]:
+    """Yield the types that an annotation is made of."""
+    arguments = typing.get_args(annotation)
+    if not arguments or typing.get_origin(annotation) is typing.Literal:
+        yield annotation
+        return
+    for argument in arguments[:1] if typing.get_origin(annotation) is typing.Annotated else arguments:
+        yield from _types(argument)
+
+
+def _kind(field: FieldInfo) -> str:
+    """Return what a key holds, in words."""
+    outer = _outer(field.annotation)
+    inner = [t for t in _types(field.annotation) if t not in (type(None), Ellipsis)]
+    words = []
+    for kind in inner:
+        if typing.get_origin(kind) is typing.Literal:
+            choices = typing.get_args(kind)
+            words.append("one of those listed" if len(choices) > 8 else
+                         ", ".join(f'`"{c}"`' for c in choices))  # fmt: skip
+        elif kind in KINDS_OF_VALUES:
+            words.append(KINDS_OF_VALUES[kind])
+        else:
+            words.append("table" if isinstance(kind, type) and issubclass(kind, BaseModel) else "value")
+    one = " or ".join(dict.fromkeys(words))
+    if outer is tuple:
+        return f"list: {one}"
+    return "table by name" if outer is dict else one
+
+
+def _default(field: FieldInfo) -> str:
+    """Return the default of a key."""
+    if field.is_required():
+        return "required"
+    if field.default_factory is not None or isinstance(field.default, BaseModel | types.NoneType):
+        return ""
+    if isinstance(field.default, bool | str) and field.default != "":
+        return f"`{json.dumps(field.default)}`"
+    return f"{field.default:g}" if isinstance(field.default, int | float) else ""
+
+
 def weights() -> str:
     """Return what the packages weigh that it2hys needs, as they are installed here."""
     sizes: Counter[str] = Counter()
@@ -143,6 +246,7 @@ def weights() -> str:
 PAGES = {
     "commands": commands,
     "names": names,
+    "scenarios": scenarios,
     "variables": variables,
     "fmus": fmus,
     "weights": weights,

@@ -7,8 +7,27 @@ and scripts there is `api`, whose functions are imported from here.
 """
 
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from it2hys.errors import InputError
+
+if TYPE_CHECKING:  # for checkers and editors; `__getattr__` loads them
+    from it2hys.api import DesignedRecord as DesignedRecord
+    from it2hys.api import DiagnosedModel as DiagnosedModel
+    from it2hys.api import IdentifiedModel as IdentifiedModel
+    from it2hys.api import casadi_chain as casadi_chain
+    from it2hys.api import design as design
+    from it2hys.api import diagnose as diagnose
+    from it2hys.api import identify as identify
+    from it2hys.api import package as package
+    from it2hys.api import simulate as simulate
+    from it2hys.api import sweep as sweep
+    from it2hys.api import track as track
+    from it2hys.model.effect import Memory as Memory
+    from it2hys.model.own_effect import OwnEffect as OwnEffect
+    from it2hys.model.own_effect import OwnParameter as OwnParameter
+
+    __version__: str
 
 # loaded when first asked for, so that the command line starts quickly
 _API = (

@@ -29,6 +29,7 @@ from it2hys.support.progress import Progress, progress_bar
 
 if TYPE_CHECKING:
     from it2hys.model.parameters import ParameterSet
+    from it2hys.records import Record
 
 # modules that take long to import are imported by the commands that need them
 
@@ -50,6 +51,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return options.command(options)
     except InputError as error:
         print(f"{_red('it2hys: error:')} {error}", file=sys.stderr)
+        return 2
+    except ModuleNotFoundError as error:
+        if (missing := (error.name or "").partition(".")[0]) in ("", "it2hys"):
+            raise
+        print(
+            f"{_red('it2hys: error:')} this needs the package {missing}, which is not installed: "
+            f"pip install {missing}, or install it2hys with all that it needs",
+            file=sys.stderr,
+        )
         return 2
     except BrokenPipeError:  # as with `| head`: nobody reads on
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -98,6 +108,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_output(build)
     _add_effect(build)
     _add_contents(build)
+    _add_json(build)
 
     identify = _command(commands, "identify", _identify, "identify the paper's model from records")
     _add_records(identify)
@@ -173,6 +184,7 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="write the systems of inverse, plant and controller as SSP too",
     )
+    _add_json(package)
 
     modelica = _command(
         commands, "modelica", _modelica, "write the Modelica library, as a folder or an archive"
@@ -181,6 +193,7 @@ def make_parser() -> argparse.ArgumentParser:
         "path", metavar="PATH", type=Path, help="a directory, or an archive that ends in .zip"
     )
     _add_effect(modelica)
+    _add_json(modelica)
 
     _add_own(commands)
 
@@ -199,24 +212,29 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="NAME=VALUE",
         help="a parameter in SI units, such as initialDisplacement=1e-6; may be repeated",
     )
-    simulate.add_argument("--json", action="store_true", help="print the outcome as JSON, no progress")
+    _add_json(simulate)
     _add_columns(simulate)
 
     _add_sweep(commands)
 
     report = _command(commands, "report", _report, "draw the page of a report again")
     report.add_argument(
-        "directory", metavar="DIR", type=Path, help="where identify, diagnose, run or sweep left one"
+        "directory",
+        metavar="DIR",
+        type=Path,
+        help="where identify, diagnose, design, run or sweep left one",
     )
+    _add_json(report)
 
     run = _command(commands, "run", _run, "run a scenario by name, an experiment or a sweep")
     run.add_argument("name", metavar="NAME", help="of `it2hys list scenarios`, or a TOML file")
     run.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
     _add_workers(run)
+    _add_json(run)
 
     names = _command(commands, "list", _list, "list scenarios, effects and excitations by name")
     names.add_argument("kind", nargs="?", choices=tuple(KINDS), help="what is listed (default: all)")
-    names.add_argument("--json", action="store_true", help="print the list as JSON")
+    _add_json(names, "print the list as JSON")
 
     shell = _command(commands, "completion", _completion, "print a script for a shell's completion")
     shell.add_argument("shell", choices=("bash", "zsh", "tcsh"), help="whose script")
@@ -228,7 +246,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def _add_design(commands: argparse._SubParsersAction) -> None:
     design = _command(
-        commands, "design", _design, "find the record to measure next: what decides between models"
+        commands, "design", _design, "design the record to measure next, which decides between models"
     )
     design.add_argument(
         "source",
@@ -257,7 +275,7 @@ def _add_design(commands: argparse._SubParsersAction) -> None:
     limits.add_argument("--periods", type=int, default=1, metavar="N", help="equal ones, for averaging")
     limits.add_argument("--band", type=_pair, metavar="LOW,HIGH", help="of the later references, Hz")
     design.add_argument(
-        "--noise", type=_number, metavar="UM", help="of the sensor, um rms (default: the report's)"
+        "--noise", type=_number, metavar="UM", help="of the sensor, µm rms (default: the report's)"
     )
     design.add_argument(
         "--family",
@@ -274,7 +292,7 @@ def _add_design(commands: argparse._SubParsersAction) -> None:
         help="diagnose N simulated records of every model, 10 to 100 s each (default: 0)",
     )
     design.add_argument("--seed", type=int, default=0, help="the same one gives the same record")
-    design.add_argument("--json", action="store_true", help="print design.json")
+    _add_json(design, "print design.json")
 
 
 def _number(text: str) -> float:
@@ -307,6 +325,7 @@ def _add_own(commands: argparse._SubParsersAction) -> None:
     new.add_argument(
         "-o", "--output", metavar="FILE", type=Path, help="the file to write (default: NAME.py)"
     )
+    _add_json(new)
     check = _command(actions, "check", _check_effect, "tell whether a file can be a stage", "effect")
     check.add_argument("effect", nargs=1, metavar="FILE", type=Path, help="the Python file; it is run")
     check.add_argument(
@@ -318,6 +337,7 @@ def _add_own(commands: argparse._SubParsersAction) -> None:
         help="records whose range it is tried over (default: the range of the paper's stage)",
     )
     _add_columns(check)
+    _add_json(check)
 
 
 def _add_sweep(commands: argparse._SubParsersAction) -> None:
@@ -331,7 +351,7 @@ def _add_sweep(commands: argparse._SubParsersAction) -> None:
     workers = sweep.add_mutually_exclusive_group()
     _add_workers(workers)
     workers.add_argument("--dask", metavar="ADDRESS", help="a Dask scheduler, such as tcp://host:8786")
-    sweep.add_argument("--json", action="store_true", help="print the outcome as JSON, no progress")
+    _add_json(sweep)
     sweep.add_argument("--restart", action="store_true", help="discard what DIR holds")
 
 
@@ -374,6 +394,12 @@ class _Version(argparse.Action):
 def _add_output(parser: argparse.ArgumentParser) -> None:
     text = "where results go; made if it is not there"
     parser.add_argument("-o", "--output", required=True, metavar="DIR", type=Path, help=text)
+
+
+def _add_json(
+    parser: argparse.ArgumentParser, text: str = "print the outcome as JSON, no progress"
+) -> None:
+    parser.add_argument("--json", action="store_true", help=text)
 
 
 def _add_effect(parser: argparse.ArgumentParser) -> None:
@@ -439,7 +465,7 @@ def _add_records(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="flip the sign of the displacement, of a sensor that counts the other way",
     )
-    parser.add_argument("--json", action="store_true", help="print report.json")
+    _add_json(parser, "print report.json")
     _add_columns(parser)
 
 
@@ -462,7 +488,7 @@ def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
     columns = _columns(options)
     stems = [record_name(path) for path in paths]
 
-    def read(path: Path):
+    def read(path: Path) -> Record:
         record = read_record(
             path,
             columns,
@@ -474,14 +500,24 @@ def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
         name = stem if stems.count(stem) == 1 else f"{path.parent.name}_{stem}"
         return replace(record, name=name)
 
-    records = tuple([read(path) for path in role] for role in roles)
-    check_roles(*records)
-    return records
+    train, validate, test = ([read(path) for path in role] for role in roles)
+    check_roles(train, validate, test)
+    return train, validate, test
 
 
 def _say(options: argparse.Namespace, *texts: object) -> None:
     if not options.quiet:
         print(*texts)
+
+
+def _tell(options: argparse.Namespace, outcome: dict, lines: Sequence[object]) -> bool:
+    """Print what came out: JSON for a script, lines for a reader; return whether it is a reader."""
+    if options.json:
+        print(json.dumps(outcome, indent=1, default=str))
+        return False
+    for line in lines:
+        _say(options, line)
+    return True
 
 
 def _versions(options: argparse.Namespace) -> tuple[int, ...]:
@@ -507,9 +543,7 @@ def _build(options: argparse.Namespace) -> int:
     from it2hys.model.parameters import table_1
 
     paths = package(table_1(), options.output, fmi=_versions(options), terminals=options.terminals)
-    for path in paths:
-        _say(options, path)
-    _next(options, "run it over a CSV of voltages:", f"simulate {paths[0]} --input U.csv -o Y.csv")
+    _tell_packaged(options, paths)
     return 0
 
 
@@ -520,26 +554,43 @@ def _package(options: argparse.Namespace) -> int:
     parameters = read_ssv(options.parameters)
     with gathered(options.output) as folder:
         written = _packaged(options, parameters, folder)
-    for path in written:
-        _say(options, options.output / path.relative_to(folder))
+    _tell_packaged(options, [options.output / path.relative_to(folder) for path in written])
     return 0
+
+
+def _tell_packaged(options: argparse.Namespace, written: Sequence[Path]) -> None:
+    """Print what was written, and how to run the plant among it."""
+    if _tell(options, {"written": written}, written):
+        plant = next(path for path in written if path.name.startswith("IT2Plant"))
+        _next(
+            options,
+            "run it over a CSV of voltages:",
+            f"simulate {shlex.quote(str(plant))} --input U.csv -o Y.csv",
+        )
 
 
 def _modelica(options: argparse.Namespace) -> int:
     from it2hys.export.modelica_release import write_release
 
-    _say(options, write_release(options.path))
+    written = write_release(options.path)
+    if _tell(options, {"written": [written]}, [written]):
+        _next(
+            options,
+            "open it in a Modelica tool; a parameter set of your own for it:",
+            "package PARAMETERS.ssv --modelica -o DIR",
+        )
     return 0
 
 
 def _packaged(options: argparse.Namespace, parameters: ParameterSet, folder: Path) -> list[Path]:
     """Write all that is asked for; return what to name of it."""
-    from it2hys.fmu.packaging import native_directory, package
+    from it2hys.fmu.packaging import package
 
     versions = _versions(options)
     written = package(parameters, folder, fmi=versions, terminals=options.terminals)
     if options.c_header:
         from it2hys.export.embedded import HEADER, write_embedded
+        from it2hys.model.compiled import native_directory
 
         write_embedded(parameters, folder / "embedded", native_directory())
         written.append(folder / "embedded" / HEADER)
@@ -641,7 +692,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     given = [path for path in (options.model, options.design) if path is not None]
     files = [*options.effect, *given]
     provenance = Provenance.of_command(options.typed, options.seed, files)
-    promised = designed and (designed, designed_voltage(options.design, designed))
+    promised = None if designed is None else (designed, designed_voltage(options.design, designed))
     with gathered(options.output) as folder:
         write_report(diagnosis, records, folder, provenance=provenance, promised=promised)
     if _tell_report(options):
@@ -722,14 +773,13 @@ def _report(options: argparse.Namespace) -> int:
     from it2hys.sweeps.store import RESULTS
 
     if (options.directory / RESULTS).is_file():
-        from it2hys.sweeps.report import write_sweep_report
+        return _draw_sweep(options, options.directory / RESULTS, options.directory)
+    from it2hys.reports.design_report import DESIGN_JSON, draw_design
+    from it2hys.reports.pair_report import draw_report
 
-        page, _ = write_sweep_report(options.directory / RESULTS, options.directory)
-    else:
-        from it2hys.reports.pair_report import draw_report
-
-        page = draw_report(options.directory)
-    _say(options, f"report: {page}")
+    is_design = (options.directory / DESIGN_JSON).is_file()
+    page = draw_design(options.directory) if is_design else draw_report(options.directory)
+    _tell(options, {"report": page}, [f"report: {page}"])
     return 0
 
 
@@ -748,8 +798,8 @@ def _new_effect(options: argparse.Namespace) -> int:
         raise InputError(f"{path}: is there already; name another file with -o")
     make_directory(path.parent)
     write_atomically(path, template(options.name).encode())
-    _say(options, path)
-    _next(options, "tell whether it can be a stage:", f"effect check {shlex.quote(str(path))}")
+    if _tell(options, {"written": [path]}, [path]):
+        _next(options, "tell whether it can be a stage:", f"effect check {shlex.quote(str(path))}")
     return 0
 
 
@@ -762,16 +812,16 @@ def _check_effect(options: argparse.Namespace) -> int:
     (effect,) = own_effects().values()
     rows = check_effect(effect, records)
     width = max(len(row.what) for row in rows)
-    for row in rows:
-        _say(options, f"{'ok  ' if row.good else 'FAIL'}  {row.what:{width}}  {row.found}")
-    if not all(row.good for row in rows):
-        return 1
-    _next(
-        options,
-        "have it tried on records:",
-        f"diagnose TRAIN.csv --effect {shlex.quote(str(options.effect[0]))} -o DIR",
-    )
-    return 0
+    good = all(row.good for row in rows)
+    checks = [{"what": row.what, "good": bool(row.good), "found": row.found} for row in rows]
+    lines = [f"{'ok  ' if row.good else 'FAIL'}  {row.what:{width}}  {row.found}" for row in rows]
+    if _tell(options, {"effect": effect.name, "good": good, "checks": checks}, lines) and good:
+        _next(
+            options,
+            "have it tried on records:",
+            f"diagnose TRAIN.csv --effect {shlex.quote(str(options.effect[0]))} -o DIR",
+        )
+    return 0 if good else 1
 
 
 def _simulate(options: argparse.Namespace) -> int:
@@ -801,11 +851,8 @@ def _simulate(options: argparse.Namespace) -> int:
     counts, sentences = _beyond(ends, signals.values, outputs)
     for message in [*messages, *sentences]:
         print(f"it2hys: {message}", file=sys.stderr)
-    if options.json:
-        said = {"output": str(options.output), "samples": len(signals.time), **counts}
-        print(json.dumps({**said, "messages": [*messages, *sentences]}, indent=1))
-        return 0
-    _say(options, options.output)
+    said = {"output": options.output, "samples": len(signals.time), **counts}
+    _tell(options, {**said, "messages": [*messages, *sentences]}, [options.output])
     return 0
 
 
@@ -818,7 +865,7 @@ def _beyond(ends: dict, inputs: dict, outputs: dict) -> tuple[dict[str, int], li
         outside, displacement = outputs["outOfRange"] != 0, outputs["displacement"]
         voltage = inputs.get("voltage", 0.0 * displacement)
         counts["samples_out_of_range"] = int(outside.sum())
-        sentences.append(out_of_range_sentence(ends, outside, voltage, displacement, "um"))
+        sentences.append(out_of_range_sentence(ends, outside, voltage, displacement))
     if "saturated" in outputs:
         saturated, samples = int((outputs["saturated"] != 0).sum()), len(outputs["saturated"])
         counts["samples_saturated"] = saturated
@@ -837,13 +884,9 @@ def _assignment(text: str) -> tuple[str, float]:
 
 def _sweep(options: argparse.Namespace) -> int:
     if options.scenario.endswith(".parquet"):
-        from it2hys.sweeps.report import write_sweep_report
-
         table = Path(options.scenario)
         check_directory(options.output or table.parent)
-        report, _ = write_sweep_report(table, options.output or table.parent)
-        _say(options, f"report: {report}")
-        return 0
+        return _draw_sweep(options, table, options.output or table.parent)
     from it2hys.experiments.scenario_files import find_scenario
 
     path = find_scenario(options.scenario)
@@ -864,16 +907,19 @@ def _sweep(options: argparse.Namespace) -> int:
             progress,
             Provenance.of_command(options.typed, scenario.seed, [path, *scenario.fmu_files]),
         )
-    if options.json:
-        print(
-            json.dumps(
-                {name: str(v) if isinstance(v, Path) else v for name, v in vars(outcome).items()}
-            )
-        )
-        return 0
-    _say(options, outcome.summary)
-    _say(options, f"table: {outcome.results}\nreport: {outcome.report}")
-    _next(options, "draw the report again from the table:", f"sweep {outcome.results}")
+    lines = [outcome.summary, f"table: {outcome.results}", f"report: {outcome.report}"]
+    if _tell(options, vars(outcome), lines):
+        drawn_from = shlex.quote(str(outcome.results))
+        _next(options, "draw the report again from the table:", f"sweep {drawn_from}")
+    return 0
+
+
+def _draw_sweep(options: argparse.Namespace, table: Path, directory: Path) -> int:
+    """Draw the page of a sweep again from its table."""
+    from it2hys.sweeps.report import write_sweep_report
+
+    page, _ = write_sweep_report(table, directory)
+    _tell(options, {"report": page}, [f"report: {page}"])
     return 0
 
 
@@ -883,7 +929,7 @@ def _run(options: argparse.Namespace) -> int:
 
     path = find_scenario(options.name)
     if "fmu" in read_toml(path):  # as `it2hys.sweeps.is_sweep`, which takes a while to load
-        more = {"scenario": options.name, "dask": None, "restart": False, "json": False}
+        more = {"scenario": options.name, "dask": None, "restart": False}
         return _sweep(argparse.Namespace(**vars(options), **more))
     check_workers(options.workers)
     check_directory(options.output or Path("out") / path.stem)
@@ -891,12 +937,14 @@ def _run(options: argparse.Namespace) -> int:
 
     with _progress(options) as progress:
         outcome = run_scenario(options.name, options.output, progress, options.workers)
-    for table in outcome.tables:
-        _say(options, f"\n{table.caption}\n{table.text()}")
-    for text in outcome.conclusion:
-        _say(options, f"\n{text}")
-    _say(options, f"\nreport: {outcome.report}")
-    _next(options, f"your own records, as CSV like those in {outcome.records}:", outcome.command)
+    lines = [
+        *(f"\n{table.caption}\n{table.text()}" for table in outcome.tables),
+        *(f"\n{text}" for text in outcome.conclusion),
+        f"\nreport: {outcome.report}",
+    ]
+    tables = [vars(table) for table in outcome.tables]
+    if _tell(options, {**vars(outcome), "tables": tables}, lines):
+        _next(options, f"your own records, as CSV like those in {outcome.records}:", outcome.command)
     return 0
 
 
@@ -908,7 +956,7 @@ def _list(options: argparse.Namespace) -> int:
         return 0
     for kind, rows in found.items():
         print(f"{kind}:")
-        width = max(len(row["name"]) for row in rows)
+        width = max((len(row["name"]) for row in rows), default=0)
         for row in rows:
             more = row.get("kind") or row.get("arguments") or row.get("place")
             print(f"  {row['name']:{width}}  {row['text']}" + (f" ({more})" if more else ""))

@@ -107,7 +107,7 @@ class DesignedRecord(Design):
         return pl.DataFrame({"time_s": self.time, "voltage_V": self.voltage})
 
     def plot(self) -> Figure:
-        """Draw the voltage, its spectrum, what the models read on it, and what is left of that."""
+        """Draw the voltage, its spectrum, what the models predict for it, and what is left of that."""
         from it2hys.reports.design_report import drawn
 
         return drawn(self)

@@ -66,9 +66,9 @@ def assert_reported_errors_hold(record, entry, plant):
 
 
 def html_of(directory):
-    """Return a report's page without its scripts, whose words are not the report's."""
+    """Return a report's page without its scripts, whose words are not its own; all spaces alike."""
     page = (directory / "report.html").read_text(encoding="utf-8")
-    return re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.DOTALL)
+    return re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.DOTALL).replace("\xa0", " ")
 
 
 class Page(HTMLParser):

@@ -26,7 +26,7 @@ def test_a_voltage_under_the_amplifiers_limits_beats_the_clamping_inverse(capsys
     clamped = int(re.search(r"clamps at (\d+) of", shown)[1])
     assert clamped > 100
     for name, error in errors.items():
-        assert f"{name:22} {1e6 * error:.4f} um rms" in shown
+        assert f"{name:22} {1e6 * error:.4f} µm rms" in shown
     ours, theirs = errors["IPOPT over the chain"], errors["closed-form inverse"]
     assert ours < 0.5 * theirs
 

@@ -58,7 +58,7 @@ def assert_the_worked_example_shows_what_the_stage_does(folder, *options):
         assert "report: out/mystage/report.html" in done.stdout
     shown = run([sys.executable, "-W", "error", "-c", code[0]], folder)
     assert "warning" not in (shown.stdout + shown.stderr).lower()
-    (ends,) = re.findall(r"^(\S+) to (\S+) um$", shown.stdout, re.MULTILINE)
+    (ends,) = re.findall(r"^(\S+) to (\S+) µm$", shown.stdout, re.MULTILINE)
     low, high = map(float, ends)
     measured = 1e6 * read_record(folder / "train.csv").displacement
     # before its first sample a model may begin a little beyond

@@ -25,16 +25,6 @@ pytestmark = [
 ]
 
 
-@pytest.fixture(scope="module")
-def user(new_environment, wheel):
-    """Return an environment with the wheel and what it needs; its library is not the checkout's."""
-    environment = new_environment("user")
-    environment.pip("install", "--constraint", ROOT / "requirements.lock", wheel)
-    place = environment.run("python", "-c", "import it2hys; print(it2hys.__file__)").strip()
-    assert Path(place).is_relative_to(environment.folder)
-    return environment
-
-
 @pytest.fixture
 def desk(user, empty_path, tmp_path):
     """Return what runs a program in an empty folder, where there is no compiler."""
@@ -42,7 +32,7 @@ def desk(user, empty_path, tmp_path):
 
 
 def write_records(folder):
-    time = excitations.time_grid(0.2, 1e-4)
+    time = excitations.time_grid(0.1, 1e-4)
     for seed, (name, voltage) in enumerate(
         [("train", excitations.identification(time)), ("test", excitations.validation_sine(time, 40.0))]
     ):
@@ -88,7 +78,7 @@ def test_a_control_designer_runs_the_fmus_in_a_system(desk, tmp_path):
     assert len(blocks) == 2
     for block in blocks:
         value, unit = desk("python", "-c", block).split()[-2:]  # behind a warning of the FMU
-        assert unit == "um" and 6.9 < float(value) < 16.0
+        assert unit == "µm" and 6.9 < float(value) < 16.0
 
 
 def test_a_sweeper_gets_a_table_and_a_report(desk, tmp_path):
@@ -115,10 +105,12 @@ def test_a_modelica_user_gets_a_record_for_the_library(desk, tmp_path):
 
 def test_types_of_the_package_are_seen_by_a_checker(user, tmp_path):
     """The tests' mypy looks into the user's environment."""
-    (tmp_path / "use.py").write_text("import it2hys\nreveal_type(it2hys.InputError)\n")
+    shown = "".join(f"reveal_type(it2hys.{name})\n" for name in ("InputError", "identify"))
+    (tmp_path / "use.py").write_text(f"import it2hys\n{shown}")
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--python-executable", user.folder / "bin" / "python", "use.py"],
         cwd=tmp_path, capture_output=True, text=True, check=False,
         env={n: v for n, v in os.environ.items() if n not in ("PYTHONPATH", "MYPYPATH")},
     )  # fmt: skip
+    assert "-> it2hys.results.IdentifiedModel" in done.stdout  # of what is loaded when asked for, too
     assert "it2hys.errors.InputError" in done.stdout and "missing library stubs" not in done.stdout

@@ -388,7 +388,7 @@ def test_the_example_in_the_documentation_runs(model):
     )
     assert done.returncode == 0, done.stderr
     value, unit = done.stdout.split()
-    assert {"um": 10 < float(value) < 17, "V": 50 < float(value) <= 110}[unit]
+    assert {"µm": 10 < float(value) < 17, "V": 50 < float(value) <= 110}[unit]
     assert "warning" not in (done.stdout + done.stderr).lower()
 
 

@@ -20,6 +20,7 @@ from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.errors import InputError
 from it2hys.policy import DESIGN
 from it2hys.stand.excitations import identification
+from it2hys.support.numerals import plain
 from it2hys.support.progress import Progress, silent
 
 #: Refits of records of the usual length that a search may take, and the fewest and most records.
@@ -422,8 +423,8 @@ class _Search:
             return "A faster amplifier would not help: no record was found that decides with one."
         rate = float(np.max(np.abs(np.diff(voltage)))) / free.sample_time
         return (
-            f"A faster amplifier would do: with {rate:.3g} V/s and sines up to {free.highest:.4g} Hz, "
-            f"{family.described(point, free)} decides."
+            f"A faster amplifier would do: with {plain(rate)} V/s and sines up to "
+            f"{plain(free.highest)} Hz, {family.described(point, free)} decides."
         )
 
     def _simulated(self, voltage: np.ndarray, draws: int, checked: int) -> tuple[Simulated, ...]:

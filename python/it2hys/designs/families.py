@@ -13,6 +13,7 @@ import numpy as np
 from scipy import signal
 
 from it2hys.designs.limits import Limits
+from it2hys.support.numerals import plain
 
 #: Shares of a period that a part of a combination has at least, beside an equal share of the rest.
 _LEAST_PART = 0.15
@@ -107,8 +108,8 @@ def _multisine(point: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
 def _multisine_words(point: np.ndarray, samples: int, limits: Limits) -> str:
     tones, (low, high) = _tones(point, samples, limits), _ends(point[6], point[7], limits)
     return (
-        f"a multisine of {len(tones)} tones, {tones[0]:.3g} to {tones[-1]:.3g} Hz, over {low:.3g} to "
-        f"{high:.3g} V"
+        f"a multisine of {len(tones)} tones, {tones[0]:.3g} to {plain(tones[-1])} Hz, over "
+        f"{low:.3g} to {high:.3g} V"
     )
 
 
@@ -125,7 +126,7 @@ def _chirp(point: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
 def _chirp_words(point: np.ndarray, samples: int, limits: Limits) -> str:
     first, last = _frequency(point[0], samples, limits), _frequency(point[1], samples, limits)
     low, high = _ends(point[4], point[5], limits)
-    return f"a chirp from {first:.3g} to {last:.3g} Hz over {low:.3g} to {high:.3g} V"
+    return f"a chirp from {plain(first)} to {plain(last)} Hz over {low:.3g} to {high:.3g} V"
 
 
 def _holds(point: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
@@ -175,7 +176,7 @@ def _reversals_words(point: np.ndarray, samples: int, limits: Limits) -> str:
     first, last = _frequency(point[0], samples, limits), _frequency(point[1], samples, limits)
     return (
         f"reversals of falling amplitude, {limits.span:.3g} to "
-        f"{(0.05 + 0.95 * point[2]) * limits.span:.3g} V, at {first:.3g} to {last:.3g} Hz"
+        f"{(0.05 + 0.95 * point[2]) * limits.span:.3g} V, at {plain(first)} to {plain(last)} Hz"
     )
 
 

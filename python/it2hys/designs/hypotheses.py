@@ -231,7 +231,7 @@ def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str]:
     trial, guess, change = best
     return trial, (
         f"{effect}: {_listed(guess)}, a usual size, which changes the displacement by "
-        f"{1e6 * change:.3g} um rms"
+        f"{1e6 * change:.3g} µm rms"
     )
 
 
@@ -321,7 +321,7 @@ def _usual_noise(parameters: ParameterSet) -> tuple[float, str]:
     """Return the noise of a usual sensor, m rms, and that it is one."""
     low, high = parameters.displacement_range
     noise = _USUAL_NOISE * (high - low)
-    return noise, f"noise: {1e6 * noise:.3g} um, a usual share of the travel; give --noise"
+    return noise, f"noise: {1e6 * noise:.3g} µm, a usual share of the travel; give --noise"
 
 
 def question_of_report(
@@ -362,7 +362,7 @@ def question_of_report(
     if not report["effects"] and not undetermined:
         raise InputError(
             "there are no effects that the records cannot tell apart, and no parameter that they do "
-            "not determine: nothing to decide; --between EFFECT,... asks a question of your own"
+            "not determine: nothing to decide; --between EFFECT,EFFECT names effects to tell apart"
         )
     parameters = found()
     only = Hypothesis("the model", effects_of(parameters), parameters)

@@ -9,6 +9,7 @@ import numpy as np
 
 from it2hys.errors import InputError
 from it2hys.policy import DESIGN, STARTS
+from it2hys.support.numerals import plain
 
 #: Rise time of a first-order amplifier from 10 to 90 %, times its bandwidth.
 _RISE = 0.35
@@ -244,7 +245,7 @@ def _band(wanted: Wanted, sample_time: float, period: float) -> tuple[float, flo
             f"than {high:g} Hz may be played: give a longer --duration, fewer --periods "
             "or a wider --band"
         )
-    return low, high, f"band: {low:.4g} to {high:.4g} Hz, {source}"
+    return low, high, f"band: {plain(low, 4)} to {plain(high, 4)} Hz, {source}"
 
 
 def _fastest(
@@ -272,7 +273,7 @@ def _fastest(
             else {"the whole range within a sample, as no limit is known": span / sample_time}
         )
     why = min(known, key=lambda name: known[name])
-    return known[why], f"slew rate: {known[why]:.4g} V/s, {why}"
+    return known[why], f"slew rate: {plain(known[why], 4)} V/s, {why}"
 
 
 def _check_reach(limits: Limits) -> None:
@@ -280,8 +281,9 @@ def _check_reach(limits: Limits) -> None:
     swings = limits.rate * limits.samples * limits.sample_time / (2.0 * limits.span)
     if swings < DESIGN.fewest_swings:
         raise InputError(
-            f"the limits exclude each other: at {limits.rate:.4g} V/s a swing through {limits.low:g} "
-            f"to {limits.high:g} V and back takes {2 * limits.span / limits.rate:.4g} s, and a period "
-            f"lasts {limits.samples * limits.sample_time:.4g} s; give a faster --slew, a smaller "
-            "--voltage, a longer --duration or fewer --periods"
+            f"the limits exclude each other: at {plain(limits.rate)} V/s a swing through "
+            f"{limits.low:g} to {limits.high:g} V and back takes "
+            f"{2 * limits.span / limits.rate:.4g} s, and a period lasts "
+            f"{limits.samples * limits.sample_time:.4g} s; give a faster --slew, a smaller --voltage, "
+            "a longer --duration or fewer --periods"
         )

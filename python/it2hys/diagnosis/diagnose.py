@@ -296,7 +296,10 @@ class _Session:
             if EVIDENCE[effect].imitated:
                 fits.append(bench.add_anew(model, effect))
             if not any(fits):
-                raise InputError(f"'{effect}' is declared, but no fit with it stays finite")
+                raise InputError(
+                    f"'{effect}' is declared, but the model with it diverges on the training records, "
+                    "whatever the initial guess; leave it out of --declared"
+                )
             model = min((f for f in fits if f), key=lambda fit: fit.minimum.cost).model
         return bench.reshaped(model).model if self._declared else model
 

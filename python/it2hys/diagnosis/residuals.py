@@ -22,6 +22,7 @@ from it2hys.identification.uncertainty import correlation_time
 from it2hys.policy import NOISE
 from it2hys.records.clues import Clue, Clues
 from it2hys.records.figures_of_merit import noise_size, times_the_noise
+from it2hys.support.numerals import plain
 
 _LJUNG_BOX_LAGS = 20
 #: Lags of residual behind voltage, in samples, both ways.
@@ -342,9 +343,9 @@ def _spectrum_text(clues: Clues) -> str:
         where = f"{frequency[peak]:.4g} Hz"
         return f"{100 * share:.0f} % of its power is within a line or narrow band at {where}."
     if high < 0.02 * frequency[-1]:
-        return f"95 % of its power lies below {high:.3g} Hz: it is slow."
-    most = f"{frequency[peak]:.3g} Hz"
-    return f"90 % of its power lies between {low:.3g} and {high:.3g} Hz, the most at {most}."
+        return f"95 % of its power lies below {plain(high)} Hz: it is slow."
+    most = f"{plain(frequency[peak])} Hz"
+    return f"90 % of its power lies between {plain(low)} and {plain(high)} Hz, the most at {most}."
 
 
 def _input_text(found: LeftOver) -> str:
@@ -356,13 +357,13 @@ def _input_text(found: LeftOver) -> str:
         return (
             "It is not correlated with the voltage or its rate of change; the coherence with the "
             "voltage is at "
-            f"most {value:.2f} ({low:.3g} to {high:.3g} Hz)."
+            f"most {value:.2f} ({plain(low)} to {plain(high)} Hz)."
         )
     # a residual does not come before its cause: such a lag is that of another period
     later = f", most {found.lags[name] * 1e3:.3g} ms later" if found.lags[name] >= 0.0 else ""
     return (
         f"It is correlated with {what}{later}; the coherence with the voltage is at most {value:.2f} "
-        f"({low:.3g} to {high:.3g} Hz)."
+        f"({plain(low)} to {plain(high)} Hz)."
     )
 
 

@@ -2,7 +2,7 @@
 
 A scenario makes records on the simulated test stand, identifies a model or takes Table 1, may drive
 the stand through the inverse FMU or compare estimators, and sets its errors beside the paper's.
-`scenarios/README.md` describes every key.
+What every key means stands below it; the documentation is made from that.
 """
 
 from pathlib import Path
@@ -29,17 +29,24 @@ class Paper(Table):
     """Published figures, where there are any: (24) in %, (25) in um, and the figure's number."""
 
     e_mr_percent: StrictFloat | None = None
+    """(24), in %."""
     e_rms_um: StrictFloat | None = None
+    """(25), in µm."""
     proportional_e_mr_percent: StrictFloat | None = None
+    """(24) of a proportional feedforward, in %."""
     figure: StrictInt | None = None
+    """Number of the figure."""
 
 
 class Signal(Table, extra="allow"):
     """A signal of `it2hys.stand.excitations` with its duration in s and its other arguments."""
 
     signal: Literal[*excitations.SIGNALS]
+    """A function of `it2hys.stand.excitations`; its arguments, but for time, are further keys."""
     duration: StrictFloat
+    """In s."""
     paper: Paper = Paper()
+    """The paper's figures for it."""
 
     @property
     def time(self) -> np.ndarray:
@@ -69,22 +76,29 @@ class RecordEntry(Signal):
     """A record to be made on the stand, and its role."""
 
     name: str
+    """What the record is called."""
     role: Literal[*ROLES]
+    """Fitted, deciding, or only reported on."""
 
 
 class Tracking(Signal):
     """A reference to be tracked; errors leave out `lead_in` seconds."""
 
     lead_in: StrictFloat = 0.0
+    """Seconds at the start that errors leave out."""
 
 
 class NextEntry(Table):
     """The record that is designed from what the others leave open, and measured in their place."""
 
     name: str = "designed"
+    """What the record is called."""
     duration: StrictFloat | None = None
+    """In s; that of the training records by default."""
     rate: StrictFloat | None = None
+    """Fastest change, V/s."""
     band: tuple[StrictFloat, StrictFloat] | None = None
+    """Of the later references, Hz."""
 
     def wanted(self) -> Wanted:
         """Return the limits: duration, s, fastest change, V/s, and band of later references, Hz."""
@@ -95,7 +109,9 @@ class StandEntry(Table):
     """What the simulated stand is without, and its noise in m rms."""
 
     without: tuple[Literal[*STAND_PARTS], ...] = ()
+    """Parts of the simulated stand that are left out."""
     noise: StrictFloat = Stand().noise
+    """Of the reading, m rms."""
 
     def stand(self) -> Stand:
         """Return the stand."""
@@ -111,15 +127,26 @@ class Scenario(Table):
 
     name: str = Field("", init=False)
     title: str | None = None
+    """Of the report; the name of the file by default."""
     text: str = ""
+    """What the report says first."""
     seed: StrictInt = 0
+    """Of noise and random starts."""
     model: Literal[*MODELS] = MODELS[0]
+    """`"diagnosed"` adds the effects that the identified model lacks."""
     rules: StrictInt | None = None
+    """Number of rules; chosen on the validation records by default."""
     stand: Annotated[StandEntry, AfterValidator(StandEntry.stand)] = Stand()
+    """The simulated stand."""
     records: Annotated[tuple[RecordEntry, ...], AfterValidator(_in_order)] = Field(alias="record")
+    """Records that are made on the stand."""
     tracking: Tracking | None = None
+    """A reference that the stand is driven along, by the inverse FMU."""
     next: NextEntry | None = None
+    """With `"diagnosed"`: a record is designed from what the training records leave open, measured
+    on the stand in their place, and diagnosed from the first model."""
     estimators: StrictBool = False
+    """Compare all solvers."""
 
     @model_validator(mode="after")
     def _can_be_identified(self) -> "Scenario":

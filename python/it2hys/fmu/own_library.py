@@ -22,7 +22,6 @@ from pathlib import Path
 from it2hys.errors import InputError
 from it2hys.fmu.amalgamation import write_folders
 from it2hys.fmu.codegen import hash_header, table_header, write_headers
-from it2hys.fmu.own_stage import own_stage, stages_with
 from it2hys.model.compiled import library_name, packaged_native
 from it2hys.model.own_effect import OwnEffect
 from it2hys.model.own_loading import load_effect
@@ -139,6 +138,8 @@ def cache_directory() -> Path:
 
 def _built(effects: Sequence[OwnEffect]) -> Path:
     """Return the folder of the core with these effects; it appears whole or not at all."""
+    from it2hys.fmu.own_stage import own_stage  # it needs CasADi
+
     sources = packaged_native() / SOURCES
     if not sources.is_dir():
         raise InputError(f"{sources}: the C sources are not there; build the package again")
@@ -196,6 +197,8 @@ def _build(
     work: Path, sources: Path, generated: Mapping[str, str], effects: Sequence[OwnEffect]
 ) -> None:
     """Make the source tree, what the package holds of it, and the library for Python."""
+    from it2hys.fmu.own_stage import stages_with
+
     tree, headers, native = work / SOURCES, work / "generated", work / "native"
     shutil.copytree(sources, tree)
     for name, text in generated.items():

@@ -571,7 +571,7 @@ def statements(
             elif operation in _CALLED:
                 text = f"REAL_FUNCTION({_CALLED[operation]})({', '.join(arguments)})"
             else:
-                raise InputError(f"{effect.file}:1: {effect.name} has an operation that C has not")
+                raise InputError(f"{effect.file}:1: {effect.name} uses an operation that C lacks")
             lines.append(f"const real a{len(lines)} = {text};")
             at[put[0]] = f"a{len(lines) - 1}"
     return lines, results

@@ -12,8 +12,9 @@ import numpy as np
 from lxml import etree
 
 from it2hys.model import compiled
-from it2hys.model.chain import Chain
+from it2hys.model.effect import Scalar
 from it2hys.model.parameters import ParameterSet
+from it2hys.model.stages import BEHIND_CORE
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
@@ -102,8 +103,11 @@ def _wave(periods: int) -> np.ndarray:
 
 def _core_start(parameters: ParameterSet) -> float:
     """Return where the core begins, of which the stages behind it make the displacement."""
-    chain = Chain(parameters)
-    return float(chain.rest(chain.vector())[0])
+    displacement: Scalar = parameters["initialDisplacement"]
+    for effect in reversed(BEHIND_CORE.values()):
+        if effect.is_on(parameters):
+            displacement, _ = effect.rest(parameters, displacement)
+    return float(displacement)
 
 
 def _excursion(start: float, limits: tuple[float, float]) -> np.ndarray:

@@ -139,7 +139,7 @@ def data_scaling(prepared: Sequence[Prepared]) -> Scaling:
         if np.ptp(values) == 0.0:
             names = ", ".join(f"'{p.record.name}'" for p in prepared)
             raise InputError(
-                f"record(s) {names}: the {quantity} is {values[0]:g} in all samples that can be "
-                "trusted and belong to no start-up; give a record that goes on to move"
+                f"record{'s' * (len(prepared) > 1)} {names}: the {quantity} is {values[0]:g} in all "
+                "samples that can be trusted and belong to no start-up; give a record that keeps moving"
             )
     return Scaling.of_data(displacement, voltage)

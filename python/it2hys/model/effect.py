@@ -9,15 +9,21 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from enum import Enum
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-import casadi as ca
 import numpy as np
 
 from it2hys.records.clues import Clues, Extent
+from it2hys.support.lazy import Lazy
 
-#: A number or an expression.
-Scalar = ca.SX | float
+if TYPE_CHECKING:
+    import casadi as ca
+
+    Scalar = ca.SX | float
+else:
+    ca = Lazy("casadi")
+    #: A number or an expression.
+    Scalar = object
 #: Numbers or expressions by FMU variable name; counts and switches are always numbers.
 Values = Mapping[str, Scalar]
 

@@ -13,13 +13,19 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-import casadi as ca
 import numpy as np
 
 from it2hys.model.effect import Effect, Memory, Scalar, Start, Surroundings, Values
 from it2hys.records.clues import Extent
+from it2hys.support.lazy import Lazy
+
+if TYPE_CHECKING:
+    import casadi as ca
+else:
+    ca = Lazy("casadi")
+
 
 #: What a stage may use of the chain beside its own parameters.
 SHARED = ("sampleTime", "displacementZero")

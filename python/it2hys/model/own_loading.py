@@ -11,9 +11,8 @@ import re
 import sys
 import traceback
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
-import casadi as ca
 import numpy as np
 
 from it2hys.errors import InputError
@@ -30,6 +29,13 @@ from it2hys.model.own_effect import (
     sample_values,
     symbols_of,
 )
+from it2hys.support.lazy import Lazy
+
+if TYPE_CHECKING:
+    import casadi as ca
+else:
+    ca = Lazy("casadi")
+
 
 CHANNELS = (None, "force_N", "temperature_degC")
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")

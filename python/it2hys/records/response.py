@@ -16,7 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy  # its parts are loaded when used: a file is refused before
 
 from it2hys.errors import InputError
 from it2hys.records.record import Record
@@ -236,7 +235,9 @@ def _chance(explained: float, left: float, terms: int, freedom: float, lags: int
     """Return the p-value of the F test, of the best of a quarter of the lags."""
     if terms <= 0 or freedom <= 0.0 or left <= 0.0:
         return 1.0
-    p_value = scipy.stats.f.sf(explained / terms / (left / freedom), terms, freedom)
+    from scipy import stats  # large, and a file is refused before
+
+    p_value = stats.f.sf(explained / terms / (left / freedom), terms, freedom)
     return float(min(1.0, p_value * max(lags // 4, 1)))
 
 
@@ -320,7 +321,9 @@ class _Curve:
 
 def _not_monotone(curve: np.ndarray, counts: np.ndarray, rising: bool) -> float:
     """Return the share of a curve's variance that the best monotone one leaves."""
-    monotone = scipy.optimize.isotonic_regression(curve, weights=counts, increasing=rising).x
+    from scipy import optimize
+
+    monotone = optimize.isotonic_regression(curve, weights=counts, increasing=rising).x
     deviation = curve - np.average(curve, weights=counts)
     return float(counts @ (curve - monotone) ** 2 / (counts @ deviation**2))
 

@@ -18,6 +18,7 @@ from it2hys.records.record import INVERTED
 from it2hys.reports.page import NONE, Answer, Table
 from it2hys.reports.summary import FAR_ABOVE_NOISE, judged_records, pooled
 from it2hys.reports.verdict import model_verdict
+from it2hys.support.numerals import plain
 
 UM = 1e6
 ROLES = {"train": "training", "validation": "validation", "test": "test"}
@@ -213,9 +214,9 @@ def feedforward(report: Mapping) -> list[str]:
             f"would be by {micrometres(line)}. {advice(report)}"
         ]
     texts = [
-        f"Yes, for references from {figure(low)} to {figure(high)} µm ({bottom:.4g} to {top:.4g} V) "
-        f"and up to {band:.3g} Hz: expect a tracking error of {size}. A straight line as feedforward "
-        f"would have {micrometres(line)}."
+        f"Yes, for references from {_ends(low, high)} µm ({bottom:.4g} to {top:.4g} V) "
+        f"and up to {plain(band)} Hz: expect a tracking error of {size}. A straight line as "
+        f"feedforward would have {micrometres(line)}."
     ]
     if report["kind"] == "diagnosis" and error > _WORSE * first:
         texts.append(
@@ -384,6 +385,13 @@ def figure(value: float) -> str:
     if digits > 6:
         return f"{value:.2g}"
     return f"{value:.{max(digits, 0)}f}"
+
+
+def _ends(low: float, high: float) -> str:
+    """Return both ends of a range to three digits of its width."""
+    decimals = max(2 - int(np.floor(np.log10(high - low))), 0)
+    ends = (round(end, decimals) + 0.0 for end in (low, high))  # no minus before a zero
+    return " to ".join(f"{end:.{decimals}f}" for end in ends)
 
 
 def micrometres(value: float) -> str:

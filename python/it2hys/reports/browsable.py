@@ -112,7 +112,7 @@ class _Panel:
         x, y = (np.asarray(v, dtype=float) for v in (line.get_xdata(), line.get_ydata()))
         colour = to_hex(line.get_color())
         if line.get_transform() != self._axis.transData:  # as of axvline
-            dash = _DASHES[line.get_linestyle()]
+            dash = _DASHES[str(line.get_linestyle())]
             plot.add_layout(
                 Span(location=float(x[0]), dimension="height", line_color=colour, line_dash=dash)
             )
@@ -132,8 +132,8 @@ class _Panel:
     def _collection(self, plot: Plot, collection: Collection) -> None:
         if isinstance(collection, QuadMesh):
             corners = np.asarray(collection.get_coordinates())
-            values = np.ma.masked_invalid(collection.get_array())
-            kept = ~np.ma.getmaskarray(values)
+            masked: np.ma.MaskedArray = np.ma.masked_invalid(np.ma.asarray(collection.get_array()))
+            kept = ~np.ma.getmaskarray(masked)
             self._coloured(
                 plot,
                 plot.quad,
@@ -143,7 +143,7 @@ class _Panel:
                     "bottom": corners[:-1, :-1, 1][kept],
                     "top": corners[1:, :-1, 1][kept],
                 },
-                np.asarray(values[kept]),
+                np.asarray(masked[kept]),
                 ("left", "bottom"),
             )
         elif isinstance(collection, PathCollection):
@@ -152,9 +152,10 @@ class _Panel:
             data = {"x": at[:, 0], "y": at[:, 1]}
             self._coloured(plot, plot.scatter, data, values, ("x", "y"), size=6)
         elif isinstance(collection, PolyCollection):
-            colour = to_hex(collection.get_facecolor()[0])
+            colour = to_hex(np.asarray(collection.get_facecolor())[0])
             for path in collection.get_paths():
-                band = path.vertices[_telling(path.vertices[:, 1], 4 * _MOST)]
+                edge = np.asarray(path.vertices)
+                band = edge[_telling(edge[:, 1], 4 * _MOST)]
                 plot.patch(band[:, 0], band[:, 1], color=colour, alpha=0.15, line_width=0)
 
     def _coloured(

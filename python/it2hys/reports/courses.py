@@ -126,7 +126,7 @@ def thinned(course: Course, most: int) -> Course:
     for values in channels:
         for worst, pick in ((np.inf, np.argmin), (-np.inf, np.argmax)):
             known = np.where(np.isfinite(values), values, worst)
-            kept.append([a + pick(known[a:b]) for a, b in pairwise(edges) if b > a])
+            kept.append(np.array([a + pick(known[a:b]) for a, b in pairwise(edges) if b > a]))
     places = np.unique(np.concatenate(kept))
     samples = {name: getattr(course, name)[places] for name in ("time", *SIGNALS)}
     return Course(**samples, **{name: getattr(course, name) for name in _SPECTRA})

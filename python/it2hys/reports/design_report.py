@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from it2hys.designs.designing import Design, design, probability
 from it2hys.designs.hypotheses import question_of_report
@@ -18,10 +19,12 @@ from it2hys.records import Record
 from it2hys.records.writing import write_signals
 from it2hys.reports import figures
 from it2hys.reports.answers import figure
+from it2hys.reports.details import read_as
 from it2hys.reports.page import NONE, Answer, Page, Picture, Section, Table, write_page, write_pictures
 from it2hys.reports.provenance import Provenance, about
 from it2hys.reports.summary import finite_or_none
 from it2hys.support.files import make_directory, write_atomically
+from it2hys.support.numerals import plain
 
 UM = 1e6
 #: What a design leaves in its directory.
@@ -30,7 +33,7 @@ VOLTAGE, DESIGN_JSON, DESIGN_PAGE, PICTURE = "voltage.csv", "design.json", "desi
 NEXT = "next"
 NEXT_CAPTION = (
     "The record to measure next: voltage, spectrum, what the models that these records cannot tell "
-    "apart read on it, and what is left of one's readings when another is refitted to them."
+    "apart predict for it, and what is left of one's prediction when another is refitted to it."
 )
 
 
@@ -61,7 +64,19 @@ def write_design(
     return write_page(directory, _page(report), name=DESIGN_PAGE)
 
 
-def drawn(found: Design):
+def draw_design(directory: str | Path) -> Path:
+    """Draw the page of a design again, from its `design.json` and its figure; return the page.
+
+    Raises
+    ------
+    InputError
+        If `design.json` or the figure cannot be read.
+    """
+    directory = Path(directory)
+    return write_page(directory, _page(read_design(directory / DESIGN_JSON)), name=DESIGN_PAGE)
+
+
+def drawn(found: Design) -> Figure:
     """Return the figure of a designed record."""
     return figures.designed_record(
         found.time, found.voltage, found.readings, found.left, found.question.noise
@@ -178,8 +193,10 @@ def _page(report: Mapping) -> Page:
         Section("How it was found", [_how(report)]),
     ]
     caption = (
-        "The voltage, its spectrum, what the models read on it, and what is left of one's readings "
-        "when another is refitted to them."
+        "The voltage, its spectrum, what the models predict for it, and what is left of one's "
+        "prediction when another is refitted to it."
+        if report["pairs"]
+        else "The voltage, its spectrum, and the displacement of the model."
     )
     picture = Picture(PICTURE, None, caption)
     return Page(report["title"], about(report), answers, [picture], details=details)
@@ -187,9 +204,9 @@ def _page(report: Mapping) -> Page:
 
 _TOLD = (
     "The probability that `it2hys diagnose` calls the true model the better one, at its own test "
-    "level. Every model is refitted to the readings of every other; the distance is what that leaves, "
-    "over the whole record, in units of the noise. A model that does no more than a delay would, or "
-    "another sampling, is none that the diagnosis takes."
+    "level. Every model is refitted to the prediction of every other; the distance is what that "
+    "leaves over the whole record, in units of the noise. A model that does no more than a delay, or "
+    "another sampling, would do is not one that the diagnosis takes."
 )
 _DETERMINED = "Expected 95 % intervals, if the model is the right one."
 _WHITE = "The noise is taken as white, of one size, and independent of the motion."
@@ -205,7 +222,7 @@ def _rates(report: Mapping) -> str:
     low, high = record["voltage_V"]
     return (
         f"It goes from {figure(low)} to {figure(high)} V, changes by at most "
-        f"{record['fastest_V_per_s']:.4g} V/s, lasts {limits['duration_s']:.4g} s in "
+        f"{plain(record['fastest_V_per_s'], 4)} V/s, lasts {limits['duration_s']:.4g} s in "
         f"{record['samples']} samples every {1e3 * limits['sample_time_s']:.4g} ms, and begins and "
         "ends at rest."
     )
@@ -256,9 +273,13 @@ def _parameter_table(report: Mapping) -> Table:
     for model, own in report["parameters"].items():
         for name, entry in own.items():
             ends = [entry["ci95"], *(o["parameters"][model][name]["ci95"] for o in others.values())]
-            widths = [NONE if w is None else f"± {w:.2g}" for w in map(_half_width, ends)]
-            rows.append([model, name, f"{entry['value']:.4g}", entry["unit"], *widths])
-    return Table(["model", "parameter", "value", "unit", "this record", *others], rows)
+            scale, unit = read_as(entry["unit"])
+            widths = [NONE if w is None else f"± {scale * w:.2g}" for w in map(_half_width, ends)]
+            rows.append([model, name, f"{scale * entry['value']:.4g}", unit, *widths])
+    heads = ["model", "parameter", "value", "unit", "this record", *others]
+    if len(report["parameters"]) == 1:
+        heads, rows = heads[1:], [row[1:] for row in rows]
+    return Table(heads, rows)
 
 
 def _half_width(ends: Sequence[float | None]) -> float | None:
@@ -268,9 +289,10 @@ def _half_width(ends: Sequence[float | None]) -> float | None:
 
 def _how(report: Mapping) -> str:
     return (
-        f"Of {report['evaluated']} records of the families that were allowed, it is the one that "
-        "decides most of the pair that it decides least; beyond what decides by far, the one that "
-        f"tells most of all parameters. Seed {report['seed']}; the same seed gives the same record."
+        f"Of {report['evaluated']} records of the allowed families, it separates the pair of models "
+        "that is hardest to tell apart best; among records that separate all pairs with certainty, it "
+        "determines the parameters best. "
+        f"Seed {report['seed']}; the same seed gives the same record."
     )
 
 

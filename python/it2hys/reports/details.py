@@ -307,8 +307,8 @@ def _parameters(report: Mapping) -> Section:
     rows = []
     for name, p in rules.items():
         scale, unit = read_as(p["unit"])
-        ends = p["ci95"] if p["determined"] else (None, None)
-        rows.append([name, f"{scale * p['value']:.6g}", interval(*ends, scale), unit])
+        low, high = p["ci95"] if p["determined"] else (None, None)
+        rows.append([name, f"{scale * p['value']:.6g}", interval(low, high, scale), unit])
     texts = []
     if any(not p["determined"] for p in rules.values()):
         texts.append(

@@ -6,7 +6,7 @@ its own. Long records are thinned to what the picture can show, extremes kept.
 
 import textwrap
 from io import BytesIO
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib
 
@@ -19,11 +19,11 @@ from matplotlib.figure import Figure
 from it2hys.reports.courses import amplitude_density
 
 # broad and pale: what lies on it does not hide it
-MEASURED = {"color": "0.72", "linewidth": 2.6, "solid_capstyle": "round"}
-MODEL = {"color": "#1f77b4", "linewidth": 1.1}
-SECOND = {"color": "#d95f02", "linewidth": 1.1, "linestyle": "--"}
-NOISE = {"color": "0.6", "linewidth": 0.8, "linestyle": ":"}
-STYLE = {
+MEASURED: dict[str, Any] = {"color": "0.72", "linewidth": 2.6, "solid_capstyle": "round"}
+MODEL: dict[str, Any] = {"color": "#1f77b4", "linewidth": 1.1}
+SECOND: dict[str, Any] = {"color": "#d95f02", "linewidth": 1.1, "linestyle": "--"}
+NOISE: dict[str, Any] = {"color": "0.6", "linewidth": 0.8, "linestyle": ":"}
+STYLE: Any = {
     "font.size": 9,
     "axes.grid": True,
     "grid.color": "0.92",
@@ -35,12 +35,12 @@ STYLE = {
     "figure.dpi": 110,
     "savefig.dpi": 160,
 }
-_BEFORE = {"color": "#d95f02", "linewidth": 0.9}
-_AFTER = {"color": "#1f77b4", "linewidth": 0.9}
-_RISING = {"color": "#b2182b", "linestyle": "none", "marker": ".", "markersize": 1.2}
-_FALLING = {"color": "#2166ac", "linestyle": "none", "marker": ".", "markersize": 1.2}
-_HELD = {"color": "0.55", "linestyle": "none", "marker": ".", "markersize": 1.2}
-_FLOOR = {"color": "0.2", "linewidth": 1.0, "linestyle": ":", "zorder": 3}
+_BEFORE: dict[str, Any] = {"color": "#d95f02", "linewidth": 0.9}
+_AFTER: dict[str, Any] = {"color": "#1f77b4", "linewidth": 0.9}
+_RISING: dict[str, Any] = {"color": "#b2182b", "linestyle": "none", "marker": ".", "markersize": 1.2}
+_FALLING: dict[str, Any] = {"color": "#2166ac", "linestyle": "none", "marker": ".", "markersize": 1.2}
+_HELD: dict[str, Any] = {"color": "0.55", "linestyle": "none", "marker": ".", "markersize": 1.2}
+_FLOOR: dict[str, Any] = {"color": "0.2", "linewidth": 1.0, "linestyle": ":", "zorder": 3}
 LARGEST_COUNT = 20_000
 #: Characters on a line of a legend within small axes.
 _LEGEND_WIDTH = 18
@@ -57,7 +57,9 @@ def png(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
-def _figure(rows: list[float], width: float = 6.4, height: float = 4.4, **options: object):
+def _figure(
+    rows: list[float], width: float = 6.4, height: float = 4.4, **options: Any
+) -> tuple[Figure, np.ndarray]:
     """Return a figure with stacked axes of the given relative heights."""
     figure = Figure(figsize=(width, height))
     axes = figure.subplots(len(rows), 1, height_ratios=rows, squeeze=False, **options)[:, 0]
@@ -325,7 +327,7 @@ def designed_record(
     for name, y in readings.items():
         axes[2].plot(time, y * UM, linewidth=0.9, label=name)
     axes[2].set(xlabel="time in s", ylabel="displacement in µm")
-    axes[2].set_title("What the models read", loc="left", fontsize=10)
+    axes[2].set_title("What the models predict", loc="left", fontsize=10)
     axes[2].sharex(axes[0])
     _legend(axes[2])
     if left:

@@ -24,7 +24,9 @@ PAGE = "report.html"
 #: Stands in a table where there is no figure.
 NONE = "–"
 #: A cell that is a figure, or a figure with its unit.
-_FIGURE = re.compile(r"[+−-]?\d[\d.,e+-]*|–")
+_FIGURE = re.compile(r"(± |[+−-])?\d[\d.,e+-]*|–")
+#: The space between a figure and its unit, where no line is broken.
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:[µn]m|m?V|m?s|k?Hz|N|K|°C|MB|%)(?![A-Za-z]))|(?<=±) ")
 
 
 @dataclass(frozen=True)
@@ -153,8 +155,13 @@ class Page:
 
 
 def _with_commands(text: str) -> Markup:
-    """Return a text with its `commands` set as such."""
-    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
+    """Return a text with its `commands` set as such, and figures and their units on one line."""
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(_with_units(text)))))
+
+
+def _with_units(text: str) -> str:
+    """Return a text in which figures and their units are not parted by the end of a line."""
+    return _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", text)
 
 
 def write_pictures(
@@ -163,10 +170,10 @@ def write_pictures(
     progress: Progress = lambda share, text: None,
 ) -> None:
     """Write those pictures that have a figure as PNG into an existing directory."""
-    drawn = [picture for picture in pictures if picture.figure]
-    for i, picture in enumerate(drawn):
-        progress(i / len(drawn), f"report: {picture.name}")
-        write_atomically(directory / f"{picture.name}.png", png(picture.figure))
+    drawn = {picture.name: picture.figure for picture in pictures if picture.figure}
+    for i, (name, figure) in enumerate(drawn.items()):
+        progress(i / len(drawn), f"report: {name}")
+        write_atomically(directory / f"{name}.png", png(figure))
 
 
 def write_page(
@@ -192,6 +199,7 @@ def write_page(
         loader=PackageLoader("it2hys.reports"), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters["commands"] = _with_commands
+    environment.filters["units"] = _with_units
     text = environment.get_template("report.html").render(
         page=page,
         images={p.name: _image(directory / f"{p.name}.png") for p in page.all_pictures},

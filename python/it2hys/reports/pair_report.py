@@ -256,7 +256,9 @@ def _overview(
     record, kept = records[i], slice(after[i].lead, None)
     compared = figures.Compared(
         f"Error of the model, {record.name}",
-        *(a[kept] for a in (record.time, record.voltage, record.displacement)),
+        record.time[kept],
+        record.voltage[kept],
+        record.displacement[kept],
         before[i][kept],
         after[i].y[kept],
     )

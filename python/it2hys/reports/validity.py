@@ -14,7 +14,6 @@ def out_of_range_sentence(
     outside: np.ndarray,
     voltage: np.ndarray,
     displacement: np.ndarray,
-    um: str = "µm",
 ) -> str | None:
     """Return how many samples of a run are beyond the range, which range that is, and how far they are.
 
@@ -26,8 +25,6 @@ def out_of_range_sentence(
         `outOfRange` of the plant FMU.
     voltage, displacement : ndarray, shape (N,)
         In V and m.
-    um : str
-        How the unit is written.
 
     Returns
     -------
@@ -41,7 +38,7 @@ def out_of_range_sentence(
     low, high = _UM * ends["displacementMin"], _UM * ends["displacementMax"]
     return (
         f"{np.count_nonzero(outside)} of {len(outside)} samples are beyond what the model holds for, "
-        f"{ends['voltageMin']:.6g} to {ends['voltageMax']:.6g} V and {low:.6g} to {high:.6g} {um} of "
-        f"its core: there the voltage is {x.min():.6g} to {x.max():.6g} V and the displacement, which "
-        f"is extrapolated, {y.min():.4g} to {y.max():.4g} {um}."
+        f"{ends['voltageMin']:.4g} to {ends['voltageMax']:.4g} V and {low:.4g} to {high:.4g} µm of "
+        f"its core: there the voltage is {x.min():.4g} to {x.max():.4g} V and the displacement, which "
+        f"is extrapolated, {y.min():.4g} to {y.max():.4g} µm."
     )

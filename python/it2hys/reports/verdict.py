@@ -20,17 +20,23 @@ _NAMED = 3
 class Compared(Protocol):
     """The errors of a model on one record."""
 
-    name: str
-    role: str
-    e_mr: float
-    e_rms: float
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def role(self) -> str: ...  # noqa: D102
+    @property
+    def e_mr(self) -> float: ...  # noqa: D102
+    @property
+    def e_rms(self) -> float: ...  # noqa: D102
 
 
 class Judged(Compared, Protocol):
     """How a model does on one record: what both kinds of results have."""
 
-    offset: float
-    used: np.ndarray
+    @property
+    def offset(self) -> float: ...  # noqa: D102
+    @property
+    def used(self) -> np.ndarray: ...  # noqa: D102
 
 
 def straight_line(records: Sequence[Record], results: Sequence[Judged]) -> tuple[float, float]:

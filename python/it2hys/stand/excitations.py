@@ -143,7 +143,7 @@ def sum_100_50(time: ArrayLike) -> np.ndarray:
 
 
 def tracking_reference(time: ArrayLike) -> np.ndarray:
-    """Return the feedforward reference y_d = 7.0 sin(2 pi 20 t - pi/2) + 7.7 um, in m.
+    """Return the feedforward reference y_d = 7.0 sin(2 pi 20 t - pi/2) + 7.7 µm, in m.
 
     Parameters
     ----------

@@ -19,3 +19,9 @@ def parse_number(text: str) -> float:
     if not _NUMBER.fullmatch(text):
         raise ValueError(f"{text!r} is not a number")
     return float(text)
+
+
+def plain(value: float, digits: int = 3) -> str:
+    """Return a number to so many significant digits, as a power of ten only where it is far from 1."""
+    short = f"{value:.{digits}g}"
+    return f"{float(short):.0f}" if "e+" in short and abs(value) < 1e7 else short

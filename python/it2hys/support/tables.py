@@ -22,13 +22,15 @@ _MUST = {
 class Table(BaseModel):
     """A table of a TOML file. A field with ``init=False`` is no key: it is set by `model_copy`.
 
+    What a key means stands below it, for the documentation.
+
     Raises
     ------
     ValueError
         If a key is unknown. With ``extra="allow"``, unknown keys are in `model_extra`.
     """
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, use_attribute_docstrings=True)
 
     @model_validator(mode="before")
     @classmethod

@@ -1,7 +1,8 @@
 """Sweep scenarios: TOML files that say which FMUs run, on what signals, varied how, judged by what.
 
-`scenarios/README.md` describes every key. Reading checks everything that can be known without the
-FMUs; `it2hys.sweeps.cases` checks the rest against them, before any case runs.
+What every key means stands below it; the documentation is made from that. Reading checks everything
+that can be known without the FMUs; `it2hys.sweeps.cases` checks the rest against them, before any
+case runs.
 """
 
 from __future__ import annotations
@@ -98,19 +99,28 @@ class Fmu(Table):
 
     name: str = Field("", init=False)
     source: str
+    """`"IT2Plant"`, `"IT2Inverse"`, `"PIController"`, or the path of any FMI 2.0 co-simulation FMU."""
     parameters: str | None = None
+    """Another parameter set for this FMU: an SSV file or `"table 1"`."""
     start: dict[str, Any] = Field({})
+    """Start values by variable."""
 
 
 class CsvArguments(Table):
     """What a signal of a CSV file needs to know."""
 
     signal: Literal[CSV]
+    """A column of a CSV as `it2hys simulate` reads it; interpolated, and held at its ends."""
     file: str
+    """The CSV file."""
     column: str
+    """The column, by quantity."""
     factor: StrictFloat = CSV_NUMBERS["factor"]
+    """The signal is factor · column + offset, in SI units. Can be varied."""
     offset: StrictFloat = CSV_NUMBERS["offset"]
+    """See `factor`. Can be varied."""
     time_factor: StrictFloat = CSV_NUMBERS["time_factor"]
+    """Multiplies the times: 0.5 doubles the frequencies. Can be varied."""
 
 
 class Source(Table, extra="allow"):
@@ -118,6 +128,8 @@ class Source(Table, extra="allow"):
 
     name: str = Field("", init=False)
     signal: Literal[*excitations.SIGNALS, CSV]
+    """A function of `it2hys.stand.excitations`, with its arguments, but for time, as further keys;
+    or `"csv"`."""
 
     @property
     def arguments(self) -> Mapping[str, Any]:
@@ -146,16 +158,22 @@ class Span(Table):
 
     seconds: float = Field(0.0, init=False)
     periods: StrictFloat = Field(ge=0)
+    """Number of periods."""
     of: str
+    """The signal whose periods these are: of its `frequency`, or the length of a CSV."""
 
 
 class ConnectionEntry(Table):
     """A connection as it is written."""
 
     source: str = Field(alias="from")
+    """A signal, or an output `FMU.variable`."""
     target: str = Field(alias="to")
+    """The input `FMU.variable` that gets factor · from + offset."""
     factor: StrictFloat = 1.0
+    """See `to`."""
     offset: StrictFloat = 0.0
+    """See `to`."""
 
     def connection(self) -> Connection:
         """Return the connection."""
@@ -169,10 +187,17 @@ class Intervals(Table):
     """Parameters that are drawn from intervals, given ones or those of an identification."""
 
     targets: Targets = Field(alias="of")
+    """Names of FMUs whose parameters are drawn."""
     intervals: Annotated[dict[str, Pair], WrapValidator(_file_or_table)]
+    """The `report.json` of `it2hys identify`, or `{ "rule[1].q1" = [low, high] }`. Every parameter
+    with an interval is drawn: normally from the 95 % interval of a report, evenly from a given
+    one, each by itself."""
     method: Literal[*DRAWN] = DRAWN[1]
+    """How they are drawn, `samples` times."""
     only: tuple[str, ...] = ()
+    """Parameters or fields (`["q2"]`) that are drawn; all by default."""
     width: StrictFloat = Field(1.0, gt=0)
+    """Factor of the intervals' width."""
 
 
 class Vary(Table):
@@ -180,15 +205,26 @@ class Vary(Table):
 
     place: str = Field("", init=False)
     targets: Targets = Field(alias="of")
+    """Target or list of targets: `FMU.variable`, `SIGNAL.argument`, `"step"` or `"duration"`."""
     name: str = Field(default_factory=lambda data: data["targets"][0])
+    """Column of the table; the first target by default."""
     method: Literal[*METHODS] = METHODS[0]
+    """`"grid"`: all with all; `"list"`: the lists go together, row by row; `"random"` and `"latin
+    hypercube"`: `samples` draws. Grids, lists and draws are crossed."""
     values: Numbers = ()
+    """List of numbers; drawn from evenly by the random methods."""
     range: Pair | None = None
+    """`[low, high]`."""
     normal: Pair | None = None
+    """`[mean, standard deviation]`, drawn."""
     count: StrictInt = 0
+    """Number of points of a grid over a range."""
     scale: Scale = SCALES[0]
+    """How points are spread over a range."""
     factor: StrictBool = False
+    """`true`: the numbers multiply what the target is without them."""
     unit: str = ""
+    """Unit of the column; the target's own by default."""
     intervals: None = None  #: known, but then it is `Intervals`
 
     @model_validator(mode="after")
@@ -221,17 +257,24 @@ class Variant(Table):
     """One of several set-ups that are compared: other connections, other values."""
 
     name: str
+    """What the set-up is called in the table."""
     connections: Connections | None = None
+    """Its connections; those of the scenario by default."""
     values: dict[str, Any] = Field({}, alias="set")
+    """Values by target."""
 
 
 class Metric(Table):
     """A number that judges a case."""
 
     kind: Literal[*KINDS]
+    """What is computed: one of the kinds of metrics."""
     name: str = Field(default_factory=lambda data: data["kind"])
+    """Column of the table; the kind by default."""
     of: str
+    """The output that is judged."""
     against: str = ""
+    """What it is compared with, where the kind compares."""
 
     @model_validator(mode="after")
     def _check(self) -> Metric:
@@ -246,14 +289,24 @@ class FigureEntry(Table):
     """A figure of the report, drawn from columns of the table."""
 
     kind: Literal[*FIGURES]
+    """What is drawn: one of the kinds of figures."""
     title: str = ""
+    """Its title."""
     x: str = ""
+    """Column of the horizontal axis."""
     y: str = ""
+    """Column of the vertical axis."""
     value: str = ""
+    """Column that is shown."""
     by: str = ""
+    """Column with a line, or a colour, for every value."""
     x_scale: Scale = SCALES[0]
+    """Scale of the horizontal axis."""
     y_scale: Scale = SCALES[0]
+    """Scale of the vertical axis."""
     select: dict[str, Any] = Field({})
+    """Draw the cases with these values of columns, such as `{ frequency = 20.0 }`, or the nearest
+    there are."""
 
     @model_validator(mode="after")
     def _check(self) -> FigureEntry:
@@ -270,22 +323,39 @@ class SweepScenario(Table):
     name: str = Field("", init=False)
     folder: Path = Field(Path(), init=False)
     title: str | None = None
+    """Of the report; the name of the file by default."""
     text: str = ""
+    """What the report says first."""
     seed: StrictInt = 0
+    """Of what is drawn."""
     samples: StrictInt = Field(100, ge=1)
+    """Number of draws."""
     duration: Annotated[Span, BeforeValidator(_seconds)]
+    """In s, or `{ periods = 4.0, of = "SIGNAL" }`."""
     step: StrictFloat = Field(1e-4, gt=0, allow_inf_nan=False)
+    """Communication step, s."""
     lead_in: Annotated[Span, BeforeValidator(_seconds)] = _seconds(0.0)
+    """Time at the start that metrics leave out, as `duration`."""
     parameters: str = TABLE_1
+    """Parameter set of our FMUs: an SSV file or `"table 1"`."""
     fmus: Annotated[dict[str, Fmu], AfterValidator(_named)] = Field(alias="fmu")
+    """The FMUs, by name."""
     signals: Annotated[dict[str, Source], AfterValidator(_named)] = Field((), alias="signal")
+    """The signals, by name."""
     connections: Connections = ()
+    """What gets what."""
     variants: tuple[Variant, ...] = Field((), alias="variant")
+    """Set-ups that are compared; one by default."""
     vary: tuple[Annotated[Vary | Intervals, PlainValidator(_vary)], ...] = ()
+    """What is varied."""
     metrics: tuple[Metric, ...] = Field((), alias="metric")
+    """What judges a case."""
     keep: tuple[str, ...] = ()
+    """Outputs and signals whose traces the table keeps."""
     keep_every: StrictInt = Field(1, ge=1)
+    """Of these every so many steps."""
     figures: tuple[FigureEntry, ...] = Field((), alias="figure")
+    """What the report shows; a figure for every metric by default."""
 
     @property
     def fmu_files(self) -> list[Path]:

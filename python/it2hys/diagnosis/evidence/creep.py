@@ -74,7 +74,7 @@ class CreepEvidence(EffectEvidence):
         )
         slope = after_steps(seen)
         text = (
-            f"Slow answers to the displacement explain {100 * trial.share:.0f} % of the "
+            f"Slow responses to the displacement explain {100 * trial.share:.0f} % of the "
             "residual's power"
         )
         if slope is not None:

@@ -13,6 +13,7 @@ from it2hys.diagnosis.evidence.base import Signature
 from it2hys.diagnosis.evidence.statistics import Answer, Stage, StepEvidence, readable
 from it2hys.model.effects.lag import EFFECT
 from it2hys.records.clues import Clues
+from it2hys.support.numerals import plain
 
 
 def _lagging(ticks: float) -> Stage:
@@ -63,9 +64,8 @@ class LagEvidence(StepEvidence):
         constant = found.parameter * clues.extent.sample_time
         text = (
             "After a step of the voltage the displacement begins to move at once but slowly, as "
-            "behind a "
-            f"first-order lag of about {constant * 1e3:.2g} ms (corner at {0.159 / constant:.3g} Hz): "
-            f"{100 * found.share:.0f} % of the residual's power."
+            f"behind a first-order lag of about {constant * 1e3:.2g} ms (corner "
+            f"at {plain(0.159 / constant)} Hz): {100 * found.share:.0f} % of the residual's power."
         )
         return Signature(found.share, found.p_value, text)
 

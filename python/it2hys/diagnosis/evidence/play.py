@@ -21,6 +21,7 @@ from it2hys.diagnosis.evidence.statistics import (
 from it2hys.model.effects.play import COUNT, thresholds
 from it2hys.model.variables import load_table
 from it2hys.records.clues import Clues, Extent
+from it2hys.support.numerals import plain
 
 #: Share of its mean that a density has everywhere where operators are placed by it.
 _LEAST_DENSITY = 0.05
@@ -95,8 +96,8 @@ class PlayEvidence(EffectEvidence):
         if len(width) >= 4:
             slow = frequency <= np.quantile(frequency, 0.25)
             text += (
-                f"; in the slowest cycles (up to {np.max(frequency[slow]):.3g} Hz), where lags "
-                "close, the "
+                f"; in the slowest cycles (up to {plain(float(np.max(frequency[slow])))} Hz), "
+                "where lags close, the "
                 f"residual's loops over the voltage are {np.median(width[slow]) * UM:.2g} µm wide"
             )
         return Signature(trial.share, trial.p_value, text + ".")

@@ -25,6 +25,7 @@ from it2hys.diagnosis.evidence.statistics import (
 from it2hys.model.effects.resonance import poles
 from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clues
+from it2hys.support.numerals import plain
 
 #: Dampings that a signature tries, and how many frequencies of each.
 _GRID = {0.015: 64, 0.05: 32, 0.15: 28}
@@ -98,7 +99,7 @@ class ResonanceEvidence(StepEvidence):
         frequency, damping = tried[chosen]
         at, coherences = coherence_with_voltage(seen)
         text = (
-            f"Whenever the displacement changes, the residual rings at about {frequency:.3g} Hz "
+            f"Whenever the displacement changes, the residual rings at about {plain(frequency)} Hz "
             "(damping about "
             f"{damping:.2g}): {100 * trial.share:.0f} % of its power; its coherence with the "
             "voltage is "

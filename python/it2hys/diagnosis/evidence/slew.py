@@ -20,6 +20,7 @@ from it2hys.diagnosis.evidence.statistics import (
 )
 from it2hys.model.effects.slew import EFFECT
 from it2hys.records.clues import Clues
+from it2hys.support.numerals import plain
 
 
 class SlewEvidence(EffectEvidence):
@@ -71,7 +72,7 @@ class SlewEvidence(EffectEvidence):
         )
         text = (
             "The residual belongs to the spells in which a limit of "
-            f"{levels[chosen] / clues.extent.sample_time:.3g} V/s would hold the voltage back: "
+            f"{plain(levels[chosen] / clues.extent.sample_time)} V/s would hold the voltage back: "
             f"{inside * UM:.2g} µm rms in them, {outside * UM:.2g} µm elsewhere."
         )
         return Signature(trial.share, trial.p_value, text)

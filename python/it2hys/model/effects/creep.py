@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 
-import casadi as ca
 import numpy as np
 
 from it2hys.model.effect import Bounds, Effect, Memory, Scalar, Start, Surroundings, Values
 from it2hys.policy import PHYSICS
 from it2hys.records.clues import Extent
+from it2hys.support.lazy import Lazy
+
+ca = Lazy("casadi")
 
 #: Terms that a fit begins with.
 COUNT = 3

@@ -3,12 +3,14 @@
 import math
 from collections.abc import Callable, Mapping
 
-import casadi as ca
 import numpy as np
 
 from it2hys.model.effect import Effect, Scalar, Start, Surroundings, Values
 from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clues, Extent
+from it2hys.support.lazy import Lazy
+
+ca = Lazy("casadi")
 
 
 class Hum(Effect):

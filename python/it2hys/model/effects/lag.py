@@ -1,9 +1,10 @@
 """First-order lag of the amplifier, exact pole and no zero."""
 
-import casadi as ca
-
 from it2hys.model.effect import Effect, Memory, Scalar, Start, Surroundings, Values
 from it2hys.records.clues import Extent
+from it2hys.support.lazy import Lazy
+
+ca = Lazy("casadi")
 
 
 class Lag(Effect):

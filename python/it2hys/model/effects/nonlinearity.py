@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 
-import casadi as ca
 import numpy as np
 
 from it2hys.model.effect import Effect, Scalar, Start, Surroundings, Values
 from it2hys.records.clues import Extent
+from it2hys.support.lazy import Lazy
+
+ca = Lazy("casadi")
 
 #: Of the powers 0 to 4 of z, behind the factor that vanishes at both ends.
 COEFFICIENTS = ("quadratic", "cubic", "quartic", "quintic", "sextic")

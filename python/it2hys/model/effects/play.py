@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 
-import casadi as ca
 import numpy as np
 
 from it2hys.model.effect import Effect, History, Memory, Scalar, Start, Surroundings, Values
 from it2hys.records.clues import Extent
+from it2hys.support.lazy import Lazy
+
+ca = Lazy("casadi")
 
 #: Operators that a fit begins with.
 COUNT = 10

@@ -7,10 +7,11 @@ is held, half a tick of delay makes up for all. Which is true of a record is not
 
 import math
 
-import casadi as ca
-
 from it2hys.model.effect import Effect, Memory, Scalar, Start, Surroundings, Values
 from it2hys.records.clues import Extent
+from it2hys.support.lazy import Lazy
+
+ca = Lazy("casadi")
 
 #: Sampling zero of a double integrator whose input runs straight between samples.
 STRAIGHT = -2.0 + math.sqrt(3.0)

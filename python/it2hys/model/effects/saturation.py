@@ -1,9 +1,10 @@
 """Saturation of the amplifier."""
 
-import casadi as ca
-
 from it2hys.model.effect import Effect, Scalar, Start, Surroundings, Values
 from it2hys.records.clues import Extent
+from it2hys.support.lazy import Lazy
+
+ca = Lazy("casadi")
 
 
 class Saturation(Effect):
