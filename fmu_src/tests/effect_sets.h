@@ -58,9 +58,9 @@ static inline void add_effects(uint64_t *seed, struct chain_parameters *p, unsig
     if (effects & CHAIN_CREEP)
         add_creep(seed, p);
     if (effects & CHAIN_RESONANCE)
-        p->resonance = (struct resonance_parameters){ random_between(seed, 300.0, 4500.0),
-                                                      random_between(seed, 0.02, 0.9),
-                                                      random_between(seed, -0.6, 0.0) };
+        p->resonance =
+            (struct resonance_parameters){ random_between(seed, 300.0, 4500.0), random_between(seed, 0.02, 0.9),
+                                           random_between(seed, -0.6, 0.0) };
     if (effects & CHAIN_DRIFT)
         p->drift =
             (struct drift_parameters){ random_between(seed, -0.02, 0.02), random_between(seed, -2.0, 2.0) };

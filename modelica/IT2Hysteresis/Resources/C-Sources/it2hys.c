@@ -3121,8 +3121,8 @@ static void resonance_tangent(const void *constants, const void *state, real x,
 
     (void)around, (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
-        const real d_y = resonance->a1 * d_state[c] + resonance->a2 * d_y2[c] + resonance->b0 * row[c]
-                         + resonance->b1 * d_x1[c];
+        const real d_y = resonance->a1 * d_state[c] + resonance->a2 * d_y2[c] + resonance->b0 * row[c] +
+                         resonance->b1 * d_x1[c];
         d_y2[c] = d_state[c];
         d_x1[c] = row[c];
         d_state[c] = row[c] = d_y;
