@@ -12,7 +12,6 @@ from it2hys.cosimulation.simulation import simulate
 from it2hys.diagnosis import windows
 from it2hys.identification import excerpts
 from it2hys.model import compiled
-from it2hys.model.chain import EFFECTS
 from it2hys.model.parameters import table_1
 from it2hys.records import read_record
 
@@ -275,14 +274,7 @@ def test_a_record_that_no_stage_gave_is_refused_before_any_fit(name, role, comma
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        ["identify"],
-        ["diagnose", "--workers", "1", "--exclude", ",".join(e for e in EFFECTS if e != "play")],
-    ],
-    ids=lambda c: c[0],
-)
+@pytest.mark.parametrize("command", [["identify"], ["diagnose", "--workers", "1"]], ids=lambda c: c[0])
 def test_an_inverted_displacement_is_said_in_the_reports(command, tmp_path, capsys):
     path = write(tmp_path / "one.csv", SINE, -simple_displacement_of(SINE))
     options = ("--rules", 1, "--invert-displacement", "-o", tmp_path / "out")
