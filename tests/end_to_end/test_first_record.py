@@ -187,14 +187,14 @@ def test_a_record_without_noise_is_judged_by_its_resolution(command, make, tmp_p
 
 # --- records that hold next to nothing -------------------------------------------------------------
 
-COUNT = 400
+COUNT = 700
 SINE = wave(50.0)(COUNT)
 LATE = np.arange(COUNT) >= COUNT // 4
 BARE = {
     "a single step": (50.0 * LATE, 7.0 * LATE, 0.01),
     "a single step without noise": (50.0 * LATE, 7.0 * LATE, 0.0),
     "a step at once": (50.0 * (np.arange(COUNT) > 0), 7.0 * (np.arange(COUNT) > 0), 0.01),
-    "a pulse": (50.0 * (np.arange(COUNT) // 5 == 40), 6.0 * (np.arange(COUNT) // 6 == 34), 0.01),
+    "a pulse": (50.0 * (np.arange(COUNT) // 5 == 70), 6.0 * (np.arange(COUNT) // 6 == 59), 0.01),
     "a ramp": (np.linspace(0.0, 100.0, COUNT), np.linspace(0.0, 15.0, COUNT), 0.01),
     "two values": (50.0 * (np.arange(COUNT) // 20 % 2), 7.0 * (np.arange(COUNT) // 20 % 2), 0.0),
     "alternating": (50.0 * (np.arange(COUNT) % 2), 7.0 * (np.arange(COUNT) % 2), 0.01),
