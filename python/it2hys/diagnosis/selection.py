@@ -221,7 +221,8 @@ class Search:
             gains = Gains.of(node.errors, child.errors)
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
-            fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / node.fit.minimum.cost))
+            cost = max(node.fit.minimum.cost, np.finfo(float).tiny)  # 0 of a record that is matched
+            fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / cost))
             accepted = not sampling and self._accepts(node, child, addition, gains, fitted)
             trial = Trial(
                 node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted

@@ -197,7 +197,7 @@ def draw_report(directory: str | Path) -> Path:
     if len(courses) > len(views):
         hint += f" {len(views)} of {len(courses)} records are here; of the others there are PNGs."
     pictures = [Picture("overview", None, _overview_caption(report)), *_waterfall(report)]
-    if report.get("next"):
+    if (report.get("next") or {}).get("command"):  # otherwise it says why there is no record
         pictures.append(Picture(NEXT, None, NEXT_CAPTION))
     page = Page(report["title"], about(report), answered, pictures, views, hint, details(report))
     return write_page(directory, page)
