@@ -61,6 +61,7 @@ def test_pure_modelica_refuses_it_by_name(tmp_path, switched):
         run_from(tmp_path, source, "plant.displacement")
     said = str(caught.value)
     assert (
-        "M.plant: the effect gain is on, which pure Modelica has not; take IT2Hysteresis.Blocks" in said
+        "M.plant: the effect gain is on, which pure Modelica does not have; take IT2Hysteresis.Blocks"
+        in said
     )
     assert f"or set {name} to 0." in said

@@ -1,5 +1,7 @@
 """The identifier: scaling, gradients, solvers, recovery of Table 1, honesty."""
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import casadi as ca
@@ -209,6 +211,24 @@ def test_penalties_of_contraction_and_slope_have_exact_derivatives(penalty):
         np.transpose(numeric)[contraction],
         atol=1e-5 * np.abs(by_coordinates).max(),
     )
+
+
+def test_threads_that_fit_side_by_side_do_not_disturb_each_other():
+    first = np.array([[0.5, 1.0, -0.6, 1.1, 0.3, 0.1], [0.4, 0.9, 0.7, 0.7, 0.1, -0.2]])
+    several = [first + np.array([0.0, 0.0, 0.0, 0.02 * i, 0.0, 0.0]) for i in range(4)]
+    guard = Guard(wide_band(), 2.0)
+    alone = [guard.linearise(rules)[0] for rules in several]
+
+    def disturbed(i):
+        return [k for k in range(40) if not np.array_equal(guard.linearise(several[i])[0], alone[i])]
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            assert list(pool.map(disturbed, range(4))) == [[]] * 4
+    finally:
+        sys.setswitchinterval(interval)
 
 
 def test_fast_usability_values_are_those_of_casadi():

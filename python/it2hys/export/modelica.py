@@ -211,7 +211,7 @@ def _only_in_fmus(variable: Variable, value: str) -> list[str]:
         return []
     return [
         f"  assert({value} == 0,",
-        f'  name + ": the effect {effect.name} is on, which pure Modelica has not; take "',
+        f'  name + ": the effect {effect.name} is on, which pure Modelica does not have; take "',
         '  + "IT2Hysteresis.Blocks.Plant and IT2Hysteresis.Blocks.Inverse, which hold the FMUs, "',
         f'  + "or set {field(variable.name)} to 0.");',
     ]

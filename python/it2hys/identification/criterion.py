@@ -33,7 +33,7 @@ from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
 from it2hys.policy import CORE, PHYSICS, STARTS
 
-#: Beyond so many half ranges a run is on its way to infinity.
+#: Where the error is larger than so many half ranges, rms, a run is on its way to infinity.
 _DIVERGED = 1e3
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from threading import Lock
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
@@ -137,6 +138,7 @@ class _Derivatives:
         for i, argument in enumerate(self._arguments):
             self._buffer.set_arg(i, memoryview(argument))
         self._buffer.set_res(0, memoryview(self._result))
+        self._lock = Lock()  # a user's threads that fit side by side share the arrays
 
     @classmethod
     @cache
@@ -147,10 +149,11 @@ class _Derivatives:
     def __call__(self, rules: np.ndarray, band: Band, points: np.ndarray) -> np.ndarray:
         """Return the derivatives at points of a band, (4, points, L, 6)."""
         values = (rules.T, band.y[points], band.x_low[points], band.x_high[points])
-        for argument, value in zip(self._arguments, values, strict=True):
-            argument[:] = value
-        self._evaluate()
-        return self._result.transpose(3, 0, 2, 1)
+        with self._lock:
+            for argument, value in zip(self._arguments, values, strict=True):
+                argument[:] = value
+            self._evaluate()
+            return self._result.transpose(3, 0, 2, 1).copy()
 
 
 def usability_values(rules: np.ndarray, band: Band) -> np.ndarray:

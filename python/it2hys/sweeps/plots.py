@@ -155,13 +155,13 @@ def _panels(
 
 def _head(figure: Figure, entry: Mapping, fallback: str) -> None:
     for axis in figure.axes:
-        _plains(axis)
+        _plain_numbers(axis)
     figure.suptitle(
         entry["title"].rstrip(".") or fallback, x=0.01, horizontalalignment="left", fontsize=11
     )
 
 
-def _plains(axis: Axes) -> None:
+def _plain_numbers(axis: Axes) -> None:
     """Write 20 and not 2 x 10^1 on a logarithmic axis."""
     for side in (axis.xaxis, axis.yaxis):
         if side.get_scale() == "log":
