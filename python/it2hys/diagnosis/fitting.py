@@ -32,6 +32,8 @@ from it2hys.records.clues import Extent
 _SHIFTS = (0.01, 0.99)
 #: Guesses of an effect that the rules imitate for which those are sought anew, and starts.
 _ANEW, _ANEW_STARTS = 6, 1
+#: Of these, those that are settled; starts where one guess is known.
+_ANEW_SETTLED, _STARTS = 2, 12
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
 _SETTLING_ANEW = 60
@@ -172,8 +174,18 @@ class Bench(Starts):
         held by them from the beginning, one only once it has arrived without them.
         """
         free = minimise(self.criterion(model), iterations)
-        starts = [model, *([free.model] if np.isfinite(free.minimum.cost) else [])]
+        starts = [model]
+        if np.isfinite(free.minimum.cost):
+            held = self.criterion(free.model).guarded(1.0)
+            if not held.penalised(free.minimum.coordinates):
+                return ChainFit(held, free.minimum)
+            starts.append(free.model)
         return min((self.fit(m, iterations) for m in starts), key=lambda fit: fit.minimum.cost)
+
+    def _rough_fit(self, model: Model, iterations: int) -> ChainFit:
+        """Fit as `fit`, as far as it takes to compare the result with others."""
+        criterion = self.criterion(model).guarded(1.0)
+        return minimise(criterion, iterations, criterion.rough_tolerance)
 
     def add(self, model: Model, effect: str) -> ChainFit | None:
         """Fit a model with one effect more, from the best of the guesses of it.
@@ -193,7 +205,7 @@ class Bench(Starts):
             return None
         fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
         if EFFECTS[effect].sampled and shifts(fit.model):
-            fits += [self.fit(_shifted(fit.model, share), _SETTLING) for share in _SHIFTS]
+            fits += [self._rough_fit(_shifted(fit.model, share), _SETTLING) for share in _SHIFTS]
         return self.preferred([f for f in fits if f])
 
     def preferred(self, fits: Sequence[ChainFit]) -> ChainFit:
@@ -245,8 +257,9 @@ class Bench(Starts):
         kept = EVIDENCE[effect].promising(self.clues(model), [t.values for t in trials])
         trials = [trials[i] for i in kept]
         spread = np.unique(np.linspace(0, len(trials) - 1, _ANEW).round().astype(int))
-        fits = [self.reshaped(trials[i], _ANEW_STARTS) for i in spread]
-        return self.preferred(fits) if fits else None
+        fits = [self._with_rules_anew(trials[i], _ANEW_STARTS) for i in spread]
+        fits.sort(key=lambda fit: fit.minimum.cost)
+        return self.preferred([self._settled(fit) for fit in fits[:_ANEW_SETTLED]]) if fits else None
 
     def _guessed(self, model: Model, effect: str) -> list[Model]:
         guesses = EVIDENCE[effect].guesses(self.clues(model))
@@ -279,12 +292,12 @@ class Bench(Starts):
         if len(trials) > _FOLLOWED:
             costs = self._projected_costs(model, trials)
             trials = [trials[i] for i in np.argsort(costs)[:_FOLLOWED]]
-        fits = [self.fit(trial, _SIFTING) for trial in trials]
+        fits = [self._rough_fit(trial, _SIFTING) for trial in trials]
         fits = [fit for fit in fits if np.isfinite(fit.minimum.cost)]
         if not fits:
             return None
         best = min(fits, key=lambda fit: fit.minimum.cost)
-        return self.fit(best.model, _SETTLING)
+        return self._rough_fit(best.model, _SETTLING)
 
     def _prepared(self, model: Model, effect: str) -> Model:
         if gain := EVIDENCE[effect].gain_at_rest(model.values):
@@ -312,11 +325,22 @@ class Bench(Starts):
             costs.append(left if np.isfinite(left) else np.inf)
         return np.array(costs)
 
-    @np.errstate(over="ignore", invalid="ignore")
-    def reshaped(self, model: Model, starts: int = 12) -> ChainFit:
+    def reshaped(self, model: Model) -> ChainFit:
         """Fit from rules that were sought anew, from many starts, on what the effects leave for them.
 
         A base that was fitted while an effect was missing is a poor start once it is there.
+        """
+        return self._settled(self._with_rules_anew(model, _STARTS))
+
+    def _settled(self, fit: ChainFit) -> ChainFit:
+        """Return the fit continued with everything in it."""
+        return self._rough_fit(fit.model, _SETTLING_ANEW)
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _with_rules_anew(self, model: Model, starts: int) -> ChainFit:
+        """Fit rules that are sought anew, and how records begin, while the effects wait.
+
+        While the rules are far off, creep's gains would go to zero and stay there.
         """
         seen = []
         for i, t in enumerate(self.traces):
@@ -337,9 +361,8 @@ class Bench(Starts):
                 [self.scaling.rules(model.rules)],
             )
             model = with_rules(model, self.scaling.physical_rules(found))
-        # the effects wait: while the rules are far off, creep's gains would go to zero and stay there
         waiting = self.criterion(model).guarded(1.0).holding(["effects"])
-        return self.fit(minimise(waiting, _SETTLING).model, _SETTLING_ANEW)
+        return minimise(waiting, _SETTLING, waiting.rough_tolerance)
 
     def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> Errors:
         """Return the errors on the judged samples of records, by default of those that decide.

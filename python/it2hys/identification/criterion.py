@@ -35,6 +35,8 @@ from it2hys.policy import CORE, PHYSICS, STARTS
 
 #: Where the error is larger than so many half ranges, rms, a run is on its way to infinity.
 _DIVERGED = 1e3
+#: A fit that is continued later has arrived where a step raises twice the log-likelihood by less.
+_UNSEEN = 0.01
 #: Weight, in samples, with which the effects' coordinates are held near their guesses.
 _EFFECT_PRIOR = 1e-3
 
@@ -233,6 +235,14 @@ class ChainCriterion:
         self._steepness = self._slopes()
         self._prior = self._prior_weights()
 
+    @property
+    def rough_tolerance(self) -> float:
+        """Tolerance of a fit that is compared with others, or continued, and not yet the result.
+
+        Twice the logarithm of the likelihood is N ln(cost) less a constant.
+        """
+        return max(_UNSEEN / self.samples, 1e-6)
+
     def _layout(self) -> dict[str, slice]:
         sizes = {
             "rules": self.rule_size,
@@ -418,6 +428,10 @@ class ChainCriterion:
     def band(self) -> Band | None:
         """Where the penalties ask for contraction and invertibility."""
         return self._guard.band if self._guard else None
+
+    def penalised(self, point: np.ndarray) -> bool:
+        """Return whether the core of a point is poor anywhere, and costs for it."""
+        return self._guard is not None and bool(np.any(self._guard.residual(self.rules(point))))
 
     @property
     def curve_slopes(self) -> np.ndarray:

@@ -191,8 +191,9 @@ def _search(
     warmed = ((_point(criterion, rules), np.nan) for rules in warm)
     starts = chain(warmed, draw_starts(criterion, generator))
     total = options.starts + len(warm)
-    sift = partial(minimise_from, criterion, max_iterations=_SIFTING)
-    settle = partial(minimise_from, criterion, max_iterations=_SETTLING)
+    nearing = partial(minimise_from, criterion, tolerance=criterion.rough_tolerance)
+    sift = partial(nearing, max_iterations=_SIFTING)
+    settle = partial(nearing, max_iterations=_SETTLING)
     found: list[tuple[Minimum, float]] = []
     while len(found) < total and not _agreed([m for m, _ in found], criterion.samples):
         points, errors = zip(*islice(starts, min(_BATCH, total - len(found))), strict=True)
