@@ -212,7 +212,9 @@ def _damped_solver(
     it, and the others take the step that is best with it there. If it were only cut off there, the
     others would go where they make up for the rest of it, and a fit beside a bound would creep.
     """
-    damped = linear.hessian + damping * np.eye(len(linear.gradient))
+    # at least what J^T J is rounded to, or coordinates that the data do not touch make it singular
+    rounding = np.finfo(float).eps * max(np.max(np.diag(linear.hessian)), np.finfo(float).tiny)
+    damped = linear.hessian + max(damping, rounding) * np.eye(len(linear.gradient))
 
     def solve(gradient: np.ndarray, point: np.ndarray) -> np.ndarray:
         step, moving = np.zeros(len(gradient)), free
