@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "../core/chain.h"
+#include "../core/it2_membership.h"
 #include "../identification/chain_sensitivity.h"
 #include "chain_table.h"
 
@@ -24,6 +25,8 @@ EXPORT void it2core_solve(const struct it2_rule *rules, int count, const double 
 EXPORT double it2core_gradient(const struct it2_rule *rules, int count, const double *range, double y_previous,
                                double x, double *by_rules, double *by_arguments);
 EXPORT double it2core_contraction(const struct it2_rule *rules, int count, double minimum, double maximum);
+EXPORT void it2core_usability(const struct it2_rule *rules, int count, const double *y, const double *x_low,
+                              const double *x_high, size_t n, double *values);
 EXPORT bool it2core_check(const struct it2_rule *rules, int count, double minimum, double maximum,
                           char *message, size_t size);
 
@@ -94,6 +97,42 @@ double it2core_contraction(const struct it2_rule *rules, int count, double minim
 
     it2_prepare(&stage, rules, count, IT2_EVERYWHERE);
     return it2_contraction(&stage, (struct it2_range){ minimum, maximum }, &where);
+}
+
+/* dy_k/dy_{k-1} of (10) at n displacements, at the equilibrium and at two voltages, and dy_k/dx_k: four rows of n.
+ * With w = (f + F) / D and v = dw/dy of fixed D, dy_k/dy_{k-1} = sum w q1 + sum v (n - y_k): affine in x_k. */
+void it2core_usability(const struct it2_rule *rules, int count, const double *y, const double *x_low,
+                       const double *x_high, size_t n, double *values)
+{
+    struct it2 stage;
+    struct it2_memberships m;
+
+    it2_prepare(&stage, rules, count, IT2_EVERYWHERE);
+    for (size_t k = 0; k < n; k++) {
+        double at_rest = 0, slope = 0, constant = 0, by_x = 0, moved = 0;
+        it2_memberships(&stage, y[k], &m);
+        for (int l = 0; l < count; l++) {
+            const struct it2_rule *r = &rules[l];
+            const double weight = m.weight[l] / m.sum;
+            const double change =
+                (m.lower[l] / (r->sigmaLower * r->sigmaLower) + m.upper[l] / (r->sigmaUpper * r->sigmaUpper)) *
+                (r->centre - y[k]) / m.sum;
+            const double unforced = r->q1 * y[k] + r->q3;
+            at_rest += weight * unforced;
+            slope += weight * r->q2;
+            constant += weight * r->q1 + change * unforced;
+            by_x += change * r->q2;
+            moved += change;
+        }
+        constant -= at_rest * moved;
+        by_x -= slope * moved;
+        /* a slope of 0 has no equilibrium; the penalty on the slope speaks for that point */
+        const double equilibrium = slope == 0 ? 0 : (y[k] - at_rest) / slope;
+        values[k] = constant + by_x * equilibrium;
+        values[n + k] = constant + by_x * x_low[k];
+        values[2 * n + k] = constant + by_x * x_high[k];
+        values[3 * n + k] = slope;
+    }
 }
 
 bool it2core_check(const struct it2_rule *rules, int count, double minimum, double maximum, char *message,

@@ -157,31 +157,8 @@ class _Derivatives:
 
 
 def usability_values(rules: np.ndarray, band: Band) -> np.ndarray:
-    """Return the numbers of `it2.usability_function`, shape (4, G), fast enough for every step.
-
-    With w = (f + F) / D and v = dw/dy of fixed D, (10) has dy(k)/dx(k) = sum w q2 and
-    dy(k)/dy(k-1) = sum w q1 + sum v (n - y(k)), which is affine in x(k).
-    """
-    _, _, centre, q1, q2, q3 = rules.T
-    away = band.y - centre[:, None]
-    sharpness = rules[:, :2].T[:, :, None] ** -2.0
-    exponents = sharpness * (-0.5 * away**2)  # (2, L, G): few passes over long rows
-    exponents -= exponents.max(axis=(0, 1))
-    memberships = np.exp(exponents, out=exponents)
-    weight = memberships.sum(axis=0)
-    total = weight.sum(axis=0)
-    weight /= total
-    change = (sharpness * memberships).sum(axis=0)
-    change *= -away / total
-    free = np.outer(q1, band.y) + q3[:, None]
-    at_rest, slope = np.einsum("lg,lg->g", weight, free), q2 @ weight
-    moved = change.sum(axis=0)
-    constant = q1 @ weight + np.einsum("lg,lg->g", change, free) - at_rest * moved
-    by_x = q2 @ change - slope * moved
-    # a slope of 0 has no equilibrium; the penalty on the slope speaks for that point
-    equilibrium = (band.y - at_rest) / np.where(slope == 0.0, np.inf, slope)
-    voltages = np.stack([equilibrium, band.x_low, band.x_high])
-    return np.vstack([constant + by_x * voltages, slope])
+    """Return the numbers of `it2.usability_function` over a band, (4, G), by the compiled core."""
+    return compiled.usability(rules, band.y, band.x_low, band.x_high)
 
 
 def _smallest_slope(slope: np.ndarray) -> float:

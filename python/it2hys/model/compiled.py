@@ -89,6 +89,10 @@ def _loaded(path: Path) -> ctypes.CDLL:
         ctypes.c_double,
         ctypes.c_double,
     ]
+    library.it2core_usability.restype = None
+    library.it2core_usability.argtypes = [
+        _DOUBLES, ctypes.c_int, *[_DOUBLES] * 3, ctypes.c_size_t, _DOUBLES,
+    ]  # fmt: skip
     library.it2core_check.restype = ctypes.c_bool
     library.it2core_check.argtypes = [
         _DOUBLES, ctypes.c_int, ctypes.c_double, ctypes.c_double, ctypes.c_char_p, ctypes.c_size_t,
@@ -278,6 +282,26 @@ def contraction(rules: np.ndarray, minimum: float, maximum: float) -> float:
     """Return the largest |dy[k]/dy[k-1]| on the equilibrium curve over a displacement range."""
     rules, count = _rules(rules)
     return _library().it2core_contraction(rules, count, minimum, maximum)
+
+
+def usability(rules: np.ndarray, y: np.ndarray, x_low: np.ndarray, x_high: np.ndarray) -> np.ndarray:
+    """Return the numbers of `it2.usability_function` at G displacements.
+
+    Parameters
+    ----------
+    rules : array_like, shape (L, 6)
+    y, x_low, x_high : ndarray, shape (G,)
+        Displacements, and two voltages at each.
+
+    Returns
+    -------
+    ndarray, shape (4, G)
+        dy[k]/dy[k-1] of (10) at the equilibrium and at the two voltages, and dy[k]/dx[k].
+    """
+    rules, count = _rules(rules)
+    values = np.empty((4, len(y)))
+    _library().it2core_usability(rules, count, y, x_low, x_high, len(y), values)
+    return values
 
 
 def check(rules: np.ndarray, minimum: float, maximum: float) -> str | None:
