@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -130,8 +130,8 @@ class Model:
     @property
     def rules(self) -> np.ndarray:
         """Rules, shape (L, 6), SI units."""
-        rows = range(1, int(self.values["ruleCount"]) + 1)
-        return np.array([[self.values[f"rule[{i}].{f}"] for f in RULE_FIELDS] for i in rows])
+        names = _rule_names(int(self.values["ruleCount"]))
+        return np.array([self.values[n] for n in names]).reshape(-1, len(RULE_FIELDS))
 
     def packed(self, trace: Trace, index: int) -> np.ndarray:
         """Return the parameters for one record as the C core takes them."""
@@ -155,12 +155,17 @@ class Model:
         return compiled.chain_predict(self.packed(trace, index), trace.drive)
 
 
+@cache
+def _rule_names(count: int) -> tuple[str, ...]:
+    """Return the names of the parameters of so many rules, row by row."""
+    return tuple(f"rule[{i}].{field}" for i in range(1, count + 1) for field in RULE_FIELDS)
+
+
 def with_rules(model: Model, rules: np.ndarray) -> Model:
     """Return the model with other rules, SI units."""
     values = {n: v for n, v in model.values.items() if not n.startswith("rule[")}
     values["ruleCount"] = len(rules)
-    for i, rule in enumerate(rules, start=1):
-        values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
+    values.update(zip(_rule_names(len(rules)), np.ravel(rules).tolist(), strict=True))
     return replace(model, values=values)
 
 
@@ -321,9 +326,10 @@ class ChainCriterion:
         """Return the model of the coordinates."""
         scaling, places = self.scaling, self._places
         rules = scaling.physical_rules(rule_coordinates.to_rules(point[places["rules"]]))
-        values = dict(self.model.values)
-        for i, rule in enumerate(rules, start=1):
-            values.update({f"rule[{i}].{f}": float(v) for f, v in zip(RULE_FIELDS, rule, strict=True)})
+        values = {
+            **self.model.values,
+            **dict(zip(_rule_names(len(rules)), rules.ravel().tolist(), strict=True)),
+        }
         for c, value in zip(self.common, point[places["effects"]], strict=True):
             values[c.name] = c.value(value)
         offsets = np.array(self.model.offsets, dtype=float)

@@ -64,8 +64,8 @@ class Coordinate:
 
     def value(self, coordinate: float) -> float:
         """Return the value in SI units."""
-        value = np.exp(coordinate) if self.logarithmic else coordinate * self.unit
-        return float(np.clip(value, *self.bounds))
+        value = float(np.exp(coordinate) if self.logarithmic else coordinate * self.unit)
+        return min(max(value, self.bounds[0]), self.bounds[1])  # NumPy takes ten times as long
 
     def slope(self, coordinate: float) -> float:
         """Return d value / d coordinate."""
