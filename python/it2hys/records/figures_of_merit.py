@@ -105,7 +105,7 @@ def times_the_noise(ratio: float) -> str:
 
 def noise_size(rms: float) -> str:
     """Return a noise, in m rms, in words."""
-    return f"{1e6 * rms:.2g} µm rms" if rms > _NO_NOISE else "none that shows"
+    return f"{1e6 * rms:.2g} µm rms" if rms > _NO_NOISE else "no noise is visible"
 
 
 def small_figure(value: float) -> str:

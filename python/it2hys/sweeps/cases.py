@@ -130,7 +130,8 @@ def _check_instances(files: Mapping[str, bytes], descriptions: Mapping[str, Mode
         twin = next((n for n in files if n != name and files[n] == files[name]), None)
         if twin:
             raise InputError(
-                f"fmu.{name}: is the same as fmu.{twin}, and can be instantiated only once per process"
+                f"fmu.{name}: is the same FMU as fmu.{twin}, which can be instantiated only once per "
+                "process"
             )
     return bool(single)
 

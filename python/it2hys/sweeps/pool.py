@@ -124,7 +124,9 @@ class Processes(_Futures):
     @staticmethod
     def obituary(_error: Exception) -> str:
         """Return what to say of a case that a worker died over."""
-        return "the process that ran it ended at once: an FMU's binary crashed, or it was killed"
+        return (
+            "its worker process ended unexpectedly: an FMU's binary crashed, or the process was killed"
+        )
 
     def submit(self, cases: range) -> None:
         """Begin with a chunk."""
