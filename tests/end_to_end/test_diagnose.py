@@ -432,7 +432,7 @@ def test_a_curve_that_is_the_sensors_stays_out_of_the_fmus(tmp_path, capsys):
 def test_a_record_that_shows_no_curve_says_so(folder, tmp_path, capsys):
     others = ",".join(name for name in EFFECTS if name != "load")
     assert diagnose(folder, tmp_path / "out", "--exclude", others, "--sensor-curve") == 0
-    assert "these records show none" in capsys.readouterr().out
+    assert "these records show no static curve" in capsys.readouterr().out
     assert not (tmp_path / "out/sensor_curve.csv").exists()
 
 

@@ -29,7 +29,7 @@ class Evidence:
     signature : str
         The signature in words.
     held_out_gain : float
-        Share by which adding the effect lowers the error on the records that decide; NaN if not tried.
+        Share by which adding the effect lowers the free-run error on held-out data; NaN if not tried.
     held_out_p_value : float
     accepted : bool
     why : str
@@ -40,7 +40,7 @@ class Evidence:
     beside : tuple of str
         Effects that the model had when this one was added to it, those of the first model left out.
     error_before, error_after : float
-        On the records that decide, m; NaN if not tried.
+        Free-run error on held-out data, m; NaN if not tried.
     """
 
     effect: str

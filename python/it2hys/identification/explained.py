@@ -105,7 +105,7 @@ def low_share(name: str, *shares: float) -> list[str]:
         return []
     return [
         f"The voltage explains {100 * max(shares):.2g} % of the displacement of record '{name}', "
-        "whatever its lag, memory or curve: the rest is noise, or something else moves the stage as "
-        "well, which no model of the voltage can know. If another axis, a force or heat was at work, "
-        "hold it still or record it (force_N, temperature_degC)."
+        "whatever its lag, memory or curve: the rest is noise, or something else moves the stage, "
+        "which no model of the voltage alone can predict. If another axis, a force or heat was at "
+        "work, hold it still or record it (force_N, temperature_degC)."
     ]

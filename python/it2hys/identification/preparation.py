@@ -140,6 +140,6 @@ def data_scaling(prepared: Sequence[Prepared]) -> Scaling:
             names = ", ".join(f"'{p.record.name}'" for p in prepared)
             raise InputError(
                 f"record{'s' * (len(prepared) > 1)} {names}: the {quantity} is {values[0]:g} in all "
-                "samples that can be trusted and belong to no start-up; give a record that keeps moving"
+                "usable samples after the start of the record; give a record in which it varies"
             )
     return Scaling.of_data(displacement, voltage)

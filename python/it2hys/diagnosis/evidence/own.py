@@ -44,7 +44,7 @@ class OwnEvidence(EffectEvidence):
     def __init__(self, effect: OwnEffect):
         self._effect = effect
         self.meaning = effect.description or effect.name
-        self.experiment = effect.experiment or f"what shows {self.meaning}"
+        self.experiment = effect.experiment or f"a voltage whose response shows {self.meaning}"
         self.channel = effect.channel and effect.channel.split("_")[0]
         # whatever answers the voltage alone may look like another phase lag, or another core
         self.of_any_loop = self.imitated = effect.channel is None
