@@ -234,10 +234,10 @@ class _Run:
         self._records = [record, *(r for r, _ in kept)]
         new = RecordEntry.model_construct(name=entry.name, role="train", paper=Paper())
         self._entries = [new, *(e for _, e in kept)]
-        open_ = " or ".join(e for group in first.indistinguishable for e in group)
+        open_ = " and ".join(e for group in first.indistinguishable for e in group)
         named = " and ".join(first.effects) or "no effect"
         self._told = [
-            f"On the first record the diagnosis named {named}, and left open: {open_}. "
+            f"On the first record the diagnosis named {named}, and could not decide between {open_}. "
             + " ".join(found.sentences)
         ]
         return design_json(found, Provenance(), "parameters.ssv"), found.voltage
@@ -314,9 +314,8 @@ def _command(scenario: Scenario) -> str:
 def own_records(scenario: Scenario) -> Section:
     """Return what to do with one's own records."""
     text = [
-        "A record is a CSV with units in its header, as those of this run are, which lie in the "
-        f"folder {RECORDS} beside this page. What was done here with the stand's records is done with "
-        "yours by:"
+        "A record is a CSV with units in its header; those of this run are in the folder "
+        f"{RECORDS} beside this page. The same with your own records:"
     ]
     return Section("Your own records", text, commands=[f"it2hys {_command(scenario)}"])
 
