@@ -79,7 +79,7 @@ def test_the_record_measured_has_the_name_that_was_promised(folder, tmp_path, ca
     given = ("--model", folder / "P.ssv", "--design", folder / "next" / "design.json")
     assert run("diagnose", tmp_path / "new.csv", *given, "-o", tmp_path / "out", "--workers", 0) == 0
     said = capsys.readouterr().out
-    assert "It came out that delay was named" in said
+    assert "Result: delay was named" in said
     report = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
     assert report["effects"] == ["delay"] and report["promised"]["told"]
     assert report["promised"]["played_off_V"] < 1e-9

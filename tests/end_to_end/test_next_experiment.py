@@ -43,7 +43,7 @@ def test_the_effect_that_the_first_record_left_open_is_named_alone(out):
 
 def test_what_was_promised_stands_beside_what_came_out(out):
     page = html_of(out)
-    assert "It came out that play was named" in page
+    assert "Result: play was named" in page
     jsonschema.validate(report_of(out), json.loads((DOCS / "report.schema.json").read_text()))
     design = json.loads((out / "next" / "design.json").read_text(encoding="utf-8"))
     jsonschema.validate(design, json.loads((DOCS / "design.schema.json").read_text()))

@@ -362,7 +362,7 @@ def test_an_fmu_that_allows_but_one_instance_is_shared_by_threads(tmp_path):
     rows = pl.concat([pieces[a] for a in sorted(pieces)])
     assert rows["y"].to_list() == [x + 0.9 for x in range(40)]
     table["fmu"]["b"] = table["fmu"]["a"]
-    with pytest.raises(InputError, match=r"fmu.a: is the same as fmu.b, .* only once per process"):
+    with pytest.raises(InputError, match=r"fmu.a: is the same FMU as fmu.b, .* only once per process"):
         make_plan(parse_sweep(table))
 
 
