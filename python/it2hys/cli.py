@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _own_effects(options: argparse.Namespace) -> Iterator[None]:
-    """Have the effects of `--effect` in the chain while a command runs."""
+    """Put the effects of `--effect` into the chain while a command runs."""
     if not getattr(options, "effect", None):
         yield
         return
@@ -88,7 +88,7 @@ def _own_effects(options: argparse.Namespace) -> Iterator[None]:
 
 
 def _red(text: str) -> str:
-    """Return a text in red where a terminal shows it and the user has nothing against colours."""
+    """Return a text in red on a terminal, unless NO_COLOR is set."""
     plain = not sys.stderr.isatty() or "NO_COLOR" in os.environ
     return text if plain else f"\033[31m{text}\033[0m"
 

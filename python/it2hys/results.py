@@ -1,4 +1,4 @@
-"""What the functions of the API hand to notebooks and scripts: results that show themselves."""
+"""Results of the API's functions, which a notebook shows as a table and a figure."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class DiagnosedModel(Diagnosis):
 
 @dataclass(frozen=True, eq=False)
 class DesignedRecord(Design):
-    """A record to play, and what it will decide."""
+    """A designed record, and the decision that it promises."""
 
     def to_frame(self) -> pl.DataFrame:
         """Return the voltage to play as a data frame: time_s and voltage_V."""

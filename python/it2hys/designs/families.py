@@ -1,4 +1,4 @@
-"""What may be played: families of voltages that a rig knows, each of a few shape parameters.
+"""Families of voltages that a rig can play, each with a few shape parameters.
 
 A shape parameter is between 0 and 1; a family turns a point of them into a period of voltage that keeps
 the limits, from rest to rest.

@@ -1,4 +1,4 @@
-"""Between what a record is to decide: models, each with its own parameters, that rival each other."""
+"""The rival models that a record is to decide between, each with its own parameters."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Hypothesis:
     Parameters
     ----------
     name : str
-        What it has and the others lack.
+        The effects that it has and the others lack.
     effects : tuple of str
         All that it has, in the order in which they came.
     parameters : ParameterSet
@@ -80,7 +80,7 @@ class Hypothesis:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What a record is to answer.
+    """The question that a designed record is to answer.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class Question:
     duration, rate : float or None
         Of the records at hand: the longest, s, and the fastest change of the voltage, V/s.
     said : tuple of str
-        Where what is not given is from.
+        Sentences on the source of values that were not given.
     """
 
     hypotheses: tuple[Hypothesis, ...]

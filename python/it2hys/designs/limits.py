@@ -1,4 +1,4 @@
-"""What a rig can play: limits as they are given, and what follows from them."""
+"""Limits of a rig, as they are given and as they follow from the model and the records."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Wanted:
     bandwidth : float
         Of the amplifier, Hz.
     current, capacitance : float
-        Most that the amplifier delivers, A, and what it drives, F.
+        Largest current of the amplifier, A, and capacitance of the actuator, F.
     sample_time, duration : float
         In s.
     periods : int
@@ -70,7 +70,7 @@ class Limits:
     lowest, highest : float
         Frequencies of sines and of loops, Hz.
     said : tuple of str
-        Where each of them is from.
+        Sentences on the source of each limit.
     """
 
     low: float

@@ -1,4 +1,4 @@
-"""What a diagnosis returns."""
+"""The result of a diagnosis."""
 
 from __future__ import annotations
 
@@ -67,9 +67,9 @@ class Stage:
     residuals : list of ndarray
         Measured minus model on each training record, m; NaN where no error counts.
     e_rms : float
-        Error on the records that decide, m.
+        Error on held-out data, m.
     judgements : tuple of Judgement
-        How the model and its inverse do on all records, in their order: what a step is worth.
+        Errors of the model and its inverse on all records, in their order.
     """
 
     label: str
@@ -99,7 +99,7 @@ class Rival:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What was found in the records.
+    """The result of a diagnosis.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ class Diagnosis:
     indistinguishable : tuple of tuple of str
         Groups of effects that explain the residual equally well on these records.
     experiments : tuple of str
-        For each group, what would decide.
+        For each group, the experiment that would decide.
     noise_rms : float
         Of the records, m.
     before, after : tuple of Judgement

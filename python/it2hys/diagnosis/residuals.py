@@ -1,4 +1,4 @@
-"""Whether there is more than noise in what a model leaves over, and what it looks like."""
+"""Whether the residual of a model is more than noise, and what it looks like."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class RecordNumbers:
 
 @dataclass(frozen=True)
 class LeftOver:
-    """What is left over by a model, and whether it is more than noise.
+    """The residual of a model, and whether it is more than noise.
 
     Parameters
     ----------

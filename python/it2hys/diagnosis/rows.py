@@ -1,4 +1,4 @@
-"""What is said of every effect: its signature, the trial of it, and the reason for the verdict."""
+"""The evidence on every effect: its signature, its trial, and the reason for the verdict."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from it2hys.records.figures_of_merit import change_in_percent
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the search has come to, and what it was not to try.
+    """The result of the search, and the effects that it was not to try.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def evidence_of(verdict: Verdict, left: Clues) -> tuple[Evidence, ...]:
     ----------
     verdict : Verdict
     left : Clues
-        What the first model leaves over.
+        Residuals of the first model.
     """
     return tuple(_evidence_on(effect, verdict, left) for effect in EFFECTS)
 

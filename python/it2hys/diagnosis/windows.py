@@ -1,4 +1,4 @@
-"""Windows of long records: what a search among models works on."""
+"""Windows of long records, on which a search among models works."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of records whatever model is fitted: unused columns, closed loop, coarse readings."""
+"""Findings on records that hold for any model: unused columns, closed loop, coarse readings."""
 
 from __future__ import annotations
 

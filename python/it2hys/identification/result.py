@@ -1,4 +1,4 @@
-"""What an identification returns."""
+"""The result of an identification."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ class IdentificationError(InputError):
 
 @dataclass(frozen=True)
 class Options:
-    """Choices of an identification; the defaults need no thought.
+    """Options of an identification; the defaults suit most records.
 
     Parameters
     ----------
     seed : int
-        Of the random starts: the same data give the same model.
+        Seed of the random starts: the same data and seed give the same model.
     starts : int
         Largest number of starts; fewer where several of them soon agree on the best optimum.
     max_iterations : int

@@ -1,4 +1,4 @@
-"""An effect of the user's own: a Python file that says in CasADi what one more stage of the chain does.
+"""An effect of the user's own: one more stage of the chain, written in CasADi in a Python file.
 
 Such a file is code, and is run (`it2hys.model.own_loading`). `EFFECT` in it is an instance of a
 subclass of `OwnEffect`, which declares its parameters and states, and gives `step`. The rest follows
@@ -51,7 +51,7 @@ FEW_STATES = 2
 
 @dataclass(frozen=True)
 class OwnParameter:
-    """A parameter of an effect of one's own.
+    """A parameter of an effect of the user's own.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class OwnEffect(Effect):
     """A stage of the user's own.
 
     A subclass declares the attributes and gives `step`; `inverse`, `rest` and `latency` (`Effect`)
-    where the ones that follow from `step` will not do; `inverse = None` for an effect that has no part
+    where those that follow from `step` do not suit; `inverse = None` for an effect that has no part
     in the inverse. The first parameter switches the effect: 0 is off.
 
     Attributes
@@ -93,7 +93,7 @@ class OwnEffect(Effect):
     description : str
         A clause for readers.
     experiment : str
-        What would show it.
+        The experiment that would show it, as a clause.
     channel : str or None
         Column that records must have: "force_N" or "temperature_degC".
     states : int

@@ -1,4 +1,4 @@
-"""The columns of files that are not used, told to those who measured them."""
+"""Sentences on the columns of files that are not used, and how to use them."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What a report says at its top, in words: the five questions that its reader has.
+"""The five answers at the top of a report, in words.
 
-All is said from `report.json` alone, so that a page that is drawn again says the same.
+They come from `report.json` alone, so that a page that is drawn again has the same text.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class _Judged:
 
 
 def verdict(report: Mapping) -> list[str]:
-    """Return a sentence that says so where a model is of no use, and of what the voltage explains."""
+    """Return sentences on a model of no use, and on records that the voltage hardly explains."""
     after = report["error"]["after"]
     results = [
         _Judged(n, e["role"], e["e_mr_percent"] / 100, e["e_rms_um"] / UM) for n, e in after.items()

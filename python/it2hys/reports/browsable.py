@@ -1,4 +1,4 @@
-"""A figure of matplotlib as one to look into: the same lines, points and cells, with zoom and hover."""
+"""A matplotlib figure as an interactive one: the same lines, points and cells, with zoom and hover."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a page draws of records: the samples that show every peak, and the residual's spectrum.
+"""The samples that a page draws: thinned records that keep every peak, and the residual's spectrum.
 
 They stand in one file beside `report.json`, so that the page can be drawn again without the records.
 """

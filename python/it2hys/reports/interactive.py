@@ -1,4 +1,4 @@
-"""Figures to look into: zoom, pan, hover, selection; drawn by Bokeh in the browser, without a network.
+"""Interactive figures: zoom, pan, hover, selection; drawn by Bokeh in the browser, without a network.
 
 Bokeh ships its script in its wheel, and the page carries it along. It is imported when a page is
 drawn, as it takes a while.

@@ -1,4 +1,4 @@
-"""What a command prints of a report: tables of all records and effects, then the answers."""
+"""A report as text for the terminal: tables of all records and effects, then the answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report says first: whether a model beats a straight line, and feedforward beats none."""
+"""The verdict of a report: whether the model beats a straight line, and feedforward beats none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sweep computes of every case: numbers of one output, or of one against another."""
+"""The metrics of a sweep: numbers of one output, or of one output against a signal."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ class Fmu(Table):
 
 
 class CsvArguments(Table):
-    """What a signal of a CSV file needs to know."""
+    """The keys of a signal that is read from a CSV file."""
 
     signal: Literal[CSV]
     """A column of a CSV as `it2hys simulate` reads it; interpolated, and held at its ends."""
@@ -133,7 +133,7 @@ class Source(Table, extra="allow"):
 
     @property
     def arguments(self) -> Mapping[str, Any]:
-        """Keys beside ours."""
+        """The keys beside `name` and `signal`: the arguments of the signal."""
         return self.model_extra
 
     @property

@@ -1,7 +1,7 @@
 """A line on the reading that is not in the voltage.
 
-For it speaks one narrow line in the residual's spectrum, of the same frequency and amplitude in every
-record, where the voltage has none: incoherent with it, there in rest as in motion.
+Its signature is one narrow line in the residual's spectrum, of the same frequency and amplitude in
+every record, where the voltage has none: incoherent with it, there in rest as in motion.
 """
 
 import numpy as np

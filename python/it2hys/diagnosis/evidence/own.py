@@ -1,7 +1,7 @@
 """Evidence on an effect of the user's own: what follows from its declaration.
 
-For it speaks a residual that looks as the effect's answer to the signal does: what it adds to it, and
-how that changes with each of its parameters, at one of its guesses.
+Its signature is a residual that looks as the effect's response to the signal: what it adds to the
+signal, and how that changes with each of its parameters, at one of its guesses.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Saturation of the amplifier.
 
-For it speaks a residual that is confined to |u| beyond one level, where the displacement no longer
+Its signature is a residual that is confined to |u| beyond one level, where the displacement no longer
 answers to the voltage at all; the tops of large cycles are flat.
 """
 

@@ -1,6 +1,6 @@
 """Slew limit of the amplifier.
 
-For it speaks a residual that is confined to spells in which |du/dt| was above one level, grows while
+Its signature is a residual that is confined to spells in which |du/dt| was above one level, grows while
 they last and, in large signals of high frequency only, turns sines into triangles.
 """
 
