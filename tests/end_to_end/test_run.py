@@ -191,7 +191,13 @@ def test_the_page_of_a_run_is_drawn_again(demo):
 
 
 def test_a_line_of_progress_says_what_is_being_done(demo):
-    parts = ("measuring", "the paper's model", "what is missing? model + play", "feedforward", "report")
+    parts = (
+        "measuring",
+        "the paper's model",
+        "searching effects: model + play",
+        "feedforward",
+        "report",
+    )
     places = [demo.progress.index(text) for text in parts]
     assert places == sorted(places)
 
