@@ -179,7 +179,7 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
         return "it acts within a sample, as a delay or another sampling of the signals would"
     if not is_chance and c.gain > SEARCH.clear_gain:
         return "it explains a small part of the residual, which lacks this effect's signature"
-    reason = "indistinguishable from chance" if is_chance else "below the required gain"
+    reason = "not significant at the level of a search" if is_chance else "below the required gain"
     if trial.fitted > SEARCH.plain:
         reason += (
             f", although it lowers the error on the training records by {100 * trial.fitted:.0f} %: "

@@ -32,8 +32,8 @@ VOLTAGE, DESIGN_JSON, DESIGN_PAGE, PICTURE = "voltage.csv", "design.json", "desi
 #: The figure of the record to measure next, in a diagnosis.
 NEXT = "next"
 NEXT_CAPTION = (
-    "The record to measure next: voltage, spectrum, what the models that these records cannot tell "
-    "apart predict for it, and what is left of one's prediction when another is refitted to it."
+    "The record to measure next: its voltage, its spectrum and the displacement that each model in "
+    "question predicts; of rivals, also the difference that remains when one is refitted to another."
 )
 
 
