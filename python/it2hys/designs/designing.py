@@ -122,8 +122,8 @@ class Design:
         noise = f"{1e6 * self.question.noise:.2g} µm"
         if len(self.names) == 1:
             return [
-                f"Play this record: {self.words}. Of the records compared, it determines the parameters "
-                f"of {self.names[0]} best, at a noise of {noise}."
+                f"Play this record: {self.words}. Of the records compared, it determines the "
+                f"parameters of {self.names[0]} best, at a noise of {noise}."
             ]
         told = f"{told_apart(self.names)} with probability {probability(self.power)}"
         if self.decides:
