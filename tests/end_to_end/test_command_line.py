@@ -362,6 +362,19 @@ def test_a_file_that_is_no_text_is_called_what_it_is(content, kind, tmp_path):
         read_record(tmp_path / "r.csv")
 
 
+def test_names_of_effects_and_voltages_that_are_misspelled_get_the_ones_that_are_meant(
+    built, tmp_path, capsys
+):
+    train = write_train(tmp_path / "train.csv")
+    said = refused(capsys, "diagnose", train, "--declared", "plya", "-o", tmp_path / "out")
+    assert "--declared plya: no such effect; did you mean 'play'? known are delay, " in said
+    said = refused(capsys, "design", built / "parameters.ssv", "--between", "delay,lag",
+                   "--family", "stesp", "-o", tmp_path / "out")  # fmt: skip
+    assert "no family of voltages 'stesp'; did you mean 'steps'?" in said
+    said = refused(capsys, "design", tmp_path / "report.json", "-o", tmp_path / "out")
+    assert said == f"it2hys: error: {tmp_path / 'report.json'}: no such file\n"
+
+
 def test_a_byte_order_mark_is_read_over_in_csv_and_toml(built, tmp_path):
     """Editors on Windows begin a file with it, and end lines their own way."""
     plain, marked = built / "u.csv", tmp_path / "marked.csv"

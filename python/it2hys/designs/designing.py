@@ -20,6 +20,7 @@ from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.errors import InputError
 from it2hys.policy import DESIGN
 from it2hys.stand.excitations import identification
+from it2hys.support.keys import known_names
 from it2hys.support.numerals import plain
 from it2hys.support.progress import Progress, silent
 
@@ -211,7 +212,9 @@ def design(
     check_resolved(question, wanted)
     limits = _limits(question, wanted)
     if unknown := [name for name in families if name not in FAMILIES]:
-        raise InputError(f"no family of voltages {unknown[0]!r}; known are {', '.join(FAMILIES)}")
+        raise InputError(
+            f"no family of voltages {unknown[0]!r}; {known_names(unknown[0], list(FAMILIES))}"
+        )
     chosen = [FAMILIES[name] for name in families or FAMILIES]
     return _Search(question, limits, chosen, seed, coarse, progress).run(
         at_hand or {}, 0 if coarse else draws, checked

@@ -48,6 +48,7 @@ from it2hys.records import Record
 from it2hys.records.clues import Clue, Extent
 from it2hys.records.feedback import find_feedback
 from it2hys.records.units import UNITS
+from it2hys.support.keys import known_names
 from it2hys.support.processes import parallel_map
 from it2hys.support.progress import Progress
 
@@ -512,7 +513,7 @@ def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple
     """
     for name in names:
         if name not in EFFECTS:
-            raise InputError(f"--{option} {name}: no such effect; known are {', '.join(EFFECTS)}")
+            raise InputError(f"--{option} {name}: no such effect; {known_names(name, list(EFFECTS))}")
     for name in names if option == "declared" else ():
         channel = EVIDENCE[name].channel
         if channel and getattr(extent, channel) is None:

@@ -63,8 +63,8 @@ class Options:
         for name, low in least.items():
             value = getattr(self, name)
             if not isinstance(value, int | np.integer) or value < low:
-                option = name.replace("_", " ")
-                raise InputError(f"the {option} must be a whole number from {low} up, not {value}")
+                option = name.replace("_", "-")
+                raise InputError(f"--{option} {value}: must be a whole number from {low} up")
         if self.solver not in SOLVERS:
             raise InputError(f"unknown solver '{self.solver}'; known are {', '.join(SOLVERS)}")
 

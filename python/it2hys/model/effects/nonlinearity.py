@@ -18,7 +18,7 @@ _HALVINGS, _NEWTON_STEPS = 40, 2
 
 
 class Nonlinearity(Effect):
-    """A curve that rises between two ends, and is straight beyond them."""
+    """Static curve of the stage or its sensor, bent between two ends and straight beyond them."""
 
     is_static = True
 

@@ -8,7 +8,7 @@ ca = Lazy("casadi")
 
 
 class Saturation(Effect):
-    """The voltage stays within two limits; at rest it is taken to be within them."""
+    """Lowest and highest voltage of the amplifier; at rest the voltage is assumed to be between them."""
 
     limits = True
 
