@@ -8,7 +8,7 @@ ca = Lazy("casadi")
 
 
 class Saturation(Effect):
-    """Lowest and highest voltage of the amplifier; at rest the voltage is assumed to be between them."""
+    """Lowest and highest voltage of the amplifier; a stage at rest is between them."""
 
     limits = True
 
