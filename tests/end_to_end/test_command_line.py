@@ -278,7 +278,7 @@ def test_simulate_makes_the_directory_of_its_output(built, tmp_path):
 def test_what_no_memory_holds_is_refused_before_any_work(toml, words, tmp_path, capsys):
     (tmp_path / "s.toml").write_text(toml)
     said = refused(capsys, "run", tmp_path / "s.toml", "-o", tmp_path / "out")
-    for word in words:
+    for word in [str(tmp_path / "s.toml"), *words]:
         assert word in said
     assert files(tmp_path) == ["s.toml"]
 

@@ -201,7 +201,9 @@ def test_a_sweep_that_is_too_large_ends_the_command_with_code_2(tmp_path, capsys
     scenario = write_scenario(tmp_path, {**BASE, "duration": 1e9})
     assert main(["sweep", str(scenario), "-o", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
-    assert error.startswith("it2hys: error: duration is 1e+09 s") and error.count("\n") == 1
+    assert (
+        error.startswith(f"it2hys: error: {scenario}: duration is 1e+09 s") and error.count("\n") == 1
+    )
     assert not (tmp_path / "out").exists()
 
 

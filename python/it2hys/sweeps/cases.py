@@ -216,10 +216,10 @@ def _check_times(plan: Plan) -> None:
             worst = int(np.argmax(steps))
             seconds, each = (float(np.atleast_1d(x)[worst]) for x in (duration, step))
             count, gigabytes = steps[worst], 8e-9 * steps[worst] * arrays
+            need = f" need {gigabytes:.3g} GB of memory" if arrays else ""
             raise InputError(
-                f"duration is {seconds:g} s (case {cases[worst]}): {count:.3g} steps of {each:g} s "
-                f"need {gigabytes:.3g} GB of memory; at most {LARGEST_STEPS:,} can be run, so shorten "
-                "duration or lengthen step"
+                f"duration is {seconds:g} s (case {cases[worst]}): {count:.3g} steps of {each:g} s"
+                f"{need}; at most {LARGEST_STEPS:,} can be run, so shorten duration or lengthen step"
             )
 
 

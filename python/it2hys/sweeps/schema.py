@@ -318,10 +318,11 @@ class FigureEntry(Table):
 
 
 class SweepScenario(Table):
-    """A checked scenario; `folder` is where its relative paths begin."""
+    """A checked scenario; relative paths begin in `folder`, and `file` is empty for a dictionary."""
 
     name: str = Field("", init=False)
     folder: Path = Field(Path(), init=False)
+    file: str = Field("", init=False)
     title: str | None = None
     """Title of the report; the name of the file by default."""
     text: str = ""
@@ -382,7 +383,7 @@ def read_sweep(path: Path) -> SweepScenario:
     try:
         if not is_sweep(table):
             raise InputError("no [fmu.NAME]: not a sweep; `it2hys run` runs experiments on the stand")
-        return parse_sweep(table, path.stem, path.parent)
+        return parse_sweep(table, path.stem, path.parent).model_copy(update={"file": str(path)})
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
