@@ -696,6 +696,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.reports.design_report import designed_voltage, read_design
     from it2hys.reports.pair_report import write_report
     from it2hys.reports.provenance import Provenance
+    from it2hys.reports.summary import PAPER, START
 
     check_rule_count(options.rules)
     designed = None if options.design is None else read_design(options.design)
@@ -721,7 +722,8 @@ def _diagnose(options: argparse.Namespace) -> int:
     provenance = Provenance.of_command(options.typed, options.seed, files)
     promised = None if designed is None else (designed, designed_voltage(options.design, designed))
     with gathered(options.output) as folder:
-        write_report(diagnosis, records, folder, provenance=provenance, promised=promised)
+        start = PAPER if model is None else START
+        write_report(diagnosis, records, folder, provenance=provenance, start=start, promised=promised)
     if _tell_report(options):
         if diagnosis.indistinguishable:
             _next(

@@ -30,7 +30,7 @@ from it2hys.reports.figures import Compared
 from it2hys.reports.page import NONE, Answer, Section, Table
 from it2hys.reports.pair_report import write_report
 from it2hys.reports.provenance import Provenance
-from it2hys.reports.summary import Result, model_names, summary
+from it2hys.reports.summary import PAPER, Result, model_names, summary
 from it2hys.reports.verdict import Judged, percent, straight_line, straight_line_errors
 from it2hys.support.files import check_directory, gathered, make_directory
 from it2hys.support.processes import check_workers
@@ -46,9 +46,7 @@ REASON = (
 UM = 1e6
 #: What the page calls what a scenario shows.
 _QUESTION = "What the scenario shows"
-#: What the model before a diagnosis is called.
-START = "paper's model"
-#: The same where a diagnosis has been before it.
+#: Name of the model before a diagnosis that follows another one.
 FIRST = "first model"
 #: Where a run leaves its records, as CSV.
 RECORDS = "records"
@@ -183,7 +181,7 @@ class _Run:
         scenario = self._scenario
         share = 0.35 if scenario.next else 0.8
         diagnosis = self._diagnose(None, part(self._progress, 0.0, share))
-        start, promised = START, None
+        start, promised = PAPER, None
         if scenario.next:
             promised = self._measure_next(scenario.next, diagnosis)
             start = FIRST
@@ -249,7 +247,7 @@ class _Run:
         sections: Sequence[Section],
         tracked: Compared | None = None,
         more: Mapping[str, object] | None = None,
-        start: str = START,
+        start: str = PAPER,
         promised: tuple[Mapping, np.ndarray] | None = None,
     ) -> Path:
         """Write the report, with what the scenario shows at its top."""
@@ -325,7 +323,7 @@ def before_and_after(
     diagnosis: Diagnosis,
     lines: Sequence[Errors],
     tracked: Feedforward | None,
-    start: str = START,
+    start: str = PAPER,
 ) -> Table:
     """Return what a diagnosis brought, beside the published figures and what one has without it.
 

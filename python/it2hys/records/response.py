@@ -103,7 +103,7 @@ class _Seen:
     Parameters
     ----------
     voltage, displacement : ndarray, shape (n,)
-        V and um.
+        V and µm.
     others : ndarray, shape (n, k)
         Force and temperature, each within -1 .. 1, where they were recorded.
     block : int
@@ -282,7 +282,7 @@ class _Curve:
     not_rising, not_falling : float
         Shares of its shape that none which rises, and none which falls, explains.
     without_drift : ndarray, shape (n,)
-        The displacement, um.
+        The displacement, µm.
     """
 
     voltage: np.ndarray

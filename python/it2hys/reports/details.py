@@ -110,18 +110,21 @@ def evidence_tables(report: Mapping) -> list[Table]:
         groups.setdefault(entry["reason"], []).append(entry)
     common = {reason: g for reason, g in groups.items() if len(g) > 1}
     alone = [entry for reason, g in groups.items() if reason not in common for entry in g]
-    tables = [_evidence_table(added, "Added")] if added else []
-    tables += [_evidence_table(g, f"Not added: {reason}") for reason, g in common.items()]
+    start = report["names"]["before"]
+    tables = [_evidence_table(added, start, "Added")] if added else []
+    tables += [_evidence_table(g, start, f"Not added: {reason}") for reason, g in common.items()]
     if alone:
-        tables.append(_evidence_table(alone, "Not added, for different reasons", True))
+        tables.append(_evidence_table(alone, start, "Not added, for different reasons", True))
     return tables
 
 
-def _evidence_table(entries: Sequence[Mapping], caption: str, with_reason: bool = False) -> Table:
+def _evidence_table(
+    entries: Sequence[Mapping], start: str, caption: str, with_reason: bool = False
+) -> Table:
     """Return a table of effects; what is the same for all of them stands in its caption."""
     bases = {tuple(e["beside"]) for e in entries if e["held_out_gain_percent"] is not None}
     if len(bases) == 1:
-        base = " + ".join(["the starting model", *next(iter(bases))])
+        base = " + ".join([f"the {start}", *next(iter(bases))])
         caption += f"; tried on top of {base}" if not entries[0]["accepted"] else ""
     columns: dict[str, list[str]] = {"effect": [e["effect"] for e in entries]}
     if len(bases) > 1:
