@@ -189,7 +189,7 @@ def test_a_model_that_is_better_than_a_line_says_first_what_was_found(folder):
     page = html_of(folder / "out")
     assert "no better than" not in page
     first = page[page.index("<p>") + 3 : page.index("</p>")]
-    assert first == ("Found and added to the paper's model: load (force on the stage shortens it).")
+    assert first == "Found and added to the paper&#39;s model: load (force on the stage shortens it)."
     assert page.index("<img") < page.index("<h2>")  # its picture is on the first screen
 
 

@@ -20,8 +20,8 @@ _LEAST_PART = 0.15
 #: Golden ratio, whose multiples spread evenly whatever their number.
 _GOLDEN = 0.6180339887498949
 _MOST_TONES = 32
-#: What is said of a voltage whose limits take away more than this share of the range, rms.
-_NOTICED, _CUT = 0.02, ", as far as the limits let it"
+#: A voltage that the limits change by more than this share of the range, rms, is described so.
+_NOTICED, _CUT = 0.02, ", cut to the limits"
 
 
 @dataclass(frozen=True)
