@@ -30,7 +30,7 @@ _REFITS, _FEWEST, _MOST = 1000, 60, 260
 _BY_FAMILY = 40
 #: Refits of the coarse search that a report can wait for, and its records.
 _COARSE_REFITS, _COARSE_FEWEST, _COARSE_MOST = 120, 24, 36
-#: Score beyond which a record decides by far, and what a nat a parameter counts beside it.
+#: Score above which a record decides with certainty, and weight of a nat of information on parameters.
 _ENOUGH, _OF_PARAMETERS = 0.7, 0.1
 #: Share of the records that are spread over the families; the rest refines the best ones.
 _SPREAD = 0.6

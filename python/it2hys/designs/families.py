@@ -218,7 +218,7 @@ def _combined(name: str, parts: tuple[Family, ...]) -> Family:
     return Family(name, int(sizes[-1]) + len(parts), shape, words)
 
 
-#: By name.
+#: Families by name.
 FAMILIES: dict[str, Family] = {
     family.name: family
     for family in (

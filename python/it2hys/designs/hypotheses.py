@@ -28,7 +28,7 @@ from it2hys.records.clues import Clue, Clues, Extent
 from it2hys.stand.excitations import identification
 from it2hys.support.keys import known_names
 
-#: The model without anything that the others differ in.
+#: Name of the model without the effects in which the rivals differ.
 NEITHER = "neither"
 #: Noise where nothing is known of the sensor, as a share of the travel.
 _USUAL_NOISE = 5e-4

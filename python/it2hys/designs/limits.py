@@ -15,7 +15,7 @@ from it2hys.support.numerals import plain
 _RISE = 0.35
 #: Samples of a record at most: a search computes it hundreds of times.
 MOST_SAMPLES = 100_000
-#: What a slew rate may be exceeded by: the rounding of its own difference.
+#: Share by which rounding of a difference may exceed the slew rate.
 _ROUNDING = 1e-9
 
 

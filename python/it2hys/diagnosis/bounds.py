@@ -10,7 +10,7 @@ from it2hys.identification.criterion import ChainFit
 from it2hys.model.variables import load_table
 from it2hys.policy import PHYSICS
 
-#: Distance to a bound, in coordinates of which a fit moves by about 1, that is none.
+#: Distance in coordinates (a fit moves by about 1) within which a parameter is at its bound.
 _TOUCHES = 1e-6
 
 

@@ -13,7 +13,7 @@ from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
 
 _CURVE_POINTS = 201
-#: What is said of test records begins with.
+#: Beginning of the sentences on test records.
 ON_TEST_RECORDS = "On the test records"
 
 

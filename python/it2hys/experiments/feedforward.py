@@ -20,7 +20,7 @@ from it2hys.reports.verdict import feedforward_verdict, percent
 from it2hys.support.progress import Progress
 
 UM = 1e6
-#: Travel over voltage range from the data sheet: what one has without any measurement, m/V.
+#: Travel over voltage range by the data sheet, known without any measurement, m/V.
 DATA_SHEET_SLOPE = 16e-6 / 105.0
 
 

@@ -44,13 +44,13 @@ REASON = (
     "grows with frequency, where the stand's loop hardly does. Hence the gap between the two."
 )
 UM = 1e6
-#: What the page calls what a scenario shows.
+#: Heading of the scenario's result on the page.
 _QUESTION = "What the scenario shows"
 #: Name of the model before a diagnosis that follows another one.
 FIRST = "first model"
-#: Where a run leaves its records, as CSV.
+#: Folder for the records of a run, as CSV.
 RECORDS = "records"
-#: Where it leaves a record that it designed.
+#: Folder for a record that the run designed.
 DESIGNS = "next"
 
 

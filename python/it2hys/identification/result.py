@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from it2hys.identification.stage_figures import StageFigure
 
 
-#: What may minimise (23), see `solvers`; the first is the default.
+#: Names of the solvers that minimise (23), see `solvers`; the first is the default.
 SOLVERS = (
     "levenberg-marquardt",
     "trust-region",

@@ -18,7 +18,7 @@ from it2hys.policy import STARTS
 from it2hys.records import Record
 from it2hys.records.clues import Extent
 
-#: Where there are no validation records: parts of every training record, and those that decide.
+#: Without validation records: number of parts of a training record, and the parts that decide.
 _PARTS, _DECIDING = 10, (2, 5, 8)
 
 

@@ -33,7 +33,7 @@ def packaged_native() -> Path:
     return Path(os.environ.get("IT2HYS_NATIVE") or str(files("it2hys") / "native"))
 
 
-#: Those that were built with effects of the user's own.
+#: The binaries that were built with effects of the user's own.
 _own_native: Path | None = None
 
 

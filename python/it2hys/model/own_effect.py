@@ -27,7 +27,7 @@ else:
     ca = Lazy("casadi")
 
 
-#: What a stage may use of the chain beside its own parameters.
+#: Values of the chain that a stage may use beside its own parameters.
 SHARED = ("sampleTime", "displacementZero")
 #: Ends of the range in which the input is sought, by side.
 ENDS = {
@@ -35,7 +35,7 @@ ENDS = {
     "behind": ("displacementMin", "displacementMax"),
     "reading": ("displacementMin", "displacementMax"),
 }
-#: Reference temperature, K: no force, this and the time 0 is what a stage rests at.
+#: Reference temperature, K: no force, this and the time 0 hold where a stage rests.
 AT_REST = Surroundings(0.0, 293.15, 0.0)
 #: The input is sought within the range and this share of it beyond each end.
 BEYOND = 0.5
@@ -309,7 +309,7 @@ def _anywhere(parameter: OwnParameter, rng: np.random.Generator) -> float:
     return float(np.exp(rng.uniform(*np.log([low, high]))) if low > 0.0 else rng.uniform(low, high))
 
 
-#: Ranges of the paper's stage, in SI units: what an effect is tried on.
+#: Ranges of the paper's stage, in SI units, over which an effect is checked.
 TYPICAL = {"before": (0.0, 120.0), "behind": (0.0, 16e-6), "reading": (0.0, 16e-6)}
 
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from it2hys.errors import InputError
 
-#: From this multiple of the noise on the multiple itself says nothing more.
+#: Multiple of the noise above which the multiple itself is not given.
 _MANY_TIMES = 1000.0
 #: A noise below this, m, is not worth a figure.
 _NO_NOISE = 1e-12

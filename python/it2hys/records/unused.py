@@ -11,7 +11,7 @@ from it2hys.records.units import UNITS, split_name
 
 #: Quantities that a column may hold beside those that every record has, by how people abbreviate them.
 _MEANT = {"temperature": ("temp", "t_"), "force": ("force", "load", "f_"), "reference": ("ref", "set")}
-#: What an unused column of a quantity would have been good for.
+#: Consequence of leaving out a column of a quantity.
 _USE = {
     "temperature": "without it, drift is tried with time alone",
     "force": "without it, load is not tried",
@@ -19,7 +19,7 @@ _USE = {
 }
 #: The unit that the advice gives where a column's name has none, or one that is not known.
 _LIKELY = {"temperature": "degC", "force": "N", "reference": "um"}
-#: Records that a sentence names.
+#: Number of records that a sentence names.
 _NAMED = 3
 
 

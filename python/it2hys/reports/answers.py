@@ -22,7 +22,7 @@ from it2hys.support.numerals import counted, plain
 
 UM = 1e6
 ROLES = {"train": "training", "validation": "validation", "test": "test"}
-#: What to do where the model, or its inverse, is of no use.
+#: Advice where the model, or its inverse, is of no use.
 DIAGNOSE = (
     "Do not rely on it: `it2hys diagnose` with the same records looks for the effects that it lacks, "
     "and adds them."

@@ -17,13 +17,13 @@ from scipy import signal
 from it2hys.errors import InputError
 from it2hys.support.files import write_atomically
 
-#: The file.
+#: File name of the courses.
 COURSES = "courses.npz"
 #: Samples of all records together, and of one at least and at most: what a page of 8 MB can hold.
 _ALL, _FEWEST, _MOST = 120_000, 1_000, 40_000
 #: Points of a spectrum, and segments of a record that it is averaged over, half overlapping.
 _SPECTRUM, _SEGMENTS = 1_500, 4
-#: Written apart from the samples.
+#: Stands between the name of a record and that of a signal in the file.
 _SEPARATOR = "/"
 
 

@@ -27,7 +27,7 @@ from it2hys.support.files import make_directory, write_atomically
 from it2hys.support.numerals import plain
 
 UM = 1e6
-#: What a design leaves in its directory.
+#: Files that a design writes.
 VOLTAGE, DESIGN_JSON, DESIGN_PAGE, PICTURE = "voltage.csv", "design.json", "design.html", "design"
 #: The figure of the record to measure next, in a diagnosis.
 NEXT = "next"

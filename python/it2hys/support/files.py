@@ -9,7 +9,7 @@ from pathlib import Path
 
 from it2hys.errors import InputError
 
-#: What FMUs, a report and its figures may take, bytes.
+#: Room that FMUs, a report and its figures may take, bytes.
 ROOM = 20_000_000
 #: Begins the name of the folder in which results are gathered.
 _GATHERED = ".it2hys-"
