@@ -148,6 +148,9 @@ def test_rivals_have_one_effect_each_and_those_of_the_set_as_they_are():
         assert set(h.effects) == {h.name, "resonance"}
         assert h.said.startswith(h.name)
     assert question.neither.effects == ("resonance",)
+    question = between(table_1(), ["lag", "resonance"], NOISE)
+    said = question.hypotheses[1].said
+    assert " Hz, resonance.damping = 0.5, a usual size" in said  # a ratio has no unit
 
 
 @pytest.mark.parametrize(

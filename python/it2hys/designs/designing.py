@@ -13,7 +13,7 @@ from scipy.stats import qmc
 
 from it2hys.designs.checking import Simulated, diagnose_records, simulate_pair
 from it2hys.designs.families import FAMILIES, Family
-from it2hys.designs.hypotheses import Question
+from it2hys.designs.hypotheses import NEITHER, Question
 from it2hys.designs.limits import Limits, Wanted, limits_of
 from it2hys.designs.promise import Ground, Separation, worst
 from it2hys.diagnosis.evidence import EVIDENCE
@@ -130,9 +130,10 @@ class Design:
         if self.decides:
             return [f"Play this record: {self.words}. It tells {told} at a noise of {noise}."]
         bad = worst(self.separations)
+        rival = "the model with none of them" if bad.rival == NEITHER else bad.rival
         return [
             f"No record within these limits decides between {' and '.join(self.names)}. The best one "
-            f"that was found tells {told} at a noise of {noise}: refitted, {bad.rival} differs from "
+            f"that was found tells {told} at a noise of {noise}: refitted, {rival} differs from "
             f"{bad.truth} by {bad.distance:.3g} times the noise over the whole record.",
             *self.needed,
         ]
@@ -394,7 +395,7 @@ class _Search:
         else:
             texts.append(
                 "" if self.coarse else "No lower noise would make this record decide: refitted, the "
-                "models differ at too few of its samples, or not at all."
+                "models differ at too few of the samples that decide, or not at all."
             )  # fmt: skip
         texts.append(self._with_a_faster_amplifier())
         for effect in {e for h in self.question.hypotheses for e in h.own}:

@@ -247,7 +247,7 @@ def _listed(values: Mapping[str, float]) -> str:
     """Return the first parameters of a guess, with their units."""
     known = load_table().parameters()
     shown = [
-        f"{n} = {v:.3g} {known[n].type.unit or ''}".rstrip()
+        f"{n} = {v:.3g}" + ("" if known[n].type.unit == "1" else f" {known[n].type.unit}")
         for n, v in values.items()
         if known[n].group is None and known[n].type.base == "Real"
     ] or [f"{n} = {v:.3g}" for n, v in list(values.items())[:4]]
