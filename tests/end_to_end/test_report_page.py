@@ -196,7 +196,7 @@ def test_what_is_changed_in_the_json_changes_on_the_page(folder, tmp_path):
         (lambda out: (out / "report.json").write_text("{"), ["report.json", "cannot be read"]),
         (lambda out: (out / "report.json").write_text('{"effects": []}'), ["title", "earlier version"]),
         (lambda out: (out / "courses.npz").unlink(), ["courses.npz", "no such file"]),
-        (lambda out: (out / "courses.npz").write_bytes(b"PK"), ["courses.npz", "does not hold"]),
+        (lambda out: (out / "courses.npz").write_bytes(b"PK"), ["courses.npz", "damaged"]),
         (lambda out: (out / "overview.png").unlink(), ["overview.png", "figure"]),
     ],
 )

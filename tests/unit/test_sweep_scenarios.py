@@ -151,7 +151,7 @@ NO_SCENARIO = [
      "^duration: periods is -1.0; it must be at least 0$"),
     (("step",), float("inf"), "^step is inf; it must be finite$"),
     (("keep",), ["reference", 3], "^keep has 3; each must be a text$"),
-    (("vary", 0, "of"), [], r"^vary 1: of is \[\]; name what is varied$"),
+    (("vary", 0, "of"), [], r"^vary 1: of is \[\]; name at least one target$"),
     (("vary", 0, "factor"), 1, "^vary 1: factor is 1; it must be true or false$"),
     (("vary", 0, "interval"), "r.json", r"unknown key 'interval'; did you mean 'intervals'\?"),
     (("vary", 0), {"of": "plant", "intervals": 3},

@@ -153,7 +153,9 @@ class Scenario(Table):
         if self.model != "table 1" and not any(r.role == "train" for r in self.records):
             raise ValueError("record: a model can only be identified with a record of role 'train'")
         if self.next and self.model != "diagnosed":
-            raise ValueError("next: only what a diagnosis leaves open can be designed for")
+            raise ValueError(
+                'next: a record is designed after a diagnosis only; set model = "diagnosed"'
+            )
         return self
 
 

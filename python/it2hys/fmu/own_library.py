@@ -154,7 +154,7 @@ def _built(effects: Sequence[OwnEffect]) -> Path:
         work = Path(tempfile.mkdtemp(prefix="new-", dir=place.parent))
     except OSError as error:
         raise InputError(
-            f"{place.parent}: {error.strerror}; IT2HYS_CACHE names another folder for what is built"
+            f"{place.parent}: {error.strerror}; set IT2HYS_CACHE to another folder for compiled effects"
         ) from None
     try:
         _build(work, sources, generated, effects)

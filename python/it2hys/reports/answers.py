@@ -255,9 +255,9 @@ def unexplained(report: Mapping) -> list[str]:
         for group in report["indistinguishable"]
     ]
     if report["unexplained"]:
-        head = "A significant residual is left that no effect of the catalogue accounts for."
+        head = "A significant residual remains that no effect of the catalogue explains."
     else:
-        head = "No significant residual is left on the records that were fitted or decided."
+        head = "No significant residual remains on the records that were fitted or decided."
     # the first sentence is the verdict, the details describe it
     texts.append(" ".join([head, *report["left_over"][:1]]))
     if _tests_show_more(report):

@@ -169,8 +169,10 @@ def read_courses(directory: Path, names: Sequence[str]) -> dict[str, Course]:
         raise InputError(
             f"{path}: no such file; it is written beside report.json, for the figures"
         ) from None
-    except (KeyError, ValueError, OSError, EOFError) as error:
-        raise InputError(f"{path}: does not hold what report.json says: {error}") from None
+    except (KeyError, ValueError, OSError, EOFError):
+        raise InputError(
+            f"{path}: damaged, or not of this report.json; make the report again from its records"
+        ) from None
 
 
 def voltages_at_hand(report: Path, sample_time: float, most: int = 2) -> dict[str, np.ndarray]:

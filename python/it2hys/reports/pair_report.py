@@ -386,7 +386,7 @@ def _record_pictures(result: Result, records: Sequence[Record]) -> list[Picture]
             Picture(
                 f"{record.name}_inverse",
                 figures.inverse_course(time, after.inverse.applied[kept], volts, gain, title),
-                "The voltage that was applied, and what the inverse asks for",
+                "The applied voltage, and that of the inverse for the measured displacement",
             ),
         ]
     return pictures

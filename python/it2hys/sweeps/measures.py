@@ -140,7 +140,7 @@ KINDS: dict[str, Kind] = {
         lambda y, r, _: float(np.ptp(_finite(y)) / np.ptp(r)) if np.ptp(r) else float("nan"),
         True,
         "1",
-        "range over the range of what it is compared with",
+        "range over the range of `against`",
     ),
     "loop area": Kind(
         lambda y, x, _: loop_area(x, _finite(y)),

@@ -72,7 +72,7 @@ def _targets(value: object) -> object:
     if not isinstance(value, list):
         raise ValueError("it must be a text or a list")
     if not value:
-        raise ValueError("name what is varied")
+        raise ValueError("name at least one target")
     return value
 
 
