@@ -17,7 +17,7 @@ static bool collect_seeds(const struct fmu *fmu, const char *function, const uns
         const bool input = v && v->causality == FMU_INPUT;
         if (!v || v->base != FMU_REAL || !(input || (starting && v->causality == FMU_PARAMETER))) {
             fmu_say(fmu, FMU_ERROR,
-                    "%s: %s is not a known here; knowns are the inputs and, in "
+                    "%s: %s cannot be a known; knowns are the inputs and, in "
                     "initializationMode, the parameters.",
                     function, v ? v->name : "a value reference that does not exist");
             return false;

@@ -75,8 +75,8 @@ static bool parse(const struct fmu_model *model, const char *text, void *paramet
             value += sizeof VALUE - 1;
             if (!set_parameter(model, parameters, name, name_length, value, strcspn(value, "\""))) {
                 snprintf(message, size,
-                         "parameters.ssv: parameter '%.*s' is unknown or its value is "
-                         "not usable",
+                         "parameters.ssv: parameter '%.*s' is unknown, or its value is "
+                         "not valid",
                          (int)(name_length < 80 ? name_length : 80), name);
                 return false;
             }

@@ -6,6 +6,8 @@
 #include "fmu.h"
 #include "fmu_places.h"
 
+#define MICROMETRES "\xc2\xb5m" /* as UTF-8, whatever the compiler takes the source for */
+
 enum { FMU_PLANT = 1, FMU_INVERSE = 2 };
 
 HIDDEN_BEGIN

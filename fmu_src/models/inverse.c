@@ -93,18 +93,19 @@ static void inverse_explain(unsigned finding, const void *state, const void *par
     (void)state;
     if (finding == INVERSE_OUT_OF_REACH)
         snprintf(text, size,
-                 "the reference, %g um at %g s, is outside displacementMin..displacementMax, %g to "
-                 "%g um; the nearest displacement within is aimed at (saturated is true).",
+                 "the reference, %g " MICROMETRES
+                 " at %g s, is outside displacementMin..displacementMax, %g to "
+                 "%g " MICROMETRES "; it is clamped to the nearer end (saturated is true).",
                  reference, time, 1e6 * p->displacementMin, 1e6 * p->displacementMax);
     else if (finding == INVERSE_AMPLIFIER_LIMIT)
         snprintf(text, size,
-                 "the reference, %g um at %g s, asks for more than slew.rate or saturation.minimum.."
-                 "saturation.maximum let through; the nearest voltage is given, %g V (saturated is true).",
+                 "the reference, %g " MICROMETRES " at %g s, needs a voltage beyond slew.rate or "
+                 "saturation.minimum..saturation.maximum; it is clamped to %g V (saturated is true).",
                  reference, time, voltage);
     else
         snprintf(text, size,
-                 "the reference, %g um at %g s, asks for a voltage outside voltageMin..voltageMax, "
-                 "%g to %g V; the nearest is given (saturated is true).",
+                 "the reference, %g " MICROMETRES " at %g s, needs a voltage outside voltageMin..voltageMax, "
+                 "%g to %g V; it is clamped to the nearer end (saturated is true).",
                  reference, time, p->voltageMin, p->voltageMax);
 }
 

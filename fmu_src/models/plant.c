@@ -102,9 +102,9 @@ static void plant_explain(unsigned finding, const void *state, const void *param
                  p->voltageMin, p->voltageMax, input[IN_VOLTAGE], time);
     else
         snprintf(text, size,
-                 "the core's displacement left displacementMin..displacementMax, %g to %g um, the "
-                 "range that its rules hold for: it is %g um at %g s. Outside the model is extrapolated; "
-                 "outOfRange is true there.",
+                 "the core's displacement left displacementMin..displacementMax, %g to %g " MICROMETRES ", the "
+                 "range that its rules are valid for: it is %g " MICROMETRES " at %g s; outOfRange is true, "
+                 "and the model extrapolates, as long as it is outside.",
                  1e6 * p->displacementMin, 1e6 * p->displacementMax, 1e6 * s->core.y, time);
 }
 

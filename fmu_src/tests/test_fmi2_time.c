@@ -252,7 +252,8 @@ static void warnings(void)
     forget_log();
     CHECK(INVERSE.DoStep(c, 0.0, TS, fmi2True) == fmi2Warning);
     CHECK(logged.count == 1 && logged.status == fmi2Warning);
-    CHECK(log_says("the reference, 1000 um at 0 s, is outside displacementMin..displacementMax, 0 to 16 um"));
+    CHECK(log_says(
+        "the reference, 1000 \xc2\xb5m at 0 s, is outside displacementMin..displacementMax, 0 to 16 \xc2\xb5m"));
     CHECK(get_boolean(&INVERSE, c, "saturated") == 1);
     forget_log();
     CHECK(INVERSE.DoStep(c, TS, TS, fmi2True) == fmi2OK && logged.count == 0);
@@ -284,7 +285,7 @@ static void out_of_range(void)
     forget_log();
     CHECK(PLANT.DoStep(c, 13 * TS, TS, fmi2True) == fmi2OK && logged.count == 0); /* said already */
     CHECK(PLANT.DoStep(c, 14 * TS, 0.1, fmi2True) == fmi2Warning && logged.count == 1);
-    CHECK(log_says("displacementMin..displacementMax, 0 to 16 um") && log_says("it is 16.0"));
+    CHECK(log_says("displacementMin..displacementMax, 0 to 16 \xc2\xb5m") && log_says("it is 16.0"));
     CHECK(set_real(&PLANT, c, "voltage", 105.0) == fmi2OK);
     CHECK(PLANT.DoStep(c, 14 * TS + 0.1, TS, fmi2True) == fmi2OK); /* the voltage is back, the core not yet */
     CHECK(get_boolean(&PLANT, c, "outOfRange") == 1);

@@ -1,9 +1,9 @@
 """Piezo hysteresis: an interval type-2 fuzzy model and its closed-form inverse, as FMUs.
 
-Data flow one way: records (`records`) are identified (`identification`) to a parameter set
-(`parameters`), to which the effects that it lacks are added (`diagnosis`), and which is packaged as
-FMUs (`packaging`) and run in co-simulation (`simulation`), one case or many (`sweeps`). For notebooks
-and scripts there is `api`, whose functions are imported from here.
+Data flow one way: from records (`records`) a parameter set is identified (`identification`); the
+effects that it lacks are added (`diagnosis`); the set is packaged as FMUs (`fmu`), which run in
+co-simulation (`cosimulation`), in one case or in many (`sweeps`). The functions of `api`, for
+notebooks and scripts, are imported from here.
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""For notebooks and scripts: what the command line does, on arrays and data frames.
+"""The commands as functions for notebooks and scripts, on arrays and data frames.
 
 The functions are imported from the package itself: ``from it2hys import simulate, track``. Signals are
 in SI units (V, m, s, N, K) and named as the FMUs' variables. What comes in as a mapping of arrays comes
@@ -74,18 +74,19 @@ def identify(
     Parameters
     ----------
     train : record or sequence of records
-        What is fitted. A record is a data frame or a mapping of arrays with units in its columns'
-        names, such as ``time_s``, ``voltage_V`` and ``displacement_um``, or the path of such a CSV.
+        Records that are fitted. A record is a data frame or a mapping of arrays with units in its
+        columns' names, such as ``time_s``, ``voltage_V`` and ``displacement_um``, or the path of such
+        a CSV.
     validate, test : sequence of records, optional
-        What decides on the number of rules, and what is only reported on.
+        Records that decide on the number of rules, and records that are only reported on.
     rules : int, optional
         Number of rules; chosen on the validation records by default.
     seed : int
-        Of the random starts.
+        Seed of the random starts.
     invert_displacement : bool
         Flip the sign of the displacement of all records: that of a sensor which counts the other way.
     solver : str
-        What fits the whole records, of `identification.SOLVERS`.
+        Solver of the fits on whole records, one of `identification.SOLVERS`.
     starts, max_iterations : int
         Limits of the number of starts, and of the iterations of a fit on the whole records.
     progress : bool or callable
@@ -94,7 +95,7 @@ def identify(
     Returns
     -------
     IdentifiedModel
-        `parameters` is the parameter set, `records` how it does on every record; `to_frame()` gives
+        `parameters` is the parameter set, `records` its errors on every record; `to_frame()` gives
         their errors as a data frame, `plot()` a loop.
 
     Raises
@@ -146,10 +147,10 @@ def diagnose(
     Parameters
     ----------
     train : record or sequence of records
-        What is fitted; a record is what it is for `identify`, and may have columns such as
+        Records that are fitted, as for `identify`; they may have columns such as
         ``force_N`` and ``temperature_degC``.
     validate, test : sequence of records, optional
-        What decides whether an effect is added, and what is only reported on.
+        Records that decide whether an effect is added, and records that are only reported on.
     model : ParameterSet or path of an SSV file, optional
         The model to start from; by default the paper's, identified on the training records.
     declared : sequence of str
@@ -157,7 +158,7 @@ def diagnose(
     rules : int
         Number of rules of the model that is identified.
     seed : int
-        Of the random starts.
+        Seed of the random starts.
     workers : int
         Processes that share the fits; a script that asks for several must do so under
         ``if __name__ == "__main__"``.
@@ -166,21 +167,20 @@ def diagnose(
     exclude : sequence of str
         Effects that are kept out of the model.
     sensor_curve : bool
-        That a static curve, where one is found, is the sensor's: FMUs that `package` writes are then
-        without it.
+        Attribute a static curve that is found to the sensor: FMUs that `package` writes leave it out.
     progress : bool or callable
         As for `identify`.
     own_effects : sequence of path, optional
-        Python files with effects of your own (`it2hys.OwnEffect`), which are run and tried as the
-        others are. They stay in the chain for later calls, which need them for what was found here,
-        until others are named; an empty sequence is the chain as it comes.
+        Python files with effects of your own (`it2hys.OwnEffect`), which are run and tested as
+        the built-in effects are. They stay in the chain for later calls, such as `package` of what was
+        found, until other files are given; an empty sequence removes them.
 
     Returns
     -------
     DiagnosedModel
-        `effects` names what was found, `parameters` is the set with it, `after` how it does on every
-        record, `evidence` what was tried and why it was taken or not; `to_frame()` gives the errors
-        before and after as a data frame, `plot()` a loop.
+        `effects` names what was found, `parameters` is the set with it, `after` its errors on every
+        record, `evidence` which effects were tried and why each was added or not; `to_frame()` gives
+        the errors before and after as a data frame, `plot()` a loop.
 
     Raises
     ------
@@ -259,25 +259,25 @@ def design(
         Effects to decide between; of a report by default those that its records cannot tell apart.
         Without any the parameters of the model's effects are to be determined.
     noise : float, optional
-        Of the displacement, m rms; that of the report by default.
+        Noise of the displacement, m rms; that of the report by default.
     voltage : tuple of float, optional
         Lowest and highest voltage, V; the model's range by default.
     slew_rate, bandwidth : float, optional
         Fastest change, V/s, and bandwidth of the amplifier, Hz.
     current, capacitance : float, optional
-        Most that the amplifier delivers, A, and what it drives, F.
+        Largest current of the amplifier, A, and capacitance of the actuator, F.
     duration : float, optional
-        Of the record, s.
+        Duration of the record, s.
     periods : int
-        Equal periods of it, for averaging.
+        Number of equal periods of the record, to average over.
     band : tuple of float, optional
-        Of the references that the model will be used for, Hz.
+        Band of the references that the model will be used for, Hz.
     families : sequence of str
-        Kinds of voltages that may be played; all by default.
+        Families of voltages that may be played; all by default.
     seed : int
-        The same one gives the same record.
+        Seed of the search; the same seed gives the same record.
     draws, checked : int
-        Simulated records of every model that are refitted, and that are diagnosed.
+        Number of simulated records of every model that are refitted, and that are diagnosed.
     progress : bool or callable
         As for `identify`.
 
@@ -285,8 +285,8 @@ def design(
     -------
     DesignedRecord
         `voltage` and `time` are what to play, `sentences` what it promises, `separations` the
-        probability of telling each pair of models apart, `intervals` what the parameters are known to
-        after it; `to_frame()` gives the voltage as a data frame, `plot()` draws it.
+        probability of telling each pair of models apart, `intervals` the 95 % intervals of the
+        parameters after it; `to_frame()` gives the voltage as a data frame, `plot()` draws it.
 
     Raises
     ------

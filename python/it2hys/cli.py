@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _own_effects(options: argparse.Namespace) -> Iterator[None]:
-    """Have the effects of `--effect` in the chain while a command runs."""
+    """Put the effects of `--effect` into the chain while a command runs."""
     if not getattr(options, "effect", None):
         yield
         return
@@ -88,7 +88,7 @@ def _own_effects(options: argparse.Namespace) -> Iterator[None]:
 
 
 def _red(text: str) -> str:
-    """Return a text in red where a terminal shows it and the user has nothing against colours."""
+    """Return a text in red on a terminal, unless NO_COLOR is set."""
     plain = not sys.stderr.isatty() or "NO_COLOR" in os.environ
     return text if plain else f"\033[31m{text}\033[0m"
 
@@ -115,16 +115,18 @@ def make_parser() -> argparse.ArgumentParser:
     _add_output(identify)
     identify.add_argument("--rules", type=int, metavar="L", help="number of rules (default: chosen)")
     identify.add_argument("--seed", type=int, default=0, help="seed of the random starts")
-    identify.add_argument("--starts", type=int, metavar="N", default=36, help="starts at most")
+    identify.add_argument(
+        "--starts", type=int, metavar="N", default=36, help="largest number of starts"
+    )
     identify.add_argument(
         "--solver",
         metavar="NAME",
         default="levenberg-marquardt",
-        help="for the fits on the whole records: levenberg-marquardt (default), trust-region, "
+        help="solver of the fits on whole records: levenberg-marquardt (default), trust-region, "
         "quasi-newton, gradient-descent (the paper's), ipopt or evolution",
     )
     identify.add_argument(
-        "--max-iterations", type=int, metavar="N", default=600, help="of a fit on the whole records"
+        "--max-iterations", type=int, metavar="N", default=600, help="most iterations of such a fit"
     )
 
     diagnose = _command(
@@ -151,13 +153,13 @@ def make_parser() -> argparse.ArgumentParser:
     diagnose.add_argument(
         "--sensor-curve",
         action="store_true",
-        help="a static curve, where one is found, is the sensor's: the FMUs are without it",
+        help="attribute a static curve that is found to the sensor; the FMUs leave it out",
     )
     diagnose.add_argument(
         "--design",
         metavar="design.json",
         type=Path,
-        help="of the record, as `design` left it: the report sets what came out beside its promise",
+        help="that `design` wrote for this record; the report compares its promise with the result",
     )
     diagnose.add_argument("--rules", type=int, metavar="L", help="number of rules (default: 3)")
     diagnose.add_argument("--seed", type=int, default=0, help="seed of the random starts")
@@ -167,7 +169,10 @@ def make_parser() -> argparse.ArgumentParser:
 
     package = _command(commands, "package", _package, "write both FMUs from a parameter set")
     package.add_argument(
-        "parameters", metavar="PARAMETERS.ssv", type=Path, help="as `identify` and `diagnose` leave it"
+        "parameters",
+        metavar="PARAMETERS.ssv",
+        type=Path,
+        help="parameter set from `identify` or `diagnose`",
     )
     _add_output(package)
     _add_effect(package)
@@ -198,12 +203,17 @@ def make_parser() -> argparse.ArgumentParser:
     _add_own(commands)
 
     simulate = _command(commands, "simulate", _simulate, "run an FMU over signals from a CSV")
-    simulate.add_argument("fmu", metavar="FMU", type=Path, help="one with a sampleTime, as ours have")
+    simulate.add_argument("fmu", metavar="FMU", type=Path, help="an FMU of FMI 2.0 with a sampleTime")
     simulate.add_argument(
         "--input", required=True, metavar="U.csv", type=Path, help="signals at the FMU's sampleTime"
     )
     simulate.add_argument(
-        "-o", "--output", required=True, metavar="Y.csv", type=Path, help="what it makes of them"
+        "-o",
+        "--output",
+        required=True,
+        metavar="Y.csv",
+        type=Path,
+        help="CSV to write: signals and outputs",
     )
     simulate.add_argument(
         "--set",
@@ -222,12 +232,12 @@ def make_parser() -> argparse.ArgumentParser:
         "directory",
         metavar="DIR",
         type=Path,
-        help="where identify, diagnose, design, run or sweep left one",
+        help="directory that identify, diagnose, design, run or sweep wrote",
     )
     _add_json(report)
 
     run = _command(commands, "run", _run, "run a scenario by name, an experiment or a sweep")
-    run.add_argument("name", metavar="NAME", help="of `it2hys list scenarios`, or a TOML file")
+    run.add_argument("name", metavar="NAME", help="a name from `it2hys list scenarios`, or a TOML file")
     run.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
     _add_workers(run)
     _add_json(run)
@@ -236,11 +246,11 @@ def make_parser() -> argparse.ArgumentParser:
     names.add_argument("kind", nargs="?", choices=tuple(KINDS), help="what is listed (default: all)")
     _add_json(names, "print the list as JSON")
 
-    shell = _command(commands, "completion", _completion, "print a script for a shell's completion")
-    shell.add_argument("shell", choices=("bash", "zsh", "tcsh"), help="whose script")
+    shell = _command(commands, "completion", _completion, "print the completion script for a shell")
+    shell.add_argument("shell", choices=("bash", "zsh", "tcsh"), help="shell that the script is for")
 
     about = _command(commands, "help", _help, "show the help of a command")
-    about.add_argument("topic", nargs="?", metavar="COMMAND", help="what to show the help of")
+    about.add_argument("topic", nargs="?", metavar="COMMAND", help="command to show the help of")
     return parser
 
 
@@ -263,26 +273,35 @@ def _add_design(commands: argparse._SubParsersAction) -> None:
         help="effects to decide between (default: those that the report cannot tell apart)",
     )
     limits = design.add_argument_group("limits of the rig")
-    limits.add_argument("--voltage", type=_pair, metavar="LOW,HIGH", help="in V")
+    limits.add_argument("--voltage", type=_pair, metavar="LOW,HIGH", help="voltage range, V")
     limits.add_argument(
         "--slew", dest="rate", type=_number, metavar="V_PER_S", help="fastest change, V/s"
     )
-    limits.add_argument("--bandwidth", type=_number, metavar="HZ", help="of the amplifier")
-    limits.add_argument("--current", type=_number, metavar="A", help="most that the amplifier delivers")
-    limits.add_argument("--capacitance", type=_number, metavar="F", help="of what it drives")
-    limits.add_argument("--sample-time", type=_number, metavar="S", help="that of the model")
-    limits.add_argument("--duration", type=_number, metavar="S", help="of the record")
-    limits.add_argument("--periods", type=int, default=1, metavar="N", help="equal ones, for averaging")
-    limits.add_argument("--band", type=_pair, metavar="LOW,HIGH", help="of the later references, Hz")
+    limits.add_argument("--bandwidth", type=_number, metavar="HZ", help="bandwidth of the amplifier")
+    limits.add_argument("--current", type=_number, metavar="A", help="largest current of the amplifier")
+    limits.add_argument("--capacitance", type=_number, metavar="F", help="capacitance of the actuator")
+    limits.add_argument(
+        "--sample-time", type=_number, metavar="S", help="sample time; it must be the model's"
+    )
+    limits.add_argument("--duration", type=_number, metavar="S", help="duration of the record")
+    limits.add_argument(
+        "--periods", type=int, default=1, metavar="N", help="number of equal periods, to average over"
+    )
+    limits.add_argument(
+        "--band", type=_pair, metavar="LOW,HIGH", help="band of the references to come, Hz"
+    )
     design.add_argument(
-        "--noise", type=_number, metavar="UM", help="of the sensor, µm rms (default: the report's)"
+        "--noise",
+        type=_number,
+        metavar="UM",
+        help="noise of the sensor, µm rms (default: the report's)",
     )
     design.add_argument(
         "--family",
         action="append",
         default=[],
         metavar="NAME",
-        help="allow these only, such as steps, multisine, chirp, reversals; may be repeated",
+        help="allow only this kind of voltage: steps, multisine, chirp, reversals ...; may be repeated",
     )
     design.add_argument(
         "--check",
@@ -291,7 +310,9 @@ def _add_design(commands: argparse._SubParsersAction) -> None:
         metavar="N",
         help="diagnose N simulated records of every model, 10 to 100 s each (default: 0)",
     )
-    design.add_argument("--seed", type=int, default=0, help="the same one gives the same record")
+    design.add_argument(
+        "--seed", type=int, default=0, help="seed of the search; the same seed gives the same record"
+    )
     _add_json(design, "print design.json")
 
 
@@ -300,7 +321,7 @@ def _number(text: str) -> float:
     try:
         return parse_number(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number") from None
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
 
 
 def _pair(text: str) -> tuple[float, float]:
@@ -320,13 +341,15 @@ def _add_own(commands: argparse._SubParsersAction) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     actions = own.add_subparsers(required=True, metavar="ACTION", help="new or check")
-    new = _command(actions, "new", _new_effect, "write an effect that works, to begin from", "effect")
-    new.add_argument("name", metavar="NAME", help="its name: small letters, digits and underscores")
+    new = _command(actions, "new", _new_effect, "write a working effect to start from", "effect")
+    new.add_argument(
+        "name", metavar="NAME", help="name of the effect: small letters, digits and underscores"
+    )
     new.add_argument(
         "-o", "--output", metavar="FILE", type=Path, help="the file to write (default: NAME.py)"
     )
     _add_json(new)
-    check = _command(actions, "check", _check_effect, "tell whether a file can be a stage", "effect")
+    check = _command(actions, "check", _check_effect, "check whether a file can be a stage", "effect")
     check.add_argument("effect", nargs=1, metavar="FILE", type=Path, help="the Python file; it is run")
     check.add_argument(
         "--records",
@@ -334,7 +357,7 @@ def _add_own(commands: argparse._SubParsersAction) -> None:
         default=[],
         metavar="CSV",
         type=Path,
-        help="records whose range it is tried over (default: the range of the paper's stage)",
+        help="records over whose range it is checked (default: the range of the paper's stage)",
     )
     _add_columns(check)
     _add_json(check)
@@ -371,12 +394,12 @@ def _command(
     )
     parser.set_defaults(command=function)
     how_much = parser.add_mutually_exclusive_group()
-    how_much.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    how_much.add_argument("--quiet", action="store_true", help="print no progress and no summary")
     how_much.add_argument(
         "-v",
         "--verbose",
         action="store_true",
-        help="a line for every step of the work in place of the bar, in pipes and files too",
+        help="print a line for every step instead of a bar, in pipes and files too",
     )
     return parser
 
@@ -392,12 +415,12 @@ class _Version(argparse.Action):
 
 
 def _add_output(parser: argparse.ArgumentParser) -> None:
-    text = "where results go; made if it is not there"
+    text = "directory for the results; created if missing"
     parser.add_argument("-o", "--output", required=True, metavar="DIR", type=Path, help=text)
 
 
 def _add_json(
-    parser: argparse.ArgumentParser, text: str = "print the outcome as JSON, no progress"
+    parser: argparse.ArgumentParser, text: str = "print the outcome as JSON, without progress"
 ) -> None:
     parser.add_argument("--json", action="store_true", help=text)
 
@@ -409,7 +432,7 @@ def _add_effect(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="FILE",
         type=Path,
-        help="an effect of your own, a Python file, which is run (`it2hys effect`); may be repeated",
+        help="an effect of your own (`it2hys effect`), a Python file, which is run; may be repeated",
     )
 
 
@@ -425,12 +448,12 @@ def _add_contents(parser: argparse.ArgumentParser) -> None:
         "--no-terminals",
         dest="terminals",
         action="store_false",
-        help="leave terminals and icon out of the FMUs, for tools on FMILibrary 3, which refuses them",
+        help="leave terminals and icon out of the FMUs, which tools with FMILibrary 3 refuse",
     )
 
 
 def _add_workers(parser: argparse._ActionsContainer) -> None:
-    text = "processes that share the work (default: one a processor); 0: this process alone"
+    text = "worker processes (default: one per processor); 0: this process alone"
     parser.add_argument("--workers", type=int, metavar="N", default=os.cpu_count(), help=text)
 
 
@@ -450,20 +473,24 @@ def _add_records(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--validate", nargs="+", default=[], metavar="V.csv", type=Path,
-        help="records that are not fitted and decide between models",
+        help="records that are not fitted, and decide between models",
     )  # fmt: skip
     parser.add_argument(
         "--test", nargs="+", default=[], metavar="T.csv", type=Path,
-        help="records that decide nothing and are only reported on",
+        help="records that are only reported on: neither fitted nor used to decide",
     )  # fmt: skip
-    parser.add_argument("--resample", action="store_true", help="mend gaps and jitter of the time base")
+    parser.add_argument(
+        "--resample",
+        action="store_true",
+        help="fill short gaps and remove jitter of the time base by interpolation",
+    )
     parser.add_argument(
         "--allow-lead", action="store_true", help="accept a displacement that leads the voltage"
     )
     parser.add_argument(
         "--invert-displacement",
         action="store_true",
-        help="flip the sign of the displacement, of a sensor that counts the other way",
+        help="invert the displacement's sign, for a sensor that counts the other way",
     )
     _add_json(parser, "print report.json")
     _add_columns(parser)
@@ -484,7 +511,7 @@ def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
     paths = [path for role in roles for path in role]
     for path in paths:
         if sum(path.resolve() == other.resolve() for other in paths) > 1:
-            raise InputError(f"{path}: is given twice; a record has one role")
+            raise InputError(f"{path}: this file is given twice; a record has one role")
     columns = _columns(options)
     stems = [record_name(path) for path in paths]
 
@@ -564,7 +591,7 @@ def _tell_packaged(options: argparse.Namespace, written: Sequence[Path]) -> None
         plant = next(path for path in written if path.name.startswith("IT2Plant"))
         _next(
             options,
-            "run it over a CSV of voltages:",
+            "run the plant over a CSV of voltages:",
             f"simulate {shlex.quote(str(plant))} --input U.csv -o Y.csv",
         )
 
@@ -576,7 +603,7 @@ def _modelica(options: argparse.Namespace) -> int:
     if _tell(options, {"written": [written]}, [written]):
         _next(
             options,
-            "open it in a Modelica tool; a parameter set of your own for it:",
+            "open it in a Modelica tool; to write a parameter set of your own for it:",
             "package PARAMETERS.ssv --modelica -o DIR",
         )
     return 0
@@ -622,7 +649,7 @@ def _identify(options: argparse.Namespace) -> int:
     with gathered(options.output) as folder:
         write_report(identification, records, folder, provenance=provenance)
     if _tell_report(options):
-        _next(options, "what does the model lack?", f"diagnose {_given(options)} -o DIR")
+        _next(options, "find what the model lacks:", f"diagnose {_given(options)} -o DIR")
     return 0
 
 
@@ -669,6 +696,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     from it2hys.reports.design_report import designed_voltage, read_design
     from it2hys.reports.pair_report import write_report
     from it2hys.reports.provenance import Provenance
+    from it2hys.reports.summary import PAPER, START
 
     check_rule_count(options.rules)
     designed = None if options.design is None else read_design(options.design)
@@ -694,19 +722,20 @@ def _diagnose(options: argparse.Namespace) -> int:
     provenance = Provenance.of_command(options.typed, options.seed, files)
     promised = None if designed is None else (designed, designed_voltage(options.design, designed))
     with gathered(options.output) as folder:
-        write_report(diagnosis, records, folder, provenance=provenance, promised=promised)
+        start = PAPER if model is None else START
+        write_report(diagnosis, records, folder, provenance=provenance, start=start, promised=promised)
     if _tell_report(options):
         if diagnosis.indistinguishable:
             _next(
                 options,
-                "the record that tells them apart:",
+                "design the record that tells them apart:",
                 f"design {shlex.quote(str(options.output / 'report.json'))} -o DIR",
             )
         own = [options.output / f"{name}.py" for name in own_effects() if name in diagnosis.effects]
         needed = "".join(f" --effect {shlex.quote(str(path))}" for path in own)
         _next(
             options,
-            "the FMUs of it in a system, with feedforward and feedback:",
+            "write systems of these FMUs, with feedforward and feedback:",
             f"package {shlex.quote(str(options.output / 'parameters.ssv'))}{needed} --ssp -o DIR",
         )
     return 0
@@ -791,15 +820,15 @@ def _new_effect(options: argparse.Namespace) -> int:
 
     check_name(options.name)
     if options.name in EFFECTS:
-        raise InputError(f"{options.name}: the name of an effect that is there already")
+        raise InputError(f"{options.name}: there is an effect of this name already; choose another")
     path = options.output or Path(f"{options.name}.py")
     check_file(path)
     if path.exists():
-        raise InputError(f"{path}: is there already; name another file with -o")
+        raise InputError(f"{path}: this file exists already; name another one with -o")
     make_directory(path.parent)
     write_atomically(path, template(options.name).encode())
     if _tell(options, {"written": [path]}, [path]):
-        _next(options, "tell whether it can be a stage:", f"effect check {shlex.quote(str(path))}")
+        _next(options, "check whether it can be a stage:", f"effect check {shlex.quote(str(path))}")
     return 0
 
 
@@ -818,7 +847,7 @@ def _check_effect(options: argparse.Namespace) -> int:
     if _tell(options, {"effect": effect.name, "good": good, "checks": checks}, lines) and good:
         _next(
             options,
-            "have it tried on records:",
+            "test it on records:",
             f"diagnose TRAIN.csv --effect {shlex.quote(str(options.effect[0]))} -o DIR",
         )
     return 0 if good else 1
@@ -870,7 +899,9 @@ def _beyond(ends: dict, inputs: dict, outputs: dict) -> tuple[dict[str, int], li
         saturated, samples = int((outputs["saturated"] != 0).sum()), len(outputs["saturated"])
         counts["samples_saturated"] = saturated
         if saturated:
-            sentences.append(f"{saturated} of {samples} samples ask for more than can be reached.")
+            sentences.append(
+                f"At {saturated} of {samples} samples the inverse was clamped (saturated)."
+            )
     return counts, [text for text in sentences if text]
 
 
@@ -944,7 +975,11 @@ def _run(options: argparse.Namespace) -> int:
     ]
     tables = [vars(table) for table in outcome.tables]
     if _tell(options, {**vars(outcome), "tables": tables}, lines):
-        _next(options, f"your own records, as CSV like those in {outcome.records}:", outcome.command)
+        _next(
+            options,
+            f"do the same with your own records, CSVs like those in {outcome.records}:",
+            outcome.command,
+        )
     return 0
 
 

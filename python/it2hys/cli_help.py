@@ -7,7 +7,7 @@ import argparse
 import inspect
 from collections.abc import Callable
 
-#: Shown below the options of a command: what to type, a line or a few for every use.
+#: Examples that the help of a command ends with.
 EXAMPLES = {
     "build": """
 it2hys build -o out/table_1
@@ -135,7 +135,7 @@ def _first_line(thing: object) -> str:
     return line[:1].upper() + line[1:]
 
 
-#: What can be listed, and who knows it.
+#: Kinds of names that can be listed, and the functions that return them.
 KINDS: dict[str, Callable[[], dict[str, dict[str, str]]]] = {
     "scenarios": _scenarios,
     "effects": _effects,

@@ -2,7 +2,7 @@
 
 
 class InputError(Exception):
-    """Bad input, told in one message that names the culprit and the mend.
+    """Bad input; the message names the culprit and the mend.
 
     The command line prints the message and exits with code 2.
     """

@@ -39,41 +39,42 @@ class Search:
     )  # fmt: skip
     clear_gain: float = _number(
         0.1, "share of the error",
-        "gain from which on an addition need take no share of what exceeds the noise",
+        "gain from which on an addition is accepted whatever its share of the excess (the error above "
+        "the noise)",
     )  # fmt: skip
     least_share: float = _number(
         0.25, "share of the excess",
-        "least share that an addition takes of what exceeds the noise",
+        "least share of the excess (the error above the noise) that an addition must remove",
     )  # fmt: skip
     least_excess: float = _number(
         0.3, "noise",
-        "excess over the noise below which nothing can be told of it",
+        "least excess that is reckoned with; a smaller one cannot be measured",
     )  # fmt: skip
     spoils: float = _number(
         0.1, "share of the error",
-        "share by which the inverse's error may rise",
+        "share by which an addition may raise the inverse's error",
         _SUITE,
     )  # fmt: skip
     noisy: float = _number(
-        2.0, "answer to noise",
-        "an inverse's error up to so many times its answer to the reference's noise is no fault of "
-        "the model",
+        2.0, "error by noise",
+        "an inverse's error is no fault of the model up to this multiple of what the noise of its "
+        "reference alone causes",
     )  # fmt: skip
     equal: float = _number(
         0.03, "share of the error",
-        "share by which the free run may get worse where the inverse gets better",
+        "difference of free-run errors that counts as none, so that the inverse decides",
     )  # fmt: skip
     inverse_gain: float = _number(
         0.25, "share of the error",
-        "gain of the inverse that makes up for it, with a delay",
+        "least gain of the inverse by which a delay is accepted although the free run is only equal",
     )  # fmt: skip
     commensurate: float = _number(
         0.2, "share of the gain",
-        "least gain on the training records, as a share of that on what decides",
+        "least gain on the training records, as a share of the gain on held-out data",
     )  # fmt: skip
     telling: float = _number(
         0.02, "share of the error",
-        "least gain by which one of two equally simple models is the better one",
+        "least gain by which one of two equally simple models counts as better",
     )  # fmt: skip
     refined: float = _number(
         0.01, "share of the error",
@@ -81,17 +82,17 @@ class Search:
     )  # fmt: skip
     likely: float = _number(
         0.05, "probability",
-        "largest probability by chance of a variant's gain, and of an effect's signature",
+        "largest p-value of a variant's gain, and of an effect's signature",
         "statistic: the usual level of one test; nothing is named by it alone",
     )  # fmt: skip
     promising: float = _number(
         0.7, "share of the cost",
-        "an addition that is not accepted is followed, where no other is, if it lowers the cost on "
-        "the training records to less than this",
+        "the search continues from an addition that is not accepted, where none is, if it lowers "
+        "the cost on the training records below this share",
     )  # fmt: skip
     beam_ratio: float = _number(
         2.0, "best error",
-        "models with more than so many times the error of the best are not followed",
+        "the search does not continue from models with a larger error than this multiple of the best",
     )  # fmt: skip
     block: float = _number(
         4.0, "correlation times",
@@ -102,15 +103,15 @@ class Search:
     fewest_blocks: int = _number(
         8, "blocks",
         "fewest blocks of a record",
-        "statistic: fewer have no spread to speak of",
+        "statistic: the spread of fewer blocks cannot be estimated",
     )  # fmt: skip
     step: float = _number(
         0.05, "share of the voltage range",
-        "change from one sample to the next that is a step",
+        "change of the voltage from one sample to the next that counts as a step",
     )  # fmt: skip
     plain: float = _number(
         0.2, "share of the error",
-        "what an effect takes away on the training records is mentioned from here on",
+        "gain on the training records from which on the report mentions it",
         _CONVENTION,
     )  # fmt: skip
 
@@ -121,62 +122,63 @@ class Noise:
 
     little: float = _number(
         1.25, "noise",
-        "residuals of all records up to this may be the noise and a little misfit",
+        "rms residual of all records up to which it may be noise and a small misfit",
     )  # fmt: skip
     little_alone: float = _number(
         1.5, "noise",
-        "the same of one record of several",
+        "the same for one record of several",
     )  # fmt: skip
     level: float = _number(
         0.001, "probability",
-        "of the least likely property, from which on a residual is more than noise",
-        "chosen by hand on seeds 0 to 9999; of the smallest of several, corrected for their number",
+        "smallest p-value of a residual's properties below which it is more than noise",
+        "chosen by hand on seeds 0 to 9999; the p-value is corrected for the number of properties",
     )  # fmt: skip
     reached: float = _number(
         1.02, "noise",
-        "a search ends where no more than this is left",
+        "rms residual at which a search ends",
     )  # fmt: skip
     nearly: float = _number(
         1.1, "noise",
-        "a search ends where no more than this is left and it looks like noise",
+        "rms residual at which a search ends if the residual is indistinguishable from noise",
     )  # fmt: skip
     short_memory: float = _number(
         0.6, "1",
-        "greatest pole of noise that counts as of short memory",
+        "largest pole (memory from sample to sample) that noise is assumed to have",
         "chosen by hand on seeds 0 to 9999",
     )  # fmt: skip
     jump: float = _number(
         8.0, "standard deviations",
-        "change from one sample to the next that is a jump",
+        "change of the residual from one sample to the next that counts as a jump",
         "chosen by hand on seeds 0 to 9999; below 1e-14 by chance for Gaussian noise",
     )  # fmt: skip
     step: float = _number(
         0.02, "share of the voltage span",
-        "change of the voltage after which none is counted",
+        "change of the voltage after which no jump is counted",
     )  # fmt: skip
     after_step: int = _number(
         50, "samples",
-        "for so long none is counted",
+        "time after such a change in which no jump is counted",
     )  # fmt: skip
     stronger: float = _number(
         1.2, "rms",
-        "a residual is said to be strong after turning points from this multiple on",
+        "multiple of its rms from which on a residual is called stronger at a place of the loop",
         _CONVENTION,
     )  # fmt: skip
     close: float = _number(
         0.02, "share of the record",
-        "what counts as after a turning point",
+        "time that counts as after a turning point",
         _CONVENTION,
     )  # fmt: skip
     explained: float = _number(
         0.8, "share of the power",
-        "below this it is said that something else than the voltage moves the stage",
-        "statistic: it then moves it half as far as the voltage does, since sqrt(0.2 / 0.8) = 0.5",
+        "share explained below which the report says that not only the voltage moves the stage",
+        "statistic: the rest then moves it half as far as the voltage does, since sqrt(0.2 / 0.8) = "
+        "0.5",
     )  # fmt: skip
     motion: float = _number(
         2.0, "1",
-        "ratio of two estimates of the noise above which differences see motion",
-        "statistic: 1 for white noise, 1.3 for noise of a pole of 0.6",
+        "ratio of two estimates of the noise above which the one by differences contains motion",
+        "statistic: 1 for white noise, 1.3 for noise with a pole of 0.6",
     )  # fmt: skip
     lacking: float = _number(
         1.5, "noise",
@@ -189,234 +191,236 @@ class Noise:
     )  # fmt: skip
     least_step: float = _number(
         1e-05, "share of the travel",
-        "coarsest step of readings that is no more than the digits of a file",
+        "largest step of readings that is taken for rounding in the file",
         _SUITE,
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Physics:
-    """What the effects may be, and what is none of them."""
+    """Bounds of the effects, and properties of records that are none of them."""
 
     shortest_shift: float = _number(
         0.001, "samples",
-        "shortest delay that goes with a fast effect",
-        "rounding: none at all has no slope",
+        "shortest delay that a fit begins with beside a fast effect",
+        "rounding: a delay of exactly zero has no derivative",
     )  # fmt: skip
     damped: float = _number(
         0.4, "1",
-        "damping of a resonance above which it smooths and does not ring",
+        "damping of a resonance above which it smooths instead of ringing",
         "chosen by hand on seeds 0 to 9999; the overshoot of a step is 25 % there",
     )  # fmt: skip
     dynamics_longest: float = _number(
         20.0, "samples",
-        "longest time constant of dynamics",
+        "longest time constant that counts as fast dynamics",
         "convention: what is slower may be creep",
     )  # fmt: skip
     slow_gain: float = _number(
         0.05, "1",
         "largest gain of one creep term",
-        "makers: 1 to 2 % of a step per decade of time, up to 5 % without preload; a term takes up "
-        "two decades. Of several values tried on a measured stage it was kept in sight of its test "
-        "record",
+        "makers: 1 to 2 % of a step per decade of time, up to 5 % without preload; a term covers "
+        "two decades. Of several values tried on a measured stage this one was kept, with its test "
+        "record in sight",
     )  # fmt: skip
     line_periods: float = _number(
         5.0, "periods",
-        "fewest periods within the longest record of a line; less is slow motion",
+        "fewest periods of a line within the longest record; fewer are slow motion",
     )  # fmt: skip
     curve_margin: float = _number(
         0.1, "share of the range",
-        "by which a static curve goes beyond the readings",
+        "margin by which a static curve extends beyond the readings",
     )  # fmt: skip
     curve_slope: float = _number(
         0.1, "1",
-        "least slope of a static curve: with less its inverse enlarges noise more than tenfold",
+        "least slope of a static curve: with less, its inverse amplifies noise more than tenfold",
         "from what an inverse does to noise",
     )  # fmt: skip
     ring_step: float = _number(
         0.05, "share of the voltage range",
-        "change that is a step, after which a ring shows",
+        "change of the voltage that counts as a step which excites ringing",
     )  # fmt: skip
     ring_share: float = _number(
         0.1, "share of the motion",
-        "what follows steps has to ring by so much, on average",
+        "least mean amplitude of ringing after steps",
     )  # fmt: skip
     cycle_swing: float = _number(
         0.15, "share of the voltage span",
-        "least swing of a cycle whose loop is read",
+        "least swing of a cycle whose loop width is evaluated",
     )  # fmt: skip
     voltage_line: float = _number(
         30.0, "ratio of powers",
-        "above which the voltage itself has a line: then it is no hum",
+        "power of a line in the voltage, over its neighbours, above which a line is not taken for hum",
         "chosen by hand on seeds 0 to 9999; 2e-5 by chance (F with 2 and 12 degrees of freedom)",
     )  # fmt: skip
     pressed: float = _number(
         3.0, "standard deviations",
-        "pull of a residual on a parameter at its bound, from which on a fit is said to rest on it",
+        "pull of the residual on a parameter at its bound above which the report says that the fit "
+        "rests on it",
         "statistic: 0.3 % by chance for a white residual",
     )  # fmt: skip
     near_steps: float = _number(
         2.0, "1",
-        "delays are tried up to so many times what steps show, and from that much less on",
+        "delays are tried from the one that steps show divided by this, up to it times this",
     )  # fmt: skip
     excursion: float = _number(
         6.6, "twice the log-likelihood",
-        "by how much a history with an excursion has to be better than one without",
+        "gain of the likelihood by which a start with an excursion is preferred to one without",
         "statistic: chi squared with one more parameter, 1 % by chance",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Starts:
-    """How records begin, and what of them counts."""
+    """How records begin, and which of their samples count."""
 
     lead: float = _number(
         0.1, "share of a record",
-        "least lead-in while models are searched for",
+        "shortest lead-in during the search",
     )  # fmt: skip
     longest_lead: float = _number(
         0.4, "share of a record",
-        "longest lead-in while models are searched for",
+        "longest lead-in during the search",
     )  # fmt: skip
     swing: float = _number(
         0.9, "share of the voltage range",
-        "through which the voltage has gone where the lead-in ends",
+        "swing that the voltage has gone through when the lead-in ends",
         "physics of play: a swing through the range wipes out what was before",
     )  # fmt: skip
     virgin: float = _number(
         0.2, "weight",
-        "of a training record's samples before that swing: how a stack leaves the state that it was "
-        "in before is no hysteresis of its loops",
+        "weight of a training record's samples before that swing: how a stack leaves its former state "
+        "is not the hysteresis of its loops",
         _MEASURED,
     )  # fmt: skip
     left: float = _number(
         0.2, "noise",
-        "what a start may leave uncertain behind the lead-in",
-        "then it adds 2 % to the error",
+        "largest error after the lead-in that an uncertain start may cause",
+        "statistic: it adds 2 % to the error",
     )  # fmt: skip
     prior: float = _number(
         0.1, "samples off by the noise",
-        "cost of a start one unit from its guess",
-        "it decides where a lead-in does not tell, and nowhere else",
+        "cost of a start that is one unit off its guess",
+        "small enough to matter only where the lead-in does not determine the start",
     )  # fmt: skip
     near: float = _number(
         0.1, "share of the travel",
-        "by which the start of a record may be off its first reading",
+        "largest distance of a record's start from its first reading",
     )  # fmt: skip
     standing: int = _number(
         5, "samples",
-        "at zero voltage with which a record at rest begins",
+        "time at zero voltage at the start of a record by which it counts as beginning at rest",
     )  # fmt: skip
     slack: float = _number(
         0.02, "share of the voltage range",
-        "what counts as zero voltage",
+        "largest voltage that counts as zero",
     )  # fmt: skip
     beyond: float = _number(
         0.01, "share of the voltage range",
-        "by which a sample may be beyond the range fitted and decide",
+        "largest distance beyond the fitted range at which a sample still decides",
     )  # fmt: skip
     fewest_deciding: int = _number(
         200, "samples",
-        "fewest that may decide between two models",
+        "fewest samples that may decide between two models",
         _SUITE,
     )  # fmt: skip
     falling_in: int = _number(
         100, "samples",
-        "most that a record which begins in motion is given to fall in",
+        "longest first part left out of a record that begins in motion",
     )  # fmt: skip
     falling_in_share: float = _number(
         0.05, "share of a record",
-        "most that it is given",
+        "the same, as a share of the record; the shorter one holds",
     )  # fmt: skip
     in_motion: float = _number(
         0.001, "share of the voltage range",
-        "first change of the voltage from which on a record begins in motion",
+        "first change of the voltage above which a record counts as beginning in motion",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Coverage:
-    """What records have to show."""
+    """Requirements on records."""
 
     same_unit: float = _number(
         3.0, "1",
-        "largest ratio of a given model's travel to the records', either way",
+        "largest ratio of a given model's travel to the records', or the reverse, in one unit",
         "chosen by hand on seeds 0 to 9999; units differ by a thousand",
     )  # fmt: skip
     beyond_model: float = _number(
         0.25, "share of the voltage range",
-        "by which records may go beyond a given model's",
+        "largest excess of the records' voltage over a given model's range",
     )  # fmt: skip
     range_slack: float = _number(
         0.02, "share of the voltage range",
-        "by which another record may exceed the training range",
+        "largest excess of another record over the training range without a warning",
     )  # fmt: skip
     power_tail: float = _number(
         0.01, "share of the power",
-        "below which a drive's spectrum ends",
+        "share of a drive's power that lies above what counts as its highest frequency",
         _CONVENTION,
     )  # fmt: skip
     turn: float = _number(
         0.02, "share of the voltage span",
-        "way back that makes a turn",
+        "least return of the voltage that counts as a turning point",
         _MEASURED,
     )  # fmt: skip
     step: float = _number(
         0.25, "share of the voltage span",
-        "change in one sample that makes a drive no tone",
+        "change in one sample above which a drive is not a single tone",
         _MEASURED,
     )  # fmt: skip
     same_end: float = _number(
         0.05, "share of the voltage span",
-        "ends of loops that differ by less are the same",
+        "largest difference of the ends of loops that count as the same",
         _MEASURED,
     )  # fmt: skip
     same_period: float = _number(
         1.2, "1",
-        "periods whose ratio is smaller are the same",
+        "largest ratio of periods that count as the same",
         _MEASURED,
     )  # fmt: skip
     few_turns: int = _number(
         3, "turns",
-        "of another kind that leave a drive one tone",
+        "most other turning points of a drive that still counts as a single tone",
         _MEASURED,
     )  # fmt: skip
     share_of_turns: float = _number(
         0.05, "share of the turns",
-        "of another kind that leave a drive one tone",
+        "the same, as a share of all turning points",
         _MEASURED,
     )  # fmt: skip
     trusted: float = _number(
         0.5, "share of a record",
-        "least that can be trusted",
+        "least share of usable samples",
         _CONVENTION,
     )  # fmt: skip
     samples_per_parameter: int = _number(
         5, "samples",
-        "fewest for every parameter of the model",
+        "fewest samples for each parameter of the model",
         "textbook: rule of thumb of regression",
     )  # fmt: skip
     offset_gain: float = _number(
         0.1, "share of the mean square",
-        "by which offsets have to lower the error to be kept",
+        "least gain by which a constant for each record is kept",
     )  # fmt: skip
     order_tolerance: float = _number(
         0.02, "share of the error",
-        "a smaller number of rules is taken within this of the best, and a standard error",
+        "the smallest number of rules is taken whose error is above the best by no more than this and "
+        "a standard error",
     )  # fmt: skip
     explained_lead: float = _number(
         1.5, "error of the rest",
-        "a lead counts as explained if its errors are not above this",
+        "largest error of a record's first part by which it counts as explained",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Core:
-    """What a usable core is."""
+    """When a core is admissible: it contracts and can be inverted."""
 
     contraction: float = _number(
         0.998, "1",
-        "largest |dF/dy|: the penalties begin here",
+        "largest |dF/dy|; penalties begin above it",
         "from (10): below 1 it contracts",
     )  # fmt: skip
     slope: float = _number(
@@ -426,25 +430,25 @@ class Core:
     )  # fmt: skip
     margin: float = _number(
         0.1, "share of the range",
-        "beyond the data in which both are asked for",
+        "margin beyond the data in which both must hold",
     )  # fmt: skip
     stiff: float = _number(
         2000.0, "1/noise",
-        "how a density of play operators is held smooth where few loops determine it",
+        "stiffness by which the density of play operators is smoothed where few loops determine it",
     )  # fmt: skip
     soft: float = _number(
         200.0, "1/noise",
-        "the same where many loops do",
+        "the same, where many loops determine it",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Reference:
-    """The reference of the inverse, made of a measured displacement."""
+    """The reference of the inverse, made from a measured displacement."""
 
     stands_out: float = _number(
         10.0, "noise density",
-        "the displacement stands out of the noise where its power density is so many times it",
+        "multiple of the noise's power density above which the displacement's belongs to the band",
     )  # fmt: skip
     widest: float = _number(
         0.2, "sampling frequency",
@@ -452,24 +456,24 @@ class Reference:
     )  # fmt: skip
     leaves: float = _number(
         4.0, "noise",
-        "where the filter takes so much away, it takes motion away, and is left out there",
+        "largest change by the filter; where it changes more, it removes motion and is not applied",
         "chosen by hand on seeds 0 to 9999; below 1e-4 by chance for Gaussian noise",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Design:
-    """What a designed record is held to."""
+    """Requirements on a designed record."""
 
     decides: float = _number(
         0.9, "probability",
         "power from which on a record is said to decide between two models",
-        "convention: a planned test of a usual power",
+        "convention: the usual power of a planned test",
     )  # fmt: skip
     typical: float = _number(
         0.02, "share of the travel",
-        "rms change that an effect makes whose size is not known, when rivals are made of a model",
-        "convention: about what an effect worth naming makes",
+        "rms change of the displacement by a rival's effect whose size is not known",
+        "convention: about that of an effect worth naming",
     )  # fmt: skip
     base_gain: float = _number(
         0.1, "share of the error",
@@ -478,18 +482,18 @@ class Design:
     )  # fmt: skip
     duration_samples: int = _number(
         4000, "samples",
-        "length of a record where neither a user nor records imply one",
+        "length of a record where neither the user nor the records give one",
         "convention: as long as the demonstration's, 0.4 s at 10 kHz",
     )  # fmt: skip
     highest_share: float = _number(
         0.4, "Nyquist frequency",
-        "highest frequency of a sine that is played: five samples a period",
-        "convention: held from sample to sample, a faster one is no sine any more",
+        "highest frequency of a sine that is played: five samples per period",
+        "convention: held from sample to sample, a faster one is not a sine",
     )  # fmt: skip
     fewest_swings: float = _number(
         2.0, "swings",
-        "through the voltage range and back that a period has to have time for",
-        "convention: with less no loop is closed within another",
+        "fewest swings through the voltage range and back that a period must have time for",
+        "convention: with fewer, no loop is closed within another",
     )  # fmt: skip
 
 

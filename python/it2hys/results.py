@@ -1,4 +1,4 @@
-"""What the functions of the API hand to notebooks and scripts: results that show themselves."""
+"""Results of the API's functions, which a notebook shows as a table and a figure."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from it2hys.errors import InputError
 from it2hys.identification import Identification, Judgement
 from it2hys.records import Record
 from it2hys.support.keys import known_names
+from it2hys.support.numerals import counted
 
 if TYPE_CHECKING:
     import polars as pl
@@ -55,9 +56,7 @@ class IdentifiedModel(Identification):
 
     def _repr_html_(self) -> str:
         rules = self.parameters.counts["rule"]
-        return _html(
-            f"Identified model, {rules} rule{'s' * (rules != 1)}", self.to_frame(), self.plot()
-        )
+        return _html(f"Identified model, {counted(rules, 'rule')}", self.to_frame(), self.plot())
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,13 +91,13 @@ class DiagnosedModel(Diagnosis):
         return _loop(self.measured, {"after": self.after, "before": self.before}, record)
 
     def _repr_html_(self) -> str:
-        found = ", ".join(self.effects) or "nothing"
+        found = ", ".join(self.effects) or "no effect"
         return _html(f"Diagnosis: {found} found", self.to_frame(), self.plot())
 
 
 @dataclass(frozen=True, eq=False)
 class DesignedRecord(Design):
-    """A record to play, and what it will decide."""
+    """A designed record, and the decision that it promises."""
 
     def to_frame(self) -> pl.DataFrame:
         """Return the voltage to play as a data frame: time_s and voltage_V."""

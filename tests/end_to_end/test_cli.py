@@ -200,7 +200,7 @@ def test_simulate_says_how_much_of_a_run_is_beyond_the_model(tmp_path, capsys):
     assert 0 < outside < len(time)
     assert result["displacement_um"].max() < 20.0
     assert said.out == ""
-    assert f"{outside} of {len(time)} samples are beyond what the model holds for" in said.err
+    assert f"{outside} of {len(time)} samples are outside the range of the model" in said.err
     assert "0 to 110 V and 0 to 16 µm" in said.err
     assert "to 130 V" in said.err
     assert len(said.err.splitlines()) == 3  # each range left, once, and how often

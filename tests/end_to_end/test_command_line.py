@@ -20,6 +20,7 @@ import pytest
 import it2hys
 from it2hys.cli import main, make_parser
 from it2hys.cli_help import EXAMPLES, completion
+from it2hys.model.stages import EFFECTS
 from it2hys.records import read_record, write_record
 from it2hys.stand import Stand, excitations
 
@@ -251,11 +252,11 @@ def test_an_output_is_not_written_onto_an_input(built, tmp_path, capsys):
     signals = (built / "u.csv").read_text()
     said = refused(capsys, "simulate", built / "IT2Plant.fmu", "--input", built / "u.csv",
                    "-o", built / ".." / built.name / "u.csv")  # fmt: skip
-    assert "is an input of this command" in said
+    assert "would overwrite an input of this command" in said
     assert (built / "u.csv").read_text() == signals
     train = write_train(tmp_path / "train.csv")
     said = refused(capsys, "diagnose", train, "--model", built / "parameters.ssv", "-o", built)
-    assert "is an input of this command" in said
+    assert "would overwrite an input of this command" in said
 
 
 def test_simulate_makes_the_directory_of_its_output(built, tmp_path):
@@ -277,7 +278,7 @@ def test_simulate_makes_the_directory_of_its_output(built, tmp_path):
 def test_what_no_memory_holds_is_refused_before_any_work(toml, words, tmp_path, capsys):
     (tmp_path / "s.toml").write_text(toml)
     said = refused(capsys, "run", tmp_path / "s.toml", "-o", tmp_path / "out")
-    for word in words:
+    for word in [str(tmp_path / "s.toml"), *words]:
         assert word in said
     assert files(tmp_path) == ["s.toml"]
 
@@ -361,6 +362,35 @@ def test_a_file_that_is_no_text_is_called_what_it_is(content, kind, tmp_path):
         read_record(tmp_path / "r.csv")
 
 
+def test_names_of_effects_and_voltages_that_are_misspelled_get_the_ones_that_are_meant(
+    built, tmp_path, capsys
+):
+    train = write_train(tmp_path / "train.csv")
+    said = refused(capsys, "diagnose", train, "--declared", "plya", "-o", tmp_path / "out")
+    assert "--declared plya: no such effect; did you mean 'play'? known are delay, " in said
+    said = refused(capsys, "design", built / "parameters.ssv", "--between", "delay,lag",
+                   "--family", "stesp", "-o", tmp_path / "out")  # fmt: skip
+    assert "no family of voltages 'stesp'; did you mean 'steps'?" in said
+    said = refused(capsys, "design", tmp_path / "report.json", "-o", tmp_path / "out")
+    assert said == f"it2hys: error: {tmp_path / 'report.json'}: no such file\n"
+
+
+def test_a_byte_order_mark_is_read_over_in_csv_and_toml(built, tmp_path):
+    """Editors on Windows begin a file with it, and end lines their own way."""
+    plain, marked = built / "u.csv", tmp_path / "marked.csv"
+    marked.write_bytes(b"\xef\xbb\xbf" + plain.read_bytes().replace(b"\n", b"\r\n"))
+    for signals in (plain, marked):
+        output = tmp_path / f"y_{signals.stem}.csv"
+        arguments = ["simulate", built / "IT2Plant.fmu", "--input", signals, "-o", output, "--quiet"]
+        assert main([*map(str, arguments)]) == 0
+    assert (tmp_path / "y_marked.csv").read_text() == (tmp_path / "y_u.csv").read_text()
+    text = SWEEP.format(duration="0.01", more="samples = 2")
+    (tmp_path / "s.toml").write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
+    arguments = ["run", tmp_path / "s.toml", "--workers", 0, "-o", tmp_path / "out", "--quiet"]
+    assert main([*map(str, arguments)]) == 0
+    assert (tmp_path / "out" / "results.parquet").is_file()
+
+
 # --- full disks, ends from outside ----------------------------------------------------------------
 
 
@@ -388,6 +418,97 @@ def test_a_disk_that_is_full_gets_nothing_half_written(command, built, tmp_path)
         assert re.search(rf"{re.escape(str(tmp_path / name))}/(IT2|embedded)", done.stderr)
         assert files(tmp_path) == before
     assert (tmp_path / "old" / "IT2Plant.fmu").read_text() == "before"
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """Return a function that mounts a small disk, or gives it other limits."""
+    place = tmp_path / "disk"
+    place.mkdir()
+
+    def mount(**limits):
+        again = ["remount"] if place.is_mount() else []
+        options = ",".join([*again, *(f"{name}={value}" for name, value in limits.items())])
+        done = subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", options, "tmpfs", place], capture_output=True, text=True
+        )
+        if done.returncode:
+            pytest.skip(f"no disk of a few kB can be mounted here: {done.stderr.strip()}")
+        return place
+
+    yield mount
+    if place.is_mount():
+        subprocess.run(["umount", place], check=True)
+
+
+def assert_full(done, place, kept=()):
+    """Assert that a command ended over a full disk as it should, and left only what was there."""
+    assert done.returncode == 2 and done.stdout == "", done.stderr
+    assert "Traceback" not in done.stderr and len(done.stderr.splitlines()) == 1, done.stderr
+    assert "No space left on device" in done.stderr and str(place) in done.stderr
+    assert files(place) == [*kept]
+
+
+@pytest.mark.parametrize("command", ["build", "package", "modelica", "simulate"])
+def test_a_disk_that_really_is_full_gets_nothing_half_written(command, built, disk, tmp_path):
+    """It has bytes left and no room for another file, or the file is larger than what is left."""
+    (tmp_path / "u.csv").write_text(
+        "time_s,voltage_V\n" + "".join(f"{1e-4 * k:.4f},{k % 100}\n" for k in range(1000))
+    )
+    few_files = {"size": "40m", "nr_inodes": 5}
+    arguments, limits = {
+        "build": (["build", "-o", "new"], few_files),
+        "package": (
+            ["package", built / "parameters.ssv", "--ssp", "--c-header", "-o", "new"],
+            few_files,
+        ),
+        "modelica": (["modelica", "library.zip"], {"size": "64k"}),
+        "simulate": (
+            ["simulate", built / "IT2Plant.fmu", "--input", tmp_path / "u.csv", "-o", "y.csv"],
+            {"size": "16k"},
+        ),
+    }[command]
+    place = disk(**limits)
+    assert_full(run(*arguments[:-1], place / arguments[-1]), place)
+
+
+def test_a_sweep_whose_disk_is_full_goes_on_where_it_ended_once_there_is_room(disk, tmp_path):
+    (tmp_path / "s.toml").write_text(SWEEP.format(duration="0.02", more="samples = 3"))
+    place = disk(size="40m", nr_inodes=4)
+    command = ["sweep", tmp_path / "s.toml", "--workers", 0, "-o", place]
+    assert_full(run(*command), place, ["parts", "parts/000000.parquet", "parts/sweep.json"])
+    disk(nr_inodes=100)
+    done = run(*command, "-v")
+    assert done.returncode == 0 and "results.parquet" in done.stdout
+    assert "parts" not in files(place)
+
+
+@pytest.mark.parametrize("command", ["identify", "diagnose"])
+def test_a_disk_that_fills_up_during_a_fit_gets_nothing_half_written(command, disk, tmp_path):
+    train, place = write_train(tmp_path / "train.csv", 0.1), disk(size="24m")
+    arguments = [command, train, "--rules", 1, "-v", "-o", place / "out"]
+    if command == "diagnose":
+        arguments += ["--workers", 0, "--exclude", ",".join(name for name in EFFECTS if name != "hum")]
+    with it2hys_process(*arguments) as process:
+        begun = process.stderr.readline()  # the room was checked
+        process.send_signal(signal.SIGSTOP)
+        with pytest.raises(OSError, match="No space left"):
+            (place / "others.bin").write_bytes(bytes(30_000_000))
+        process.send_signal(signal.SIGCONT)
+        out, error = process.communicate()
+    assert "Traceback" not in error and not begun.startswith("it2hys: error")
+    last = error.splitlines()[-1]
+    assert_full(
+        subprocess.CompletedProcess(arguments, process.returncode, out, last), place, ["others.bin"]
+    )
+
+
+def test_a_disk_that_is_too_small_is_refused_before_the_work(disk, tmp_path):
+    place = disk(size="64k")
+    done = run("identify", write_train(tmp_path / "train.csv"), "-v", "-o", place / "out")
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
+    assert f"{place / 'out'}: 0 MB are free, 20 MB may be needed; make room" in done.stderr
+    assert files(place) == []
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])

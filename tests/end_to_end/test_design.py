@@ -79,7 +79,7 @@ def test_the_record_measured_has_the_name_that_was_promised(folder, tmp_path, ca
     given = ("--model", folder / "P.ssv", "--design", folder / "next" / "design.json")
     assert run("diagnose", tmp_path / "new.csv", *given, "-o", tmp_path / "out", "--workers", 0) == 0
     said = capsys.readouterr().out
-    assert "It came out that delay was named" in said
+    assert "Result: delay was named" in said
     report = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
     assert report["effects"] == ["delay"] and report["promised"]["told"]
     assert report["promised"]["played_off_V"] < 1e-9
@@ -94,7 +94,7 @@ def test_what_cannot_decide_is_a_finding(tmp_path, capsys):
     assert run(*asked, "-o", tmp_path / "out") == 1
     said = capsys.readouterr().out
     assert "No record within these limits decides" in said
-    assert "times lower" in said or "No lower noise" in said
+    assert "times less noise" in said or "No lower noise" in said
     assert not json.loads((tmp_path / "out" / "design.json").read_text())["decides"]
 
 
@@ -159,4 +159,4 @@ def test_a_design_that_is_none_is_refused(tmp_path, folder, capsys):
     )  # fmt: skip
     assert run("diagnose", tmp_path / "a.csv", "--allow-lead", "--design", tmp_path / "design.json",
                "-o", tmp_path / "out") == 2  # fmt: skip
-    assert "is no design.json" in capsys.readouterr().err
+    assert "give a design.json" in capsys.readouterr().err

@@ -189,7 +189,7 @@ def test_a_model_that_is_better_than_a_line_says_first_what_was_found(folder):
     page = html_of(folder / "out")
     assert "no better than" not in page
     first = page[page.index("<p>") + 3 : page.index("</p>")]
-    assert first == ("Found and added to the starting model: load (force on the stage shortens it).")
+    assert first == "Found and added to the paper&#39;s model: load (force on the stage shortens it)."
     assert page.index("<img") < page.index("<h2>")  # its picture is on the first screen
 
 
@@ -432,7 +432,7 @@ def test_a_curve_that_is_the_sensors_stays_out_of_the_fmus(tmp_path, capsys):
 def test_a_record_that_shows_no_curve_says_so(folder, tmp_path, capsys):
     others = ",".join(name for name in EFFECTS if name != "load")
     assert diagnose(folder, tmp_path / "out", "--exclude", others, "--sensor-curve") == 0
-    assert "these records show none" in capsys.readouterr().out
+    assert "these records show no static curve" in capsys.readouterr().out
     assert not (tmp_path / "out/sensor_curve.csv").exists()
 
 

@@ -229,7 +229,7 @@ def test_what_holds_next_to_nothing_ends_with_a_result_or_one_message(name, comm
         ("--rules", "0", "whole number from 1 to 16, not 0"),
         ("--rules", "-2", "whole number from 1 to 16, not -2"),
         ("--rules", "17", "whole number from 1 to 16, not 17"),
-        ("--seed", "-1", "seed must be a whole number from 0 up, not -1"),
+        ("--seed", "-1", "--seed -1: must be a whole number from 0 up"),
     ],
 )
 def test_a_number_that_no_model_takes_is_refused(command, option, value, phrase, tmp_path, capsys):

@@ -124,8 +124,8 @@ def test_an_effect_is_begun_and_checked(records, tmp_path, capsys):
     assert_written = path.read_text(encoding="utf-8")
     assert 'name = "slow"' in assert_written
     capsys.readouterr()
-    assert_refused(capsys, ["effect", "new", "slow", "-o", path], "is there already")
-    assert_refused(capsys, ["effect", "new", "lag"], "there already")
+    assert_refused(capsys, ["effect", "new", "slow", "-o", path], "this file exists already")
+    assert_refused(capsys, ["effect", "new", "lag"], "an effect of this name already")
     assert_refused(capsys, ["effect", "new", "Slow"], "lower-case")
     assert run("effect", "check", path, "--records", records / "train.csv") == 0
     rows = capsys.readouterr().out.splitlines()

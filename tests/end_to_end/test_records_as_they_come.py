@@ -200,7 +200,7 @@ def test_a_damper_is_unexplained_in_its_owner_s_words(seed, kind, tmp_path, caps
     # identified, it is said to be no stage's; what a search makes of it is in the next test
     assert identify([tmp_path / "damper.csv"], tmp_path / "out", *columns) == 0
     (warning,) = [w for w in report_of(tmp_path / "out")["warnings"] if "wide loop" in w]
-    assert "damper's force against its velocity" in warning and "of its travel apart" in warning
+    assert "damper's force over its velocity" in warning and "of its travel apart" in warning
     assert warning in capsys.readouterr().out
 
 

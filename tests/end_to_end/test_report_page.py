@@ -131,7 +131,7 @@ def test_no_interval_on_a_page_is_wider_than_it_is_worth(folder, identified):
 
 def test_a_reason_of_several_effects_is_said_once(folder):
     page, evidence = html_of(folder / "out"), report_of(folder / "out")["evidence"]
-    assert "changes the error on" not in page
+    assert "changes the free-run error on" not in page
     reasons = [e["reason"] for e in evidence if not e["accepted"]]
     assert max(map(reasons.count, reasons)) >= 3
     for reason in {*reasons}:
@@ -196,7 +196,7 @@ def test_what_is_changed_in_the_json_changes_on_the_page(folder, tmp_path):
         (lambda out: (out / "report.json").write_text("{"), ["report.json", "cannot be read"]),
         (lambda out: (out / "report.json").write_text('{"effects": []}'), ["title", "earlier version"]),
         (lambda out: (out / "courses.npz").unlink(), ["courses.npz", "no such file"]),
-        (lambda out: (out / "courses.npz").write_bytes(b"PK"), ["courses.npz", "does not hold"]),
+        (lambda out: (out / "courses.npz").write_bytes(b"PK"), ["courses.npz", "damaged"]),
         (lambda out: (out / "overview.png").unlink(), ["overview.png", "figure"]),
     ],
 )

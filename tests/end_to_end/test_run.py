@@ -79,7 +79,7 @@ def test_the_demo_ends_with_table_conclusion_report_and_what_to_do_next(demo):
             TRACKING[0],
             "\nDriven by the inverse FMU, the stage follows its reference to within ",
             f"\nreport: {demo.directory / 'report.html'}\n",
-            f"your own records, as CSV like those in {demo.directory / 'records'}:\n"
+            f"do the same with your own records, CSVs like those in {demo.directory / 'records'}:\n"
             "  it2hys diagnose TRAIN.csv --test TEST.csv -o out/mystage\n",
         )
     ]
@@ -178,10 +178,10 @@ def test_what_to_measure_next_does_not_deny_what_is_left_of_the_test_records(dem
     left = [text for text in demo.report["left_over"] if text.startswith("On the test records")]
     assert left
     said = next_measurements({**demo.report, "unexplained": False})
-    assert any("Records like those that were tested" in text for text in said)
+    assert any("More records like the test records" in text for text in said)
     assert not any("Nothing is needed" in text for text in said)
     explained = next_measurements({**demo.report, "left_over": []})
-    assert not any("Records like" in text for text in explained)
+    assert not any("More records like" in text for text in explained)
 
 
 def test_the_page_of_a_run_is_drawn_again(demo):
@@ -191,7 +191,13 @@ def test_the_page_of_a_run_is_drawn_again(demo):
 
 
 def test_a_line_of_progress_says_what_is_being_done(demo):
-    parts = ("measuring", "the paper's model", "what is missing? model + play", "feedforward", "report")
+    parts = (
+        "measuring",
+        "the paper's model",
+        "searching effects: model + play",
+        "feedforward",
+        "report",
+    )
     places = [demo.progress.index(text) for text in parts]
     assert places == sorted(places)
 

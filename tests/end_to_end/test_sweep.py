@@ -304,8 +304,8 @@ def test_cases_beyond_the_range_of_their_model_are_counted_everywhere(tmp_path):
     assert table["top"][3] < 13 * 16e-6  # a straight continuation, not 1e100 m
     assert (outcome.failed, outcome.warned, outcome.out_of_range) == (0, 2, 2)
     expected = (
-        "4 cases, 0 failed, 2 with warnings: 2 go beyond what their model holds for (outOfRange), "
-        f"for up to {outside[3]} samples"
+        "4 cases, 0 failed, 2 with warnings: in 2 a plant leaves the range of its model "
+        f"(outOfRange), for up to {outside[3]} samples"
     )
     assert outcome.summary == expected
     assert expected in outcome.report.read_text(encoding="utf-8")
@@ -362,7 +362,7 @@ def test_an_fmu_that_allows_but_one_instance_is_shared_by_threads(tmp_path):
     rows = pl.concat([pieces[a] for a in sorted(pieces)])
     assert rows["y"].to_list() == [x + 0.9 for x in range(40)]
     table["fmu"]["b"] = table["fmu"]["a"]
-    with pytest.raises(InputError, match=r"fmu.a: is the same as fmu.b, .* only once per process"):
+    with pytest.raises(InputError, match=r"fmu.a: is the same FMU as fmu.b, .* only once per process"):
         make_plan(parse_sweep(table))
 
 

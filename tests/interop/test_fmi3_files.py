@@ -281,7 +281,7 @@ def test_the_commands_that_run_fmus_name_the_one_to_take(packaged_fmi3, tmp_path
     arguments = ["--input", str(tmp_path / "u.csv"), "-o", str(tmp_path / "y.csv")]
     assert main(["simulate", str(path), *arguments]) == 2
     said = capsys.readouterr().err
-    assert f"{path}: an FMU of FMI 3.0; " in said and "without _fmi3 in their names" in said
+    assert f"{path}: this is an FMU of FMI 3.0, " in said and "without _fmi3 in their names" in said
     assert said.count("\n") == 1
 
 

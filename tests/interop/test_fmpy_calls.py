@@ -106,7 +106,7 @@ def test_a_user_of_fmpys_defaults_is_told_once(models, capfd):
     fmpy.simulate_fmu(str(models["plant"].path), start_values={"voltage": 130.0}, stop_time=0.1)
     said = capfd.readouterr().out
     assert said.count("voltageMin..voltageMax, 0 to 110 V") == 1
-    assert said.count("displacementMin..displacementMax, 0 to 16 um") == 1
+    assert said.count("displacementMin..displacementMax, 0 to 16 µm") == 1
 
 
 def categories(instance: Instance, on: bool, *names: str) -> int:

@@ -49,7 +49,7 @@ def fitted_creep(gain: float, time_constant: float) -> ChainFit:
 def test_more_creep_than_there_is_in_stacks_is_said():
     (sentence,) = bound_sentences(fitted_creep(0.2, 0.03), ("creep",))
     assert f"creep[1].gain ({PHYSICS.slow_gain:g})" in sentence
-    assert "Do not take its parameters for the stage's" in sentence
+    assert "Do not read its parameters as the stage's" in sentence
 
 
 @pytest.mark.parametrize("gain", [0.0, 0.5 * PHYSICS.slow_gain])

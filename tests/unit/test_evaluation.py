@@ -60,7 +60,7 @@ def test_the_report_says_how_many_samples_of_a_record_are_beyond_the_model():
     count = np.count_nonzero(results[0].out_of_range)
     report = summary(as_identification(parameters, results), [record]) | PLAIN
     text = " ".join(t for section in details(report) for t in section.text)
-    assert f"{count} of {SAMPLES} samples are beyond what the model holds for, 0 to 110 V" in text
+    assert f"{count} of {SAMPLES} samples are outside the range of the model, 0 to 110 V" in text
     assert "to 140 V" in text
     within = record_of(table_1(), 100.0)
     (result,) = evaluate(parameters, [within])

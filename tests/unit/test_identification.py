@@ -711,7 +711,7 @@ def test_a_record_that_cannot_move_where_it_is_trusted_is_refused():
     time, outliers = np.arange(100) * 1e-4, np.arange(100) < 40
     x = np.where(outliers, np.arange(100) % 7, 0.0)
     flat = Record("flat", time, x, 1e-6 * np.arange(100.0), 1e-4, outliers=outliers)
-    with pytest.raises(InputError, match="'flat': the voltage is 0 in all samples that can be trusted"):
+    with pytest.raises(InputError, match="'flat': the voltage is 0 in all usable samples"):
         identify([flat])
 
 
@@ -727,7 +727,7 @@ def test_noise_is_no_less_than_the_numbers_can_show():
     for step in (1e-2, 1e-4):
         written = estimate_noise(x, step * np.round(y / step))
         assert written.rms == pytest.approx(step / np.sqrt(12), rel=0.01)
-        assert "no noise shows" in written.method
+        assert "no noise is visible" in written.method
     exact = estimate_noise(x, y)
     assert 1e-8 < exact.rms < 1e-6
     noisy = estimate_noise(x, 1e-4 * np.round((y + 0.01 * np.sin(7.7 * np.arange(3000))) / 1e-4))

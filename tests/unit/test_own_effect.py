@@ -54,8 +54,8 @@ REFUSED = {
     "no name": ('    name = "mount"\n', "", "class Mount", "a declaration is missing"),
     "a wrong side": ('"behind"', '"upon"', "class Mount", "side is 'upon'"),
     "a guess outside": ("guesses=(0.05,), d", "guesses=(5.0,), d", "class Mount", "must lie from"),
-    "a limit": ("states = 2", "states, limits = 2, True", "class Mount", "limits is not for"),
-    "states in the reading": ('"behind"', '"reading"', "class Mount", "no states"),
+    "a limit": ("states = 2", "states, limits = 2, True", "class Mount", "cannot have limits"),
+    "states in the reading": ('"behind"', '"reading"', "class Mount", "cannot have states"),
 }  # fmt: skip
 
 

@@ -171,7 +171,7 @@ def test_columns_that_are_not_used_are_kept_by_name(save):
 def test_an_assumed_unit_is_noted(save):
     path = save(to_text(make_rows(), "time_s,Vin,displacement_um"))
     record = read_record(path, columns={"voltage": "Vin"})
-    assert record.notes == ("Column 'Vin' carries no unit; taken as V.",)
+    assert record.notes == ("Column 'Vin' has no unit; taken as V.",)
 
 
 @pytest.mark.parametrize(
@@ -212,7 +212,7 @@ BAD_FILES = {
     "missing column": (
         to_text(make_rows(), "time_s,Vin,displacement_um"),
         "line 1: no column for voltage; the header has 'time_s', 'Vin', 'displacement_um'. Name "
-        "it voltage_V, or say which it is: --column voltage=NAME:V",
+        "it voltage_V, or map it by --column voltage=NAME:V",
     ),
     "duplicated name": (
         to_text(make_rows(), "time_s,voltage_V,voltage_V"),
@@ -233,7 +233,7 @@ BAD_FILES = {
     ),
     "no unit": (
         to_text(make_rows(), "time_s,voltage_V,displacement"),
-        "line 1: column 'displacement' carries no unit",
+        "line 1: column 'displacement' has no unit",
     ),
     "text": (
         with_field(5, 1, "overload"),
@@ -258,7 +258,7 @@ BAD_FILES = {
         to_text(make_rows()).replace("\n0.005,", "\n\n0.005,"),
         "line 7: the line is blank, but more samples follow",
     ),
-    "five samples": (to_text(make_rows(5)), "5 samples are too few, at least 50 are needed"),
+    "five samples": (to_text(make_rows(5)), "the record has 5 samples, at least 50 are needed"),
     "gap": (
         with_rows_deleted(40, 43),
         "line 42: a gap in time: 3 samples are missing between 0.039 s and 0.043 s",
@@ -296,11 +296,11 @@ BAD_FILES = {
     ),
     "displacement too large": (
         with_column(2, 1e3 * make_rows()[:, 2]),
-        "µm when read in um, which is no piezo stage's: this looks like a wrong unit",
+        "µm when read in um, which no piezo stage has: the unit looks wrong",
     ),
     "displacement too small": (
         with_column(2, 1e-6 * make_rows()[:, 2]),
-        "µm when read in um, which is no piezo stage's: this looks like a wrong unit",
+        "µm when read in um, which no piezo stage has: the unit looks wrong",
     ),
 }
 
@@ -407,7 +407,7 @@ def test_an_outlier_is_kept_named_and_masked(save):
     np.testing.assert_array_equal(np.flatnonzero(record.outliers), [60])
     assert record.displacement[60] == 9e-6
     assert record.notes == (
-        "The displacement has 1 single-sample outlier(s), the first in line 62; "
+        "The displacement has 1 single-sample outlier, the first in line 62; "
         "kept, but given no weight.",
     )
 
@@ -416,7 +416,7 @@ def test_a_clipped_sensor_is_noted_and_masked(save):
     displacement = make_rows()[:, 2]
     record = read_record(save(with_column(2, np.minimum(displacement, 12.0))))
     np.testing.assert_array_equal(record.outliers, displacement > 12.0)
-    assert "stays at its maximum: the sensor looks clipped; 2 stretch(es)" in record.notes[0]
+    assert "stays at its maximum: the sensor looks clipped; 2 stretches" in record.notes[0]
 
 
 def test_a_stuck_reading_is_noted_and_masked(save):
@@ -435,7 +435,7 @@ def test_a_saturated_drive_is_noted(save):
 
 def test_a_displacement_ahead_of_its_voltage_may_be_let_pass_with_a_note(save):
     record = read_record(save(to_text(make_rows()[:, [0, 2, 1]])), check_swapped=False)
-    assert "leads the voltage by about 5 samples, which no cause does" in record.notes[0]
+    assert "leads the voltage by about 5 samples, which is not causal" in record.notes[0]
 
 
 def test_a_reversed_sensor_is_noted_where_it_may_be_a_delay_of_half_a_cycle(save):
@@ -443,7 +443,7 @@ def test_a_reversed_sensor_is_noted_where_it_may_be_a_delay_of_half_a_cycle(save
     phase = 2.0 * np.pi * 100.0 * rows[:, 0]
     rows[:, 1:] = np.column_stack([50.0 - 50.0 * np.cos(phase), 7.5 * np.cos(phase - 0.3)])
     record = read_record(save(to_text(rows)))
-    assert "the sensor's sign?" in record.notes[0]
+    assert "check the sensor's sign" in record.notes[0]
 
 
 @pytest.mark.parametrize(

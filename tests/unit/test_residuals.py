@@ -221,7 +221,7 @@ def test_the_description_says_what_it_looks_like(scene):
     assert number(hum[hum.index("narrow band") :], "Hz") == pytest.approx(50.0, abs=2.0)
     assert "it is slow" in described(OUTSIDE["wander"], "wander")
     assert "jumps" in described(OUTSIDE["jumps"], "jumps")
-    assert "comes and goes" in described(OUTSIDE["bursts"], "bursts")
+    assert "its power varies" in described(OUTSIDE["bursts"], "bursts")
     assert "stronger at high voltage" in described(PRESENT["saturation"], "saturation")
     assert "correlated with the voltage's rate" in described(PRESENT["lag"], "lag")
 

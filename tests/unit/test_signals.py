@@ -37,7 +37,7 @@ def test_the_wanted_quantities_are_read_and_the_others_ignored(save):
 def test_a_constant_signal_and_any_voltage_will_do(save):
     signals = read_signals(save("time_s,voltage\n1,9000\n2,9000\n3,9000\n"), PLANT_INPUTS)
     assert signals.sample_time == 1.0
-    assert signals.notes == ("Column 'voltage' carries no unit; taken as V.",)
+    assert signals.notes == ("Column 'voltage' has no unit; taken as V.",)
 
 
 def test_columns_by_other_names(save):
@@ -56,10 +56,10 @@ def test_columns_by_other_names(save):
         (
             "time_s,Vin\n0,1\n1,2\n",
             "line 1: no column for voltage or force or temperature; the header has 'time_s', "
-            "'Vin'. Name it voltage_V or force_N or temperature_K, or say which it is: --column",
+            "'Vin'. Name it voltage_V or force_N or temperature_K, or map it by --column",
         ),
         ("time_s,voltage_A\n0,1\n1,2\n", "line 1: column 'voltage_A': unknown unit 'A'"),
-        ("time_s,voltage_V\n0,1\n", "one sample is no signal, at least 2 are needed"),
+        ("time_s,voltage_V\n0,1\n", "the file has one sample; at least 2 are needed"),
         ("time_s,voltage_V\n0,1\n1,x\n", "line 3: column 'voltage_V' has 'x' where a number"),
         ("time_s,voltage_V\n0,1\n1,nan\n", "line 3: column 'voltage_V' has nan where a finite"),
         ("time_s,voltage_V\n0,2\n0,1\n", "line 3: column 'time_s' repeats the time stamp 0 s"),

@@ -151,7 +151,7 @@ NO_SCENARIO = [
      "^duration: periods is -1.0; it must be at least 0$"),
     (("step",), float("inf"), "^step is inf; it must be finite$"),
     (("keep",), ["reference", 3], "^keep has 3; each must be a text$"),
-    (("vary", 0, "of"), [], r"^vary 1: of is \[\]; name what is varied$"),
+    (("vary", 0, "of"), [], r"^vary 1: of is \[\]; name at least one target$"),
     (("vary", 0, "factor"), 1, "^vary 1: factor is 1; it must be true or false$"),
     (("vary", 0, "interval"), "r.json", r"unknown key 'interval'; did you mean 'intervals'\?"),
     (("vary", 0), {"of": "plant", "intervals": 3},
@@ -201,7 +201,9 @@ def test_a_sweep_that_is_too_large_ends_the_command_with_code_2(tmp_path, capsys
     scenario = write_scenario(tmp_path, {**BASE, "duration": 1e9})
     assert main(["sweep", str(scenario), "-o", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
-    assert error.startswith("it2hys: error: duration is 1e+09 s") and error.count("\n") == 1
+    assert (
+        error.startswith(f"it2hys: error: {scenario}: duration is 1e+09 s") and error.count("\n") == 1
+    )
     assert not (tmp_path / "out").exists()
 
 

@@ -247,8 +247,8 @@ def read_description(path: Path) -> ModelDescription:
         raise InputError(f"{path}: not an FMU: {error}") from None
     if description.fmiVersion != "2.0":
         raise InputError(
-            f"{path}: an FMU of FMI {description.fmiVersion}; what is run here is FMI 2.0. Of this "
-            "project's models take those without _fmi3 in their names (`--fmi 2`); FMPy runs this one"
+            f"{path}: this is an FMU of FMI {description.fmiVersion}, but FMI 2.0 is needed here. Of "
+            "this project's FMUs take those without _fmi3 in their names (`--fmi 2`), or run it in FMPy"
         )
     if description.coSimulation is None:
         raise InputError(f"{path}: not an FMU for co-simulation")
@@ -256,7 +256,7 @@ def read_description(path: Path) -> ModelDescription:
     if not is_plain_name(identifier):
         raise InputError(f"{path}: modelIdentifier is {identifier!r}; it must be the name of a binary")
     if not {fmpy.platform, fmpy.platform_tuple} & set(platforms):
-        raise InputError(f"{path}: has no binary for this platform, {fmpy.platform}")
+        raise InputError(f"{path}: this FMU has no binary for this platform, {fmpy.platform}")
     for variable in description.modelVariables:
         _check_numbers(path, f"variable {variable.name!r}", variable)
     for declared in description.typeDefinitions:

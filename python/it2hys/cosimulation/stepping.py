@@ -19,7 +19,7 @@ from it2hys.errors import InputError
 from it2hys.model.compiled import library_function
 
 BASES = ("Real", "Integer", "Boolean")
-#: Kinds of calls, `enum kind` of stepper.c, and what is said where they fail.
+#: Messages of failed calls, by `enum kind` of stepper.c.
 SET, STEP, GET = range(3)
 FAILED = ("its inputs could not be set", "fmi2DoStep failed", "its outputs could not be read")
 STATUS = {2: "fmi2Discard", 3: "fmi2Error", 4: "fmi2Fatal", 5: "fmi2Pending (steps in the background)"}

@@ -13,13 +13,14 @@ from scipy.stats import qmc
 
 from it2hys.designs.checking import Simulated, diagnose_records, simulate_pair
 from it2hys.designs.families import FAMILIES, Family
-from it2hys.designs.hypotheses import Question
+from it2hys.designs.hypotheses import NEITHER, Question
 from it2hys.designs.limits import Limits, Wanted, limits_of
 from it2hys.designs.promise import Ground, Separation, worst
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.errors import InputError
 from it2hys.policy import DESIGN
 from it2hys.stand.excitations import identification
+from it2hys.support.keys import known_names
 from it2hys.support.numerals import plain
 from it2hys.support.progress import Progress, silent
 
@@ -29,7 +30,7 @@ _REFITS, _FEWEST, _MOST = 1000, 60, 260
 _BY_FAMILY = 40
 #: Refits of the coarse search that a report can wait for, and its records.
 _COARSE_REFITS, _COARSE_FEWEST, _COARSE_MOST = 120, 24, 36
-#: Score beyond which a record decides by far, and what a nat a parameter counts beside it.
+#: Score above which a record decides with certainty, and weight of a nat of information on parameters.
 _ENOUGH, _OF_PARAMETERS = 0.7, 0.1
 #: Share of the records that are spread over the families; the rest refines the best ones.
 _SPREAD = 0.6
@@ -122,17 +123,18 @@ class Design:
         noise = f"{1e6 * self.question.noise:.2g} µm"
         if len(self.names) == 1:
             return [
-                f"Play this record: {self.words}. It determines the parameters of {self.names[0]} as "
-                f"the table says, at a noise of {noise}."
+                f"Play this record: {self.words}. Of the records compared, it determines the "
+                f"parameters of {self.names[0]} best, at a noise of {noise}."
             ]
         told = f"{told_apart(self.names)} with probability {probability(self.power)}"
         if self.decides:
             return [f"Play this record: {self.words}. It tells {told} at a noise of {noise}."]
         bad = worst(self.separations)
+        rival = "the model with none of them" if bad.rival == NEITHER else bad.rival
         return [
             f"No record within these limits decides between {' and '.join(self.names)}. The best one "
-            f"that was found tells {told} at a noise of {noise}: what is left between {bad.truth} and "
-            f"{bad.rival} is {bad.distance:.3g} times the noise over all of the record.",
+            f"that was found tells {told} at a noise of {noise}: refitted, {rival} differs from "
+            f"{bad.truth} by {bad.distance:.3g} times the noise over the whole record.",
             *self.needed,
         ]
 
@@ -211,7 +213,9 @@ def design(
     check_resolved(question, wanted)
     limits = _limits(question, wanted)
     if unknown := [name for name in families if name not in FAMILIES]:
-        raise InputError(f"no family of voltages {unknown[0]!r}; known are {', '.join(FAMILIES)}")
+        raise InputError(
+            f"no family of voltages {unknown[0]!r}; {known_names(unknown[0], list(FAMILIES))}"
+        )
     chosen = [FAMILIES[name] for name in families or FAMILIES]
     return _Search(question, limits, chosen, seed, coarse, progress).run(
         at_hand or {}, 0 if coarse else draws, checked
@@ -239,7 +243,7 @@ class _Search:
         begin = time.perf_counter()
         self.ground, self.evaluated = Ground(self.question, self.limits), 0
         self.budget = self._budget(self.ground, len(self.families))
-        self.progress(0.0, "models that rival each other")
+        self.progress(0.0, "fitting the rival models")
         family, point = self._best()
         voltage = family.voltage(point, self.limits)
         assert self.limits.holds(voltage)
@@ -247,7 +251,7 @@ class _Search:
         others, other_intervals = {}, {}
         intervals = self._intervals(voltage)
         for name, other in [] if self.coarse else self._others(at_hand):
-            self.progress(0.72, f"the promise of {name}")
+            self.progress(0.72, f"judging {name}")
             others[name] = self._separations(self.ground, other, thorough=True)
             other_intervals[name] = self._intervals(other)
         needed = self._needed(voltage, separations)
@@ -290,7 +294,7 @@ class _Search:
         for number, (family, count) in enumerate(zip(self.families, counts, strict=True)):
             sampler = qmc.LatinHypercube(family.size, seed=np.random.default_rng([self.seed, number]))
             for point in sampler.random(count):
-                score = self._score(family, point, f"looking for a record: {family.name}")
+                score = self._score(family, point, f"searching records: {family.name}")
                 tried.append((score, number, point))
         tried.sort(key=lambda t: -t[0])
         each = (self.budget - spread) // _REFINED
@@ -311,7 +315,7 @@ class _Search:
 
         def cost(p: np.ndarray) -> float:
             nonlocal best
-            found = self._score(family, p, f"refining a record: {family.name}")
+            found = self._score(family, p, f"refining records: {family.name}")
             if found > best[0]:
                 best = (found, np.clip(p, 0.0, 1.0))
             return -found if np.isfinite(found) else 1e6
@@ -376,7 +380,7 @@ class _Search:
         """Return what would be needed where a record does not decide."""
         if not separations or worst(separations).power >= DESIGN.decides:
             return ()
-        self.progress(0.7, "what would be needed")
+        self.progress(0.7, "finding what would be needed")
         lefts = [((a, b), self.ground.left_over(a, b, voltage, True)) for a, b in self.ground.pairs]
         texts = []
         for factor in _QUIETER if not self.coarse else ():
@@ -384,14 +388,14 @@ class _Search:
             if worst(found).power >= DESIGN.decides:
                 noise = 1e6 * self.question.noise / factor
                 texts.append(
-                    f"With a noise {factor:.2g} times lower ({noise:.2g} µm), by a quieter sensor or "
+                    f"With {factor:.2g} times less noise ({noise:.2g} µm), by a quieter sensor or "
                     f"by averaging {int(np.ceil(factor**2))} periods, this record would decide."
                 )
                 break
         else:
             texts.append(
-                "" if self.coarse else "No lower noise would do on this record: what is left is in too "
-                "few places of it, or nothing is left at all."
+                "" if self.coarse else "No lower noise would make this record decide: refitted, the "
+                "models differ at too few of the samples that decide, or not at all."
             )  # fmt: skip
         texts.append(self._with_a_faster_amplifier())
         for effect in {e for h in self.question.hypotheses for e in h.own}:
@@ -420,10 +424,10 @@ class _Search:
         voltage = family.voltage(point, free)
         promised = self._separations(found.ground, voltage, thorough=True)
         if worst(promised).power < DESIGN.decides:
-            return "A faster amplifier would not help: no record was found that decides with one."
+            return "A faster amplifier would not help: with one, too, no record was found that decides."
         rate = float(np.max(np.abs(np.diff(voltage)))) / free.sample_time
         return (
-            f"A faster amplifier would do: with {plain(rate)} V/s and sines up to "
+            f"A faster amplifier would help: with {plain(rate)} V/s and sines up to "
             f"{plain(free.highest)} Hz, {family.described(point, free)} decides."
         )
 

@@ -1,4 +1,4 @@
-"""What may be played: families of voltages that a rig knows, each of a few shape parameters.
+"""Families of voltages that a rig can play, each with a few shape parameters.
 
 A shape parameter is between 0 and 1; a family turns a point of them into a period of voltage that keeps
 the limits, from rest to rest.
@@ -20,8 +20,8 @@ _LEAST_PART = 0.15
 #: Golden ratio, whose multiples spread evenly whatever their number.
 _GOLDEN = 0.6180339887498949
 _MOST_TONES = 32
-#: What is said of a voltage whose limits take away more than this share of the range, rms.
-_NOTICED, _CUT = 0.02, ", as far as the limits let it"
+#: A voltage that the limits change by more than this share of the range, rms, is described so.
+_NOTICED, _CUT = 0.02, ", cut to the limits"
 
 
 @dataclass(frozen=True)
@@ -218,7 +218,7 @@ def _combined(name: str, parts: tuple[Family, ...]) -> Family:
     return Family(name, int(sizes[-1]) + len(parts), shape, words)
 
 
-#: By name.
+#: Families by name.
 FAMILIES: dict[str, Family] = {
     family.name: family
     for family in (

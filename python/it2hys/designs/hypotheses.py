@@ -1,4 +1,4 @@
-"""Between what a record is to decide: models, each with its own parameters, that rival each other."""
+"""The rival models that a record is to decide between, each with its own parameters."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from it2hys.records.clues import Clue, Clues, Extent
 from it2hys.stand.excitations import identification
 from it2hys.support.keys import known_names
 
-#: The model without anything that the others differ in.
+#: Name of the model without the effects in which the rivals differ.
 NEITHER = "neither"
 #: Noise where nothing is known of the sensor, as a share of the travel.
 _USUAL_NOISE = 5e-4
@@ -43,7 +43,7 @@ class Hypothesis:
     Parameters
     ----------
     name : str
-        What it has and the others lack.
+        The effects that it has and the others lack.
     effects : tuple of str
         All that it has, in the order in which they came.
     parameters : ParameterSet
@@ -80,7 +80,7 @@ class Hypothesis:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What a record is to answer.
+    """The question that a designed record is to answer.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class Question:
     duration, rate : float or None
         Of the records at hand: the longest, s, and the fastest change of the voltage, V/s.
     said : tuple of str
-        Where what is not given is from.
+        Sentences on the source of values that were not given.
     """
 
     hypotheses: tuple[Hypothesis, ...]
@@ -196,8 +196,8 @@ def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str]:
     model, evidence = neither.model, EVIDENCE[effect]
     if evidence.channel == "force":
         raise InputError(
-            f"--between {effect}: shows in records with a {evidence.channel} column alone; no voltage "
-            "decides it"
+            f"--between {effect}: it shows only in records with a {evidence.channel} column; no "
+            "voltage decides it"
         )
     low, high = neither.parameters.voltage_range
     sample_time = neither.parameters["sampleTime"]
@@ -226,7 +226,8 @@ def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str]:
             best, least = (trial, guess, change), abs(np.log(change / wanted))
     if best is None:
         raise InputError(
-            f"--between {effect}: no usual size of it is known; give a parameter set that has it"
+            f"--between {effect}: no usual size of this effect is known; give a parameter set that has "
+            "it"
         )
     trial, guess, change = best
     return trial, (
@@ -246,7 +247,7 @@ def _listed(values: Mapping[str, float]) -> str:
     """Return the first parameters of a guess, with their units."""
     known = load_table().parameters()
     shown = [
-        f"{n} = {v:.3g} {known[n].type.unit or ''}".rstrip()
+        f"{n} = {v:.3g}" + ("" if known[n].type.unit == "1" else f" {known[n].type.unit}")
         for n, v in values.items()
         if known[n].group is None and known[n].type.base == "Real"
     ] or [f"{n} = {v:.3g}" for n, v in list(values.items())[:4]]
@@ -283,8 +284,9 @@ def question_of(
         except InputError as error:
             raise InputError(f"{source}: {error}") from None
     _check_noise(noise)
+    report = _read(source)
     try:
-        return question_of_report(_read(source), lambda: _beside(source), effects, noise)
+        return question_of_report(report, lambda: _beside(source), effects, noise)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
 
@@ -321,7 +323,10 @@ def _usual_noise(parameters: ParameterSet) -> tuple[float, str]:
     """Return the noise of a usual sensor, m rms, and that it is one."""
     low, high = parameters.displacement_range
     noise = _USUAL_NOISE * (high - low)
-    return noise, f"noise: {1e6 * noise:.3g} µm, a usual share of the travel; give --noise"
+    return (
+        noise,
+        f"noise: {1e6 * noise:.3g} µm, a usual share of the travel; --noise gives your sensor's",
+    )
 
 
 def question_of_report(
@@ -361,8 +366,8 @@ def question_of_report(
     undetermined = [n for n, p in report["parameters"].items() if not p["determined"]]
     if not report["effects"] and not undetermined:
         raise InputError(
-            "there are no effects that the records cannot tell apart, and no parameter that they do "
-            "not determine: nothing to decide; --between EFFECT,EFFECT names effects to tell apart"
+            "the report leaves nothing to decide: its records tell all effects apart and determine all "
+            "parameters; name effects to decide between with --between EFFECT,EFFECT"
         )
     parameters = found()
     only = Hypothesis("the model", effects_of(parameters), parameters)
@@ -388,11 +393,11 @@ def _read(source: Path) -> dict:
     except FileNotFoundError:
         raise InputError(f"{source}: no such file") from None
     except (OSError, ValueError) as error:
-        raise InputError(f"{source}: is neither a report.json nor a .ssv: {error}") from None
+        raise InputError(f"{source}: this is neither a report.json nor a .ssv: {error}") from None
     wanted = ("noise_rms_um", "records", "indistinguishable", "parameters", "effects")
     missing = [key for key in wanted if not isinstance(report, dict) or key not in report]
     if missing:
         raise InputError(
-            f"{source}: lacks {', '.join(missing)}; give the report.json that `it2hys diagnose` left"
+            f"{source}: {', '.join(missing)} missing; give the report.json that `it2hys diagnose` wrote"
         )
     return report

@@ -1,4 +1,4 @@
-"""What a rig can play: limits as they are given, and what follows from them."""
+"""Limits of a rig, as they are given and as they follow from the model and the records."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from it2hys.support.numerals import plain
 _RISE = 0.35
 #: Samples of a record at most: a search computes it hundreds of times.
 MOST_SAMPLES = 100_000
-#: What a slew rate may be exceeded by: the rounding of its own difference.
+#: Share by which rounding of a difference may exceed the slew rate.
 _ROUNDING = 1e-9
 
 
@@ -32,7 +32,7 @@ class Wanted:
     bandwidth : float
         Of the amplifier, Hz.
     current, capacitance : float
-        Most that the amplifier delivers, A, and what it drives, F.
+        Largest current of the amplifier, A, and capacitance of the actuator, F.
     sample_time, duration : float
         In s.
     periods : int
@@ -70,7 +70,7 @@ class Limits:
     lowest, highest : float
         Frequencies of sines and of loops, Hz.
     said : tuple of str
-        Where each of them is from.
+        Sentences on the source of each limit.
     """
 
     low: float
@@ -163,13 +163,13 @@ def limits_of(
     _check_voltage(low, high, voltage_range)
     if wanted.sample_time is not None and not np.isclose(wanted.sample_time, sample_time, rtol=1e-3):
         raise InputError(
-            f"--sample-time {wanted.sample_time:g}: the model is one of {sample_time:g} s; play and "
-            "record at that rate, or identify a model at yours"
+            f"--sample-time {wanted.sample_time:g}: the model's sample time is {sample_time:g} s; play "
+            "and record at that rate, or identify a model at yours"
         )
     count, told = _samples(wanted, sample_time, duration)
     said.append(told)
     if wanted.periods > 1:
-        said.append(f"periods: {wanted.periods} equal ones, as given")
+        said.append(f"periods: {wanted.periods}, all equal, as given")
     lowest, highest, told = _band(wanted, sample_time, count * sample_time)
     said.append(told)
     fastest, told = _fastest(wanted, high - low, sample_time, highest, rate)
@@ -190,7 +190,7 @@ def _check_voltage(low: float, high: float, model: tuple[float, float]) -> None:
     if low < model[0] - slack or high > model[1] + slack:
         raise InputError(
             f"--voltage {low:g},{high:g}: the model holds for {model[0]:g} to {model[1]:g} V only; "
-            "nothing can be promised of what is beyond"
+            "keep the voltage within that range"
         )
 
 
@@ -217,7 +217,7 @@ def _samples(wanted: Wanted, sample_time: float, duration: float | None) -> tupl
             f"--duration {whole:g}: {samples} samples every {sample_time:g} s; a diagnosis needs at "
             f"least {fewest}, {fewest * sample_time:g} s"
         )
-    source = "a usual length" if duration is None else "as long as the longest record"
+    source = "the usual length" if duration is None else "as long as the longest record"
     return samples // wanted.periods, _said("duration", f"{whole:g} s", wanted.duration, source)
 
 
@@ -226,7 +226,11 @@ def _band(wanted: Wanted, sample_time: float, period: float) -> tuple[float, flo
     _check_positive("bandwidth", wanted.bandwidth)
     nyquist, slowest = 0.5 / sample_time, 1.0 / period
     most = min(DESIGN.highest_share * nyquist, wanted.bandwidth or np.inf)
-    why = "the amplifier's bandwidth" if wanted.bandwidth == most else "what the sampling shows well"
+    why = (
+        "the amplifier's bandwidth"
+        if wanted.bandwidth == most
+        else f"{DESIGN.highest_share:g} of the Nyquist frequency"
+    )
     if wanted.band is None:
         low, high = slowest, most
         source = f"from one loop a period up to {why}"
@@ -235,9 +239,7 @@ def _band(wanted: Wanted, sample_time: float, period: float) -> tuple[float, flo
         if not (0.0 <= low < high and np.isfinite(high)):
             raise InputError(f"--band {low:g},{high:g}: the lowest must be below the highest frequency")
         if low >= most:
-            raise InputError(
-                f"--band {low:g},{high:g}: begins beyond {most:g} Hz, {why}: they exclude each other"
-            )
+            raise InputError(f"--band {low:g},{high:g}: it must begin below {most:g} Hz, {why}")
         low, high, source = max(low, slowest), min(high, most), "as given"
     if low >= high:
         raise InputError(
@@ -254,13 +256,15 @@ def _fastest(
     """Return the fastest change in V/s, the least of all that limit it, and where it is from."""
     if (wanted.current is None) != (wanted.capacitance is None):
         given, other = ("current", "capacitance")[:: 1 if wanted.capacitance is None else -1]
-        raise InputError(f"--{given} limits the voltage with --{other} alone: give both or neither")
+        raise InputError(
+            f"--{given} limits the slew rate only together with --{other}: give both or neither"
+        )
     _check_positive("slew rate", wanted.rate)
     _check_positive("current", wanted.current)
     _check_positive("capacitance", wanted.capacitance)
     rates = {"as given": wanted.rate}
     if wanted.current is not None and wanted.capacitance is not None:
-        rates["what the current charges the capacitance with"] = wanted.current / wanted.capacitance
+        rates["the current divided by the capacitance"] = wanted.current / wanted.capacitance
     if wanted.bandwidth is not None:
         rates["a rise time of 0.35 / bandwidth over the range"] = span * wanted.bandwidth / _RISE
     if wanted.band is not None:
@@ -270,7 +274,7 @@ def _fastest(
         known = (
             {"the fastest change in the records": records}
             if records
-            else {"the whole range within a sample, as no limit is known": span / sample_time}
+            else {"the whole range within a sample, because no limit is known": span / sample_time}
         )
     why = min(known, key=lambda name: known[name])
     return known[why], f"slew rate: {plain(known[why], 4)} V/s, {why}"

@@ -1,9 +1,8 @@
-"""What a record would decide, told before it is measured.
+"""The probability that a record decides between models, before it is measured.
 
-The readings of one model on a voltage are what another model, refitted to them, has to come near to:
-the difference that is left (T-optimality) is set against what the diagnosis asks for before it calls
-one of two models the better one. Refits are those of the identification, by the exact sensitivities
-of the compiled chain.
+One model's readings on a voltage are fitted by another model: the difference that remains
+(T-optimality) is compared with the one by which the diagnosis calls one of two models the better one.
+Refits are those of the identification, by the exact sensitivities of the compiled chain.
 """
 
 from __future__ import annotations
@@ -42,14 +41,14 @@ _FAR = 1e3
 
 @dataclass(frozen=True)
 class Separation:
-    """How far one model is from another that would make the same readings, on a record.
+    """How well a record separates one model from another that is refitted to its readings.
 
     Parameters
     ----------
     truth, rival : str
         The model that makes the readings, and the one that is refitted to them.
     distance : float
-        Root of the sum of squares of what the refit leaves, in units of the noise.
+        Root of the sum of squares of the difference after the refit, in units of the noise.
     gain : float
         Expected share by which the error of the truth is smaller, on the samples that decide.
     power : float

@@ -10,7 +10,7 @@ from it2hys.identification.criterion import ChainFit
 from it2hys.model.variables import load_table
 from it2hys.policy import PHYSICS
 
-#: Distance to a bound, in coordinates of which a fit moves by about 1, that is none.
+#: Distance in coordinates (a fit moves by about 1) within which a parameter is at its bound.
 _TOUCHES = 1e-6
 
 
@@ -53,9 +53,9 @@ def bound_sentences(fit: ChainFit, effects: Sequence[str]) -> list[str]:
     values = fit.model.values
     return [
         f"The fit of {effect} rests on the bound{'' if len(names) == 1 else 's'} of "
-        f"{_listed([_text(n, values[n]) for n in names])}: the records ask for more than such an "
-        "effect can be, or do not determine it. Do not take its parameters for the stage's: something "
-        "else that the model lacks may be what they make up for."
+        f"{_listed([_text(n, values[n]) for n in names])}: the records ask for more than this "
+        "effect may be, or do not determine it. Do not read its parameters as the stage's: they may "
+        "make up for something else that the model lacks."
         for effect, names in resting_on_bounds(fit, effects).items()
     ]
 

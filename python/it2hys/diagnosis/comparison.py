@@ -10,9 +10,9 @@ import numpy as np
 from it2hys.identification.uncertainty import correlation_time
 from it2hys.policy import SEARCH
 
-#: Most blocks of a record: more would tell nothing more and take time.
+#: Largest number of blocks of a record: more take time and change nothing.
 _MOST_BLOCKS = 250
-#: Draws: the least probability that can be told is one over this.
+#: Draws of the bootstrap: the least p-value is about one over this.
 _RESAMPLES = 10_000
 
 

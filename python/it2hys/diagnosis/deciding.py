@@ -1,4 +1,4 @@
-"""Which records decide what only the training records show."""
+"""Parts of training records that decide on effects which the validation records do not excite."""
 
 from __future__ import annotations
 

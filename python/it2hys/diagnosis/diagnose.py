@@ -48,6 +48,7 @@ from it2hys.records import Record
 from it2hys.records.clues import Clue, Extent
 from it2hys.records.feedback import find_feedback
 from it2hys.records.units import UNITS
+from it2hys.support.keys import known_names
 from it2hys.support.processes import parallel_map
 from it2hys.support.progress import Progress
 
@@ -248,7 +249,7 @@ class _Session:
         if record_low < low - beyond or record_high > high + beyond:
             raise InputError(
                 f"{name} is for {low:g} to {high:g} V (voltageMin, voltageMax), but the records go "
-                f"from {record_low:g} to {record_high:g} V: another range or unit of the voltage?"
+                f"from {record_low:g} to {record_high:g} V: check the range and the unit of the voltage"
             )
         travel = given.displacement_range[1] - given.displacement_range[0]
         share = (record_high - record_low) / (high - low)
@@ -256,7 +257,7 @@ class _Session:
         if not 1.0 / COVERAGE.same_unit < ratio < COVERAGE.same_unit:
             raise InputError(
                 f"{name} moves {1e6 * share * travel:.4g} µm over the records' voltages, the records "
-                f"{1e6 * self._extent.displacement_span:.4g} µm: another unit of the displacement?"
+                f"{1e6 * self._extent.displacement_span:.4g} µm: check the unit of the displacement"
             )
 
     def _traces(self, *roles: str) -> list[Trace]:
@@ -308,7 +309,7 @@ class _Session:
     def _report_fit(self, model: str) -> None:
         # how many there will be depends on what is found: the bar slows down as it goes
         self._fits += 1
-        self._progress(0.25 + 0.6 * (1.0 - np.exp(-self._fits / 60.0)), f"what is missing? {model}")
+        self._progress(0.25 + 0.6 * (1.0 - np.exp(-self._fits / 60.0)), f"searching effects: {model}")
 
     def _finish(self, bench: Bench, node: Node) -> ChainFit:
         """Fit everything that may be fitted to the end, with a core that is usable."""
@@ -322,8 +323,9 @@ class _Session:
         model = self._usable(fit.model)
         if model is None:
             raise InputError(
-                "the fitted model is not usable over the range of the training records: its core does "
-                "not contract there, or has no inverse; give records that cover the range better"
+                "the fitted model is not admissible over the range of the training records: its core "
+                "does not contract or cannot be inverted there; give records that cover the range "
+                "better"
             )
         return ChainFit(whole.criterion(model), fit.minimum)
 
@@ -415,18 +417,18 @@ class _Session:
         return tuple(found)
 
     def _findings(self, after: Sequence[Judgement]) -> list[str]:
-        """Return what there is to say of the records whatever the model."""
+        """Return the findings on the records that hold for any model."""
         records = [p.record for _, p in self._prepared]
         return [*record_findings(records), *coarse_readings(records, [j.noise for j in after], after)]
 
     def _left_over(self, bench: Bench, model: Model, traces: Sequence[Trace], known: int) -> LeftOver:
-        """Judge what is left of records behind their lead-ins: how they begin is not judged."""
+        """Judge the residual of records after their lead-ins."""
         seen = clues(bench.fit_own(model, traces, known), traces, self._extent)
         records = [_behind_lead_in(c, t) for c, t in zip(seen.records, traces, strict=True)]
         return left_over(replace(seen, records=records), [t.noise for t in traces])
 
     def _seen_in_tests(self, bench: Bench, model: Model, traces: Sequence[Trace]) -> list[str]:
-        """Describe what is left of the test records if it is more than noise; that decides nothing."""
+        """Describe the residual of the test records where it is more than noise; it decides nothing."""
         traces = [within(t, self._extent.voltage) for t in traces if t.role == "test"]
         traces = [t for t in traces if np.count_nonzero(t.weight) >= FEWEST]
         seen = self._left_over(bench, model, traces, 0) if traces else None
@@ -511,7 +513,7 @@ def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple
     """
     for name in names:
         if name not in EFFECTS:
-            raise InputError(f"--{option} {name}: no such effect; known are {', '.join(EFFECTS)}")
+            raise InputError(f"--{option} {name}: no such effect; {known_names(name, list(EFFECTS))}")
     for name in names if option == "declared" else ():
         channel = EVIDENCE[name].channel
         if channel and getattr(extent, channel) is None:

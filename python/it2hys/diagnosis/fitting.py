@@ -266,12 +266,12 @@ class Bench(Starts):
         return [self._prepared(with_effect(model, effect, g, self.extent), effect) for g in guesses]
 
     def leaves_noise(self, fit: ChainFit) -> bool:
-        """Return whether nothing but noise is left over of the training records."""
+        """Return whether the residual of the training records is indistinguishable from noise."""
         left = self._left_over(fit)
         return left.size <= NOISE.reached or (left.size <= NOISE.nearly and left.p_value > NOISE.level)
 
     def is_near_noise(self, fit: ChainFit) -> bool:
-        """Return whether hardly more than noise is left over, whatever it looks like, of any record."""
+        """Return whether the residual of every record is hardly larger than its noise."""
         if self._left_over(fit).size > NOISE.nearly:
             return False
         deciding = np.concatenate(self.errors(fit.model).free)

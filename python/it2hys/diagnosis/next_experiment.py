@@ -1,4 +1,4 @@
-"""What to measure where records cannot tell effects apart."""
+"""The experiment to make where records cannot tell effects apart."""
 
 from collections.abc import Sequence
 

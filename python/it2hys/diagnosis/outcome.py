@@ -1,4 +1,4 @@
-"""What a diagnosis returns."""
+"""The result of a diagnosis."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
 
 _CURVE_POINTS = 201
-#: What is said of test records begins with.
+#: Beginning of the sentences on test records.
 ON_TEST_RECORDS = "On the test records"
 
 
@@ -29,7 +29,7 @@ class Evidence:
     signature : str
         The signature in words.
     held_out_gain : float
-        Share by which adding the effect lowers the error on the records that decide; NaN if not tried.
+        Share by which adding the effect lowers the free-run error on held-out data; NaN if not tried.
     held_out_p_value : float
     accepted : bool
     why : str
@@ -40,7 +40,7 @@ class Evidence:
     beside : tuple of str
         Effects that the model had when this one was added to it, those of the first model left out.
     error_before, error_after : float
-        On the records that decide, m; NaN if not tried.
+        Free-run error on held-out data, m; NaN if not tried.
     """
 
     effect: str
@@ -67,9 +67,9 @@ class Stage:
     residuals : list of ndarray
         Measured minus model on each training record, m; NaN where no error counts.
     e_rms : float
-        Error on the records that decide, m.
+        Error on held-out data, m.
     judgements : tuple of Judgement
-        How the model and its inverse do on all records, in their order: what a step is worth.
+        Errors of the model and its inverse on all records, in their order.
     """
 
     label: str
@@ -99,7 +99,7 @@ class Rival:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What was found in the records.
+    """The result of a diagnosis.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ class Diagnosis:
     indistinguishable : tuple of tuple of str
         Groups of effects that explain the residual equally well on these records.
     experiments : tuple of str
-        For each group, what would decide.
+        For each group, the experiment that would decide.
     noise_rms : float
         Of the records, m.
     before, after : tuple of Judgement

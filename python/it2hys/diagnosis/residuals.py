@@ -1,4 +1,4 @@
-"""Whether there is more than noise in what a model leaves over, and what it looks like."""
+"""Whether the residual of a model is more than noise, and what it looks like."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class RecordNumbers:
 
 @dataclass(frozen=True)
 class LeftOver:
-    """What is left over by a model, and whether it is more than noise.
+    """The residual of a model, and whether it is more than noise.
 
     Parameters
     ----------
@@ -310,14 +310,14 @@ def _verdict(found: LeftOver, large: bool) -> str:
     noise = rms(np.array([n.noise for n in found.records]))
     head = f"The residual is {times_the_noise(found.size)} ({noise_size(noise)})"
     if found.significant:
-        chance = f"of {found.p_value:.1g}" if found.p_value > 1e-12 else "below 1e-12"
-        return f"{head} and is not noise: by chance it would look so with a probability {chance}."
+        chance = f"= {found.p_value:.1g}" if found.p_value > 1e-12 else "< 1e-12"
+        return f"{head} and is not noise (p {chance})."
     if large:
         return (
             f"{head} ({greatest.size:.2g} in the worst record), but white, steady and independent of "
-            "the voltage: the noise is larger than it was taken to be."
+            "the voltage: the noise is larger than estimated."
         )
-    return f"{head}: noise, or too little above it to tell what it is."
+    return f"{head}: indistinguishable from noise."
 
 
 def _description(clues: Clues, found: LeftOver) -> list[str]:
@@ -360,7 +360,7 @@ def _input_text(found: LeftOver) -> str:
             f"most {value:.2f} ({plain(low)} to {plain(high)} Hz)."
         )
     # a residual does not come before its cause: such a lag is that of another period
-    later = f", most {found.lags[name] * 1e3:.3g} ms later" if found.lags[name] >= 0.0 else ""
+    later = f", most strongly {found.lags[name] * 1e3:.3g} ms later" if found.lags[name] >= 0.0 else ""
     return (
         f"It is correlated with {what}{later}; the coherence with the voltage is at most {value:.2f} "
         f"({plain(low)} to {plain(high)} Hz)."
@@ -423,12 +423,12 @@ def _time_text(found: LeftOver) -> str:
     if unsteady:
         begin, end = numbers[worst].busiest
         parts.append(
-            f"its power comes and goes in {len(unsteady)} of {len(numbers)} records, in record "
+            f"its power varies within {len(unsteady)} of {len(numbers)} records; in record "
             f"{worst + 1} it is greatest from {begin:.3g} to {end:.3g} s"
         )
     else:
-        parts.append("within the records its power is steady")
+        parts.append("its power is steady within the records")
     jumps = sum(n.jumps for n in numbers)
     if jumps:
-        parts.append(f"between steps of the voltage it jumps {jumps} times")
+        parts.append(f"it jumps {jumps} times between steps of the voltage")
     return "; ".join(parts) + "."

@@ -1,4 +1,4 @@
-"""What is said of every effect: its signature, the trial of it, and the reason for the verdict."""
+"""The evidence on every effect: its signature, its trial, and the reason for the verdict."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from it2hys.records.figures_of_merit import change_in_percent
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the search has come to, and what it was not to try.
+    """The result of the search, and the effects that it was not to try.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def evidence_of(verdict: Verdict, left: Clues) -> tuple[Evidence, ...]:
     ----------
     verdict : Verdict
     left : Clues
-        What the first model leaves over.
+        Residuals of the first model.
     """
     return tuple(_evidence_on(effect, verdict, left) for effect in EFFECTS)
 
@@ -134,7 +134,7 @@ def _untried(effect: str, verdict: Verdict, left: Clues) -> str:
         return "not tried: excluded"
     if effect in verdict.regulated:
         return (
-            "not tried: the records that decide were taken in closed loop, where a controller's slow "
+            "not tried: the validation records were taken in closed loop, where a controller's slow "
             f"correction looks like it; give one taken in open loop, or --declared {effect}"
         )
     channel = EVIDENCE[effect].channel
@@ -146,14 +146,14 @@ def _untried(effect: str, verdict: Verdict, left: Clues) -> str:
             "not tried: the training records hold one amplitude at one frequency, which cannot "
             f"tell it from {others} and from the core's own phase lag"
         )
-    return "not tried: from no initial guess does a run with it stay finite, or its channel is constant"
+    return "not tried: a run with it diverges from every initial guess, or its channel is constant"
 
 
 def _why(effect: str, trial: Trial, verdict: Verdict, reason: str) -> str:
     """Return the verdict on an effect that was tried, in a sentence."""
     c = trial.comparison
     fall = (
-        f"changes the error on the records that decide from {1e6 * c.before:.4g} to "
+        f"changes the free-run error on held-out data from {1e6 * c.before:.4g} to "
         f"{1e6 * c.after:.4g} µm ({change_in_percent(-c.gain)} %, p = {c.p_value:.2g})"
     )
     if effect in verdict.named:
@@ -172,17 +172,17 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
     if rivals:
         return "these records cannot tell it from " + ", ".join(e for e in rivals[0] if e != effect)
     if trial.accepted:
-        return "other effects explain that better"
+        return "other effects explain the residual better"
     c = trial.comparison
     is_chance = c.p_value > level()
     if not is_chance and trial.sampling:
-        return "it acts within a sample, no more than a delay or how the signals were sampled would"
+        return "it acts within a sample, as a delay or another sampling of the signals would"
     if not is_chance and c.gain > SEARCH.clear_gain:
-        return "it takes away a small part of the residual, and lacks this effect's signature"
-    reason = "indistinguishable from chance" if is_chance else "below the required gain"
+        return "it explains a small part of the residual, which lacks this effect's signature"
+    reason = "not significant at the level of a search" if is_chance else "below the required gain"
     if trial.fitted > SEARCH.plain:
         reason += (
-            f", though it takes away {100 * trial.fitted:.0f} % of the error on the training records: "
-            "add validation records that show what those do"
+            f", although it lowers the error on the training records by {100 * trial.fitted:.0f} %: "
+            "add validation records with similar excitation"
         )
     return reason

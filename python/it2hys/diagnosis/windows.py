@@ -1,4 +1,4 @@
-"""Windows of long records: what a search among models works on."""
+"""Windows of long records, on which a search among models works."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from it2hys.identification.preparation import Prepared
 _SEARCHED = 60_000
 #: Windows, in all records together, and their least length.
 _WINDOWS, _SHORTEST = 8, 1000
-#: Share of a window by which the place that it is to show may be behind its beginning.
+#: Share of a window that may lie before the place that it is to show.
 _BEFORE = 0.8
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 

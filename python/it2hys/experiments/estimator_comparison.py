@@ -77,7 +77,7 @@ def compare_estimators(
         "Gradient descent is (21), quasi-Newton the method of the paper's fminunc, the evolutionary "
         "one its future work. The guess spreads the rules over the range. The projected "
         "start has drawn antecedents, and the consequents that go with them by the one-step "
-        "criterion, which is linear in these. What any method reaches depends on its start: the "
+        "criterion, which is linear in these. What a method reaches depends on its start: the "
         "default is Levenberg-Marquardt in free run from many projected starts."
     ]
     return Section("Solvers", text, [table])

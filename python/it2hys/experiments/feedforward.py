@@ -20,7 +20,7 @@ from it2hys.reports.verdict import feedforward_verdict, percent
 from it2hys.support.progress import Progress
 
 UM = 1e6
-#: Travel over voltage range from the data sheet: what one has without any measurement, m/V.
+#: Travel over voltage range by the data sheet, known without any measurement, m/V.
 DATA_SHEET_SLOPE = 16e-6 / 105.0
 
 
@@ -191,8 +191,8 @@ def feedforward_section(result: Feedforward) -> Section:
         "Proportional feedforward divides by the slope of a straight line fitted to the training "
         "records; without any identification one divides by the data sheet's. Errors leave out the "
         f"first {result.lead_in:g} s. With IT2Plant.fmu in place of the stand e_mr is "
-        f"{100 * result.with_plant.e_mr:.2g} %: the two FMUs fit together, and what is left above is "
-        "what the model does not know of the stand."
+        f"{100 * result.with_plant.e_mr:.2g} %: the two FMUs agree, and the errors above are "
+        "those of the model of the stand."
     ]
     courses = {name: c.displacement for name, c in reversed(result.inverse.items())}
     if len(courses) == 1:

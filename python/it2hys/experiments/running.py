@@ -30,7 +30,7 @@ from it2hys.reports.figures import Compared
 from it2hys.reports.page import NONE, Answer, Section, Table
 from it2hys.reports.pair_report import write_report
 from it2hys.reports.provenance import Provenance
-from it2hys.reports.summary import Result, model_names, summary
+from it2hys.reports.summary import PAPER, Result, model_names, summary
 from it2hys.reports.verdict import Judged, percent, straight_line, straight_line_errors
 from it2hys.support.files import check_directory, gathered, make_directory
 from it2hys.support.processes import check_workers
@@ -44,15 +44,13 @@ REASON = (
     "grows with frequency, where the stand's loop hardly does. Hence the gap between the two."
 )
 UM = 1e6
-#: What the page calls what a scenario shows.
+#: Heading of the scenario's result on the page.
 _QUESTION = "What the scenario shows"
-#: What the model before a diagnosis is called.
-START = "paper's model"
-#: The same where a diagnosis has been before it.
+#: Name of the model before a diagnosis that follows another one.
 FIRST = "first model"
-#: Where a run leaves its records, as CSV.
+#: Folder for the records of a run, as CSV.
 RECORDS = "records"
-#: Where it leaves a record that it designed.
+#: Folder for a record that the run designed.
 DESIGNS = "next"
 
 
@@ -183,7 +181,7 @@ class _Run:
         scenario = self._scenario
         share = 0.35 if scenario.next else 0.8
         diagnosis = self._diagnose(None, part(self._progress, 0.0, share))
-        start, promised = START, None
+        start, promised = PAPER, None
         if scenario.next:
             promised = self._measure_next(scenario.next, diagnosis)
             start = FIRST
@@ -234,10 +232,10 @@ class _Run:
         self._records = [record, *(r for r, _ in kept)]
         new = RecordEntry.model_construct(name=entry.name, role="train", paper=Paper())
         self._entries = [new, *(e for _, e in kept)]
-        open_ = " or ".join(e for group in first.indistinguishable for e in group)
+        open_ = " and ".join(e for group in first.indistinguishable for e in group)
         named = " and ".join(first.effects) or "no effect"
         self._told = [
-            f"On the first record the diagnosis named {named}, and left open: {open_}. "
+            f"On the first record the diagnosis named {named}, and could not decide between {open_}. "
             + " ".join(found.sentences)
         ]
         return design_json(found, Provenance(), "parameters.ssv"), found.voltage
@@ -249,7 +247,7 @@ class _Run:
         sections: Sequence[Section],
         tracked: Compared | None = None,
         more: Mapping[str, object] | None = None,
-        start: str = START,
+        start: str = PAPER,
         promised: tuple[Mapping, np.ndarray] | None = None,
     ) -> Path:
         """Write the report, with what the scenario shows at its top."""
@@ -314,9 +312,8 @@ def _command(scenario: Scenario) -> str:
 def own_records(scenario: Scenario) -> Section:
     """Return what to do with one's own records."""
     text = [
-        "A record is a CSV with units in its header, as those of this run are, which lie in the "
-        f"folder {RECORDS} beside this page. What was done here with the stand's records is done with "
-        "yours by:"
+        "A record is a CSV with units in its header; those of this run are in the folder "
+        f"{RECORDS} beside this page. The same with your own records:"
     ]
     return Section("Your own records", text, commands=[f"it2hys {_command(scenario)}"])
 
@@ -326,7 +323,7 @@ def before_and_after(
     diagnosis: Diagnosis,
     lines: Sequence[Errors],
     tracked: Feedforward | None,
-    start: str = START,
+    start: str = PAPER,
 ) -> Table:
     """Return what a diagnosis brought, beside the published figures and what one has without it.
 

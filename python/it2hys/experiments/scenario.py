@@ -26,7 +26,7 @@ MODELS = ("identified", "diagnosed", "table 1")
 
 
 class Paper(Table):
-    """Published figures, where there are any: (24) in %, (25) in um, and the figure's number."""
+    """Published figures, where there are any: (24) in %, (25) in µm, and the figure's number."""
 
     e_mr_percent: StrictFloat | None = None
     """(24), in %."""
@@ -44,7 +44,7 @@ class Signal(Table, extra="allow"):
     signal: Literal[*excitations.SIGNALS]
     """A function of `it2hys.stand.excitations`; its arguments, but for time, are further keys."""
     duration: StrictFloat
-    """In s."""
+    """Duration, s."""
     paper: Paper = Paper()
     """The paper's figures for it."""
 
@@ -63,7 +63,7 @@ class Signal(Table, extra="allow"):
         if samples > MOST_SAMPLES:
             raise ValueError(
                 f"duration is {self.duration:g} s: {samples:.3g} samples every {SAMPLE_TIME:g} s; "
-                f"at most {MOST_SAMPLES:,} can be worked on, so shorten it"
+                f"at most {MOST_SAMPLES:,} are allowed, so shorten it"
             )
         try:
             self.values()
@@ -76,9 +76,9 @@ class RecordEntry(Signal):
     """A record to be made on the stand, and its role."""
 
     name: str
-    """What the record is called."""
+    """Name of the record."""
     role: Literal[*ROLES]
-    """Fitted, deciding, or only reported on."""
+    """`train` (fitted), `validation` (decides between models) or `test` (only reported on)."""
 
 
 class Tracking(Signal):
@@ -92,13 +92,13 @@ class NextEntry(Table):
     """The record that is designed from what the others leave open, and measured in their place."""
 
     name: str = "designed"
-    """What the record is called."""
+    """Name of the record."""
     duration: StrictFloat | None = None
-    """In s; that of the training records by default."""
+    """Duration, s; that of the training records by default."""
     rate: StrictFloat | None = None
     """Fastest change, V/s."""
     band: tuple[StrictFloat, StrictFloat] | None = None
-    """Of the later references, Hz."""
+    """Band of the references to come, Hz."""
 
     def wanted(self) -> Wanted:
         """Return the limits: duration, s, fastest change, V/s, and band of later references, Hz."""
@@ -106,12 +106,12 @@ class NextEntry(Table):
 
 
 class StandEntry(Table):
-    """What the simulated stand is without, and its noise in m rms."""
+    """Parts that the simulated stand lacks, and its noise in m rms."""
 
     without: tuple[Literal[*STAND_PARTS], ...] = ()
     """Parts of the simulated stand that are left out."""
     noise: StrictFloat = Stand().noise
-    """Of the reading, m rms."""
+    """Noise of the sensor, m rms."""
 
     def stand(self) -> Stand:
         """Return the stand."""
@@ -127,11 +127,11 @@ class Scenario(Table):
 
     name: str = Field("", init=False)
     title: str | None = None
-    """Of the report; the name of the file by default."""
+    """Title of the report; the name of the file by default."""
     text: str = ""
-    """What the report says first."""
+    """First paragraph of the report."""
     seed: StrictInt = 0
-    """Of noise and random starts."""
+    """Seed of noise and random starts."""
     model: Literal[*MODELS] = MODELS[0]
     """`"diagnosed"` adds the effects that the identified model lacks."""
     rules: StrictInt | None = None
@@ -141,7 +141,7 @@ class Scenario(Table):
     records: Annotated[tuple[RecordEntry, ...], AfterValidator(_in_order)] = Field(alias="record")
     """Records that are made on the stand."""
     tracking: Tracking | None = None
-    """A reference that the stand is driven along, by the inverse FMU."""
+    """A reference that the stand is to follow, driven by the inverse FMU."""
     next: NextEntry | None = None
     """With `"diagnosed"`: a record is designed from what the training records leave open, measured
     on the stand in their place, and diagnosed from the first model."""
@@ -153,7 +153,9 @@ class Scenario(Table):
         if self.model != "table 1" and not any(r.role == "train" for r in self.records):
             raise ValueError("record: a model can only be identified with a record of role 'train'")
         if self.next and self.model != "diagnosed":
-            raise ValueError("next: only what a diagnosis leaves open can be designed for")
+            raise ValueError(
+                'next: a record is designed after a diagnosis only; set model = "diagnosed"'
+            )
         return self
 
 

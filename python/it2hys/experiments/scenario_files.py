@@ -6,7 +6,7 @@ from pathlib import Path
 from it2hys.errors import InputError
 from it2hys.support.keys import known_names
 
-#: Scenarios that come before those installed.
+#: Folder whose scenarios take precedence over the installed ones.
 _HERE = Path("scenarios")
 
 

@@ -95,7 +95,7 @@ def _words(effects: dict[str, Effect]) -> list[str]:
 
 
 def _row(variable: Variable, parameters: ParameterSet) -> dict:
-    """Return a parameter as the FMU takes it, and beside that as people read it: lengths in um."""
+    """Return a parameter as the FMU takes it, and beside that as people read it: lengths in µm."""
     value, shown, shown_unit = parameters[variable.name], "", ""
     if variable.type.displayUnit in ("um", "um/V"):
         shown = f"{value * 1e6:.6g}"

@@ -245,7 +245,7 @@ class Fmi3(Version):
             )
 
 
-#: By number.
+#: Versions by number.
 VERSIONS: dict[int, Version] = {version.number: version for version in (Fmi2(), Fmi3())}
 
 

@@ -16,7 +16,7 @@ from it2hys.model.own_effect import AT_REST, ENDS, OwnEffect, line_of, sample_va
 from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.records import Record
 
-#: Samples of a signal that are tried; those of a record beyond them are left alone.
+#: Samples of a signal that are checked; further ones of a record are ignored.
 _SAMPLES = 4000
 #: Ticks for which CasADi runs the whole chain, and those that are timed.
 _TICKS, _TIMED = 300, 20_000

@@ -119,7 +119,7 @@ def zig() -> tuple[str, ...]:
     """Return the command of zig's C compiler."""
     if importlib.util.find_spec("ziglang") is None:
         raise InputError(
-            "an effect of one's own needs a C compiler, and there is none: install one, or "
+            "an effect of your own needs a C compiler, and none was found: install one, or "
             "`pip install ziglang`, which also makes the FMUs' binaries for the other platforms"
         )
     return sys.executable, "-m", "ziglang", "cc"
@@ -154,7 +154,7 @@ def _built(effects: Sequence[OwnEffect]) -> Path:
         work = Path(tempfile.mkdtemp(prefix="new-", dir=place.parent))
     except OSError as error:
         raise InputError(
-            f"{place.parent}: {error.strerror}; IT2HYS_CACHE names another folder for what is built"
+            f"{place.parent}: {error.strerror}; set IT2HYS_CACHE to another folder for compiled effects"
         ) from None
     try:
         _build(work, sources, generated, effects)

@@ -28,7 +28,7 @@ from it2hys.support.version import package_version
 # zip entries carry a time; a fixed one makes the same input give the same file
 EPOCH = (1980, 1, 1, 0, 0, 0)
 PARAMETER_FILE = "parameters.ssv"
-#: Of the names of files, by version of FMI.
+#: Endings of the files' names by version of FMI.
 SUFFIX = {2: "", 3: "_fmi3"}
 BUILD_DESCRIPTION = "sources/buildDescription.xml"
 # beside the C library: libm for hum, lag, creep and resonance, libdl to find the FMU's resources

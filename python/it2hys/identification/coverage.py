@@ -1,4 +1,4 @@
-"""Warnings about what the training records do not show and the model therefore cannot know."""
+"""Warnings about amplitudes, frequencies and ranges that the training records lack."""
 
 from __future__ import annotations
 

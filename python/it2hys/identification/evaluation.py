@@ -1,4 +1,4 @@
-"""How a given model does on records: nothing is fitted but how each record begins."""
+"""The errors of a given model on records: only the start of each record is fitted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Excerpts of long records: what a search for a start needs to see of them."""
+"""Excerpts of long records, on which initial guesses are sought."""
 
 from __future__ import annotations
 

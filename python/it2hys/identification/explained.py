@@ -23,9 +23,9 @@ _SLOW = (10.0, 30.0, 100.0, 300.0, 1000.0)
 _PLAYS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7)
 #: Parts of a record, and sets of them that are predicted from the others. With fewer parts, or less
 #: weight below, a record of a cycle or two is a little less explained (seeds 960 to 963: 0.90 instead
-#: of 0.95 at the least, of six drives of 0.2 s); what noise explains stays nothing.
+#: of 0.95 at the least, of six drives of 0.2 s); noise alone stays unexplained.
 _PARTS, _FOLDS = 100, 10
-#: Weight of the guess that all coefficients are nothing, as a share of the samples.
+#: Weight of the prior that all coefficients are zero, as a share of the samples.
 _NOTHING = 1e-3
 
 
@@ -105,7 +105,7 @@ def low_share(name: str, *shares: float) -> list[str]:
         return []
     return [
         f"The voltage explains {100 * max(shares):.2g} % of the displacement of record '{name}', "
-        "whatever its lag, memory or curve: the rest is noise, or something else moves the stage as "
-        "well, which no model of the voltage can know. If another axis, a force or heat was at work, "
-        "hold it still or record it (force_N, temperature_degC)."
+        "whatever its lag, memory or curve: the rest is noise, or something else moves the stage, "
+        "which no model of the voltage alone can predict. If another axis, a force or heat was at "
+        "work, hold it still or record it (force_N, temperature_degC)."
     ]

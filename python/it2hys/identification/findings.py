@@ -1,4 +1,4 @@
-"""What is said of records whatever model is fitted: unused columns, closed loop, coarse readings."""
+"""Findings on records that hold for any model: unused columns, closed loop, coarse readings."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from it2hys.records import Record
 from it2hys.records.feedback import find_feedback
 from it2hys.records.loop_width import wide_loop
 from it2hys.records.unused import unused_columns
+from it2hys.support.numerals import counted
 
 UM = 1e6
 #: A reading is coarse if its step is this many times the noise: rounding alone, step / sqrt(12) rms,
@@ -30,7 +31,7 @@ class Judged(Protocol):
 
 
 def record_findings(records: Sequence[Record]) -> list[str]:
-    """Return sentences on unused columns, closed loops, and loops too wide for a piezo's."""
+    """Return sentences on unused columns, closed loops, and loops that are too wide for a piezo."""
     said = [text for r in records for text in (_feedback_sentence(r), wide_loop(r)) if text]
     return [*unused_columns(records), *said]
 
@@ -39,13 +40,13 @@ def _feedback_sentence(record: Record) -> str:
     found = find_feedback(record)
     if found is None:
         return ""
-    when = f"{found.samples} sample{'' if found.samples == 1 else 's'} later"
+    when = f"{counted(found.samples, 'sample')} later"
     when = "in the same sample" if found.samples == 0 else when
     return (
         f"Record '{record.name}' was taken in closed loop: its voltage answers the displacement, with "
-        f"less voltage where that is larger than expected, {when}. Of what the voltage's own past does "
-        f"not tell of it, the displacement's noise tells {100 * found.share:.2g} % (the answer is "
-        f"{found.errors:.0f} standard errors from none). What disturbs the stage or the sensor then "
+        f"less voltage where that is larger than expected, {when}. The displacement's noise explains "
+        f"{100 * found.share:.2g} % of the part of the voltage that its own past does not predict "
+        f"({found.errors:.0f} standard errors from zero). What disturbs the stage or the sensor then "
         "drives the voltage too, so that cause and effect cannot be told apart there, and a slow "
         "correction by the controller looks like creep. Record the stage with the controller off, with "
         "a voltage that was chosen beforehand: a copy of this record's, played again, will do."
@@ -83,8 +84,8 @@ def _coarse_sentence(record: Record, step: float, noise: float, error: float) ->
     steps = np.ptp(record.displacement) / step
     return (
         f"The displacement of record '{record.name}' is quantised: it goes in steps of "
-        f"{UM * step:.3g} µm, {steps:.0f} of them over its travel. Rounding to them makes "
+        f"{UM * step:.3g} µm, {steps:.0f} of them over its travel. Rounding makes "
         f"{UM * _ROUNDING * step:.2g} µm rms of the {UM * noise:.2g} µm rms that count as noise; the "
-        f"model's error is {UM * error:.2g} µm rms. What is smaller than a step can hardly be seen: a "
-        "narrower range of the sensor, or more bits, would show it."
+        f"model's error is {UM * error:.2g} µm rms. Motion smaller than a step can "
+        "hardly be seen: a narrower range of the sensor, or more bits, would show it."
     )

@@ -134,7 +134,7 @@ class _Session:
         """Run all phases."""
         self._timed("number of rules", self._choose)
         fit = self._timed("fit", self._fit)
-        fit = self._timed("second look", self._reconsider, fit)
+        fit = self._timed("repeated fit", self._reconsider, fit)
         return self._timed("assessment", self._report, fit)
 
     def _timed(self, name: str, phase: Callable, *arguments: object):
@@ -248,7 +248,7 @@ class _Session:
         if usable is None:
             fault = compiled.check(physical, low, high)
             raise IdentificationError(
-                f"the fitted model is not usable over the range of the training records: {fault}"
+                f"the fitted model is not admissible over the range of the training records: {fault}"
             )
         return usable
 
@@ -286,7 +286,7 @@ class _Session:
         return _with_lack(identification)
 
     def _findings(self, results: Sequence[Judgement]) -> list[str]:
-        """Return what there is to say of the records whatever the model."""
+        """Return the findings on the records that hold for any model."""
         records = [p.record for p in (*self._train, *(p for _, p in self._others))]
         return [
             *record_findings(records),
@@ -322,8 +322,8 @@ class _Session:
         margin = 0.99 * CORE.margin * (high - low)
         if usable[0] > low - margin or usable[1] < high + margin:
             warnings.append(
-                "Beyond the range of the training records the model soon stops contracting or "
-                "being invertible: it is usable from "
+                "Little beyond the range of the training records the model no longer contracts or can "
+                "no longer be inverted: it is admissible from "
                 f"{usable[0] * 1e6:.4g} to {usable[1] * 1e6:.4g} µm."
             )
         contraction, y, x = self._contraction(fit)

@@ -1,4 +1,4 @@
-"""How a model does on one record: its free run, its cold start, and its inverse."""
+"""The errors of a model on one record: of its free run, its cold start, and its inverse."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def estimate_noise(x: np.ndarray, y: np.ndarray, used: np.ndarray | None = None)
     estimate = _estimate(x, y if used is None else np.where(used, y, np.nan))
     if estimate.rms > floor:
         return estimate
-    return NoiseEstimate(floor, "the resolution of its numbers (no noise shows)", estimate.certain)
+    return NoiseEstimate(floor, "the resolution of the numbers (no noise is visible)", estimate.certain)
 
 
 def noise_floor(y: np.ndarray) -> float:
@@ -112,7 +112,7 @@ def _estimate(x: np.ndarray, y: np.ndarray) -> NoiseEstimate:
         return NoiseEstimate(fast, "fourth differences (fast noise only)")
     return NoiseEstimate(
         quiet,
-        "the quietest band of the spectrum; the stage moves at all others: the noise is not known",
+        "the quietest band of the spectrum, an upper bound: the stage moves at all other frequencies",
         certain=False,
     )
 

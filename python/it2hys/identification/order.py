@@ -97,7 +97,8 @@ def choose_rule_count(
     best = _best(trials)
     if not np.isfinite(best):
         raise IdentificationError(
-            "no number of rules gives a finite free run on the records that decide"
+            "with every number of rules the free run diverges on the validation data: check that they "
+            "are of the same stage, in the same units, as the training records"
         )
     samples = sum(np.count_nonzero(s.weight) for s in decisive)
     # an rms of n independent errors has the relative standard error 1 / sqrt(2 n)

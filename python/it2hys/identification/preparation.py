@@ -1,4 +1,4 @@
-"""What is found in measured records before any fit: what is left out, noise, scaling."""
+"""Preparation of measured records for a fit: the first part left out, noise, scaling."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from it2hys.records import Record
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A record and what was found in it before any fit.
+    """A record prepared for a fit.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Prepared:
 
 
 def prepare(record: Record) -> Prepared:
-    """Find what of a record's begin is left out, and its noise.
+    """Find the first part of a record that is left out, and its noise.
 
     Raises
     ------
@@ -140,6 +140,6 @@ def data_scaling(prepared: Sequence[Prepared]) -> Scaling:
             names = ", ".join(f"'{p.record.name}'" for p in prepared)
             raise InputError(
                 f"record{'s' * (len(prepared) > 1)} {names}: the {quantity} is {values[0]:g} in all "
-                "samples that can be trusted and belong to no start-up; give a record that keeps moving"
+                "usable samples after the start of the record; give a record in which it varies"
             )
     return Scaling.of_data(displacement, voltage)

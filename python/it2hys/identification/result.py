@@ -1,4 +1,4 @@
-"""What an identification returns."""
+"""The result of an identification."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from it2hys.identification.stage_figures import StageFigure
 
 
-#: What may minimise (23), see `solvers`; the first is the default.
+#: Names of the solvers that minimise (23), see `solvers`; the first is the default.
 SOLVERS = (
     "levenberg-marquardt",
     "trust-region",
@@ -32,12 +32,12 @@ class IdentificationError(InputError):
 
 @dataclass(frozen=True)
 class Options:
-    """Choices of an identification; the defaults need no thought.
+    """Options of an identification; the defaults suit most records.
 
     Parameters
     ----------
     seed : int
-        Of the random starts: the same data give the same model.
+        Seed of the random starts: the same data and seed give the same model.
     starts : int
         Largest number of starts; fewer where several of them soon agree on the best optimum.
     max_iterations : int
@@ -63,8 +63,8 @@ class Options:
         for name, low in least.items():
             value = getattr(self, name)
             if not isinstance(value, int | np.integer) or value < low:
-                option = name.replace("_", " ")
-                raise InputError(f"the {option} must be a whole number from {low} up, not {value}")
+                option = name.replace("_", "-")
+                raise InputError(f"--{option} {value}: must be a whole number from {low} up")
         if self.solver not in SOLVERS:
             raise InputError(f"unknown solver '{self.solver}'; known are {', '.join(SOLVERS)}")
 

@@ -210,7 +210,7 @@ def _search(
     if not np.isfinite(found[0][0].cost):
         raise IdentificationError(
             f"no free run with {criterion.rule_count} rules stays finite on the training records: "
-            "check that voltage and displacement belong together and are in the right columns"
+            "check that voltage and displacement are of one measurement and in the right columns"
         )
     return found
 

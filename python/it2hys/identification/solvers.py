@@ -19,7 +19,7 @@ from it2hys.identification.criterion import ChainCriterion, minimise_from
 from it2hys.identification.levenberg_marquardt import Minimum
 from it2hys.identification.result import Options
 
-#: Relative change of the cost that counts as none.
+#: Relative change of the cost below which a fit has converged.
 _TOLERANCE = 1e-6
 #: Half width of the box, around the start, in which the evolutionary method searches.
 _BOX = 1.0
@@ -204,7 +204,7 @@ def _ipopt(
 
 _Method = Callable[[ChainCriterion, np.ndarray, int, float, int], Minimum]
 
-#: By the names in `result.SOLVERS`.
+#: Solvers by the names in `result.SOLVERS`.
 _METHODS: dict[str, _Method] = {
     "levenberg-marquardt": _levenberg_marquardt,
     "trust-region": _trust_region,

@@ -1,4 +1,4 @@
-"""What records do determine of a stage, whatever they leave open of the rules: gain, loops, lag.
+"""Properties of a stage that records determine even where they leave the rules open: gain, loops, lag.
 
 Several sets of rules may give the same output. A figure of that output has a narrow interval even
 where the rules have none: it follows from the gradient of the figure by the coordinates of the fit, and

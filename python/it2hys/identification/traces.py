@@ -18,7 +18,7 @@ from it2hys.policy import STARTS
 from it2hys.records import Record
 from it2hys.records.clues import Extent
 
-#: Where there are no validation records: parts of every training record, and those that decide.
+#: Without validation records: number of parts of a training record, and the parts that decide.
 _PARTS, _DECIDING = 10, (2, 5, 8)
 
 
@@ -154,7 +154,7 @@ def check_deciding(deciding: Sequence[Trace]) -> None:
     if samples < STARTS.fewest_deciding:
         names = ", ".join(f"'{t.name}'" for t in deciding)
         raise InputError(
-            f"record{'s' * (len(deciding) > 1)} {names}: {samples} samples are left to decide between "
-            f"models, and at least {STARTS.fewest_deciding} are needed; "
+            f"record{'s' * (len(deciding) > 1)} {names}: {samples} usable samples to decide between "
+            f"models; at least {STARTS.fewest_deciding} are needed: "
             "give longer records, or more of them with --validate"
         )

@@ -75,8 +75,8 @@ class Uncertainty:
         single = [group[0] for group in self.groups if len(group) == 1]
         texts = [f"The data do not determine {', '.join(single)}."] if single else []
         return texts + [
-            f"The data determine {', '.join(group[:-1])} and {group[-1]} only together: some of "
-            "their combinations may change without changing the fit."
+            f"The data determine {', '.join(group[:-1])} and {group[-1]} only together: some "
+            "combinations of them can change without changing the fit."
             for group in self.groups
             if len(group) > 1
         ]

@@ -33,12 +33,12 @@ def packaged_native() -> Path:
     return Path(os.environ.get("IT2HYS_NATIVE") or str(files("it2hys") / "native"))
 
 
-#: Those that were built with effects of the user's own.
+#: The binaries that were built with effects of the user's own.
 _own_native: Path | None = None
 
 
 def use_native(directory: Path | None) -> None:
-    """Have binaries and C sources of another folder from now on; None: those of the package."""
+    """Use the binaries and C sources of another folder from now on; None: those of the package."""
     global _own_native
     _own_native = directory
     _library.cache_clear()
@@ -305,7 +305,7 @@ def usability(rules: np.ndarray, y: np.ndarray, x_low: np.ndarray, x_high: np.nd
 
 
 def check(rules: np.ndarray, minimum: float, maximum: float) -> str | None:
-    """Return what makes the rules unusable over a displacement range, or None if they are usable."""
+    """Return why rules are not admissible over a displacement range, or None if they are."""
     rules, count = _rules(rules)
     message = ctypes.create_string_buffer(512)
     if _library().it2core_check(rules, count, minimum, maximum, message, len(message)):
@@ -356,7 +356,7 @@ def pack_chain(
 
 
 def chain_check(parameters: Mapping[str, float | int | bool]) -> str | None:
-    """Return what makes a parameter set unusable, or None if it is usable."""
+    """Return why a parameter set is not admissible, or None if it is."""
     message = ctypes.create_string_buffer(512)
     if _library().it2core_chain_check(pack_chain(parameters), message, len(message)):
         return None
@@ -476,7 +476,7 @@ def chain_equilibrium(parameters: Mapping[str, float | int | bool]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """What acts on the chain over a record.
+    """The inputs of the chain over a record.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What every effect of the chain has: its physics as CasADi expressions, and how it is fitted.
+"""The interface of an effect of the chain: its physics as CasADi expressions, and how it is fitted.
 
 One module of `model/effects` per effect, whose operations are those of its C file (`fmu_src/core`). How
 an effect shows in records is not known here: that is in `diagnosis/evidence`.
@@ -29,7 +29,7 @@ Values = Mapping[str, Scalar]
 
 
 class Surroundings(NamedTuple):
-    """What acts on the chain beside the voltage, at one tick."""
+    """The disturbances at one tick: force (N), temperature (K) and time (s)."""
 
     force: Scalar
     temperature: Scalar
@@ -49,7 +49,7 @@ class Start(NamedTuple):
 
 
 class History(NamedTuple):
-    """What may have been before a record.
+    """A possible history before a record.
 
     `values` are of parameters that belong to a record; `has_to_show` is whether it has to earn its
     place against one that needs less.

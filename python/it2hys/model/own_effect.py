@@ -1,4 +1,4 @@
-"""An effect of the user's own: a Python file that says in CasADi what one more stage of the chain does.
+"""An effect of the user's own: one more stage of the chain, written in CasADi in a Python file.
 
 Such a file is code, and is run (`it2hys.model.own_loading`). `EFFECT` in it is an instance of a
 subclass of `OwnEffect`, which declares its parameters and states, and gives `step`. The rest follows
@@ -27,7 +27,7 @@ else:
     ca = Lazy("casadi")
 
 
-#: What a stage may use of the chain beside its own parameters.
+#: Values of the chain that a stage may use beside its own parameters.
 SHARED = ("sampleTime", "displacementZero")
 #: Ends of the range in which the input is sought, by side.
 ENDS = {
@@ -35,7 +35,7 @@ ENDS = {
     "behind": ("displacementMin", "displacementMax"),
     "reading": ("displacementMin", "displacementMax"),
 }
-#: Reference temperature, K: no force, this and the time 0 is what a stage rests at.
+#: Reference temperature, K: no force, this and the time 0 hold where a stage rests.
 AT_REST = Surroundings(0.0, 293.15, 0.0)
 #: The input is sought within the range and this share of it beyond each end.
 BEYOND = 0.5
@@ -51,7 +51,7 @@ FEW_STATES = 2
 
 @dataclass(frozen=True)
 class OwnParameter:
-    """A parameter of an effect of one's own.
+    """A parameter of an effect of the user's own.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class OwnEffect(Effect):
     """A stage of the user's own.
 
     A subclass declares the attributes and gives `step`; `inverse`, `rest` and `latency` (`Effect`)
-    where the ones that follow from `step` will not do; `inverse = None` for an effect that has no part
+    where those that follow from `step` do not suit; `inverse = None` for an effect that has no part
     in the inverse. The first parameter switches the effect: 0 is off.
 
     Attributes
@@ -93,7 +93,7 @@ class OwnEffect(Effect):
     description : str
         A clause for readers.
     experiment : str
-        What would show it.
+        The experiment that would show it, as a clause.
     channel : str or None
         Column that records must have: "force_N" or "temperature_degC".
     states : int
@@ -309,7 +309,7 @@ def _anywhere(parameter: OwnParameter, rng: np.random.Generator) -> float:
     return float(np.exp(rng.uniform(*np.log([low, high]))) if low > 0.0 else rng.uniform(low, high))
 
 
-#: Ranges of the paper's stage, in SI units: what an effect is tried on.
+#: Ranges of the paper's stage, in SI units, over which an effect is checked.
 TYPICAL = {"before": (0.0, 120.0), "behind": (0.0, 16e-6), "reading": (0.0, 16e-6)}
 
 

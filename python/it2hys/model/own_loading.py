@@ -102,7 +102,7 @@ def _raised(path: Path, error: BaseException, doing: str) -> str:
     words = str(error).strip().splitlines()
     said = f"values[{error}] is not known" if isinstance(error, KeyError) else (words or [""])[-1]
     if "truth value" in said:
-        said = "an expression is neither true nor false yet; use casadi.if_else in place of if"
+        said = "an expression has no truth value; use casadi.if_else instead of if"
     return f"{path}:{line}: {doing} raises {type(error).__name__}: {said}"
 
 
@@ -172,13 +172,13 @@ class _Check:
             self._refuse(None, f"states is {effect.states!r}; it must be a whole number from 0 to 64")
         if effect.side == "reading" and effect.states:
             self._refuse(
-                None, 'an effect in the reading has no states; what has them stands "behind" the core'
+                None, 'an effect in the "reading" cannot have states; put it "behind" the core'
             )
         if effect.states and effect.has_inverse and effect.memory not in (Memory.AIMED, Memory.LONG):
             self._refuse(None, f"memory is {effect.memory}; it must be Memory.AIMED or Memory.LONG")
         for name in ("limits", "per_record", "shift"):
             if getattr(effect, name):
-                self._refuse(None, f"{name} is not for an effect of one's own")
+                self._refuse(None, f"an effect of your own cannot have {name}; remove it")
         if not effect.parameters:
             self._refuse(None, "parameters is empty; the first one switches the effect: 0 is off")
         names = [p.name for p in effect.parameters]

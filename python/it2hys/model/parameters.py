@@ -216,7 +216,9 @@ def read_ssv(path: str | Path) -> ParameterSet:
     except OSError:
         raise InputError(f"{path}: no such file, or it cannot be read") from None
     except etree.XMLSyntaxError as error:
-        raise InputError(f"{path}: not an XML file: {error.msg}") from None
+        raise InputError(
+            f"{path}: not an XML file, and so no parameter set (.ssv): {error.msg}"
+        ) from None
     if root.tag != f"{{{SSV_NAMESPACE}}}ParameterSet":
         raise InputError(f"{path}: not an SSP parameter set (the root element is {root.tag})")
     try:

@@ -58,9 +58,9 @@ BEFORE_CORE, BEHIND_CORE, READING = map(_on, Side)
 # --- effects of the user's own ------------------------------------------------------------------------
 
 _BUILT_IN, _BUILT_IN_STAGES = dict(EFFECTS), dict(STAGES)
-#: What other processes of this one find the effects by.
+#: Environment variable by which worker processes find the effects.
 VARIABLE = "IT2HYS_OWN_EFFECTS"
-#: Nominal values say how large what has no bounds is.
+#: Nominal values give the size of a parameter that has no bounds.
 _UNITS_OF_TYPES = {"m": "um"}
 
 

@@ -148,7 +148,7 @@ def load_table() -> Table:
     return Table(tuple(variables), types, units, source["counts"], source["outdated"], _own)
 
 
-#: Rows of effects that are not in the file, and the hashes of what is behind them.
+#: Rows of effects that are not in the file, and the hashes of these effects' files.
 _more: tuple[Variable, ...] = ()
 _own: tuple[str, ...] = ()
 

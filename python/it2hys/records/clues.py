@@ -1,4 +1,4 @@
-"""What records span, and what a model leaves over of them."""
+"""The extent of records, and the residuals of a model on them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Extent:
-    """What the records of an identification span, in SI units.
+    """The ranges that the records of an identification span, in SI units.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Extent:
 
 @dataclass(frozen=True, eq=False)
 class Clue:
-    """What a model leaves over of one record, in SI units; arrays have the shape (N,).
+    """The residual of a model on one record, in SI units; arrays have the shape (N,).
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Clue:
 
 @dataclass(frozen=True, eq=False)
 class Clues:
-    """What a model leaves over of all records.
+    """The residuals of a model on all records.
 
     Attributes
     ----------

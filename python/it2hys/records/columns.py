@@ -99,7 +99,7 @@ def _named_column(source: Source, quantity: str, taken: Collection[str]) -> Colu
     usable = [name for name, unit in units.items() if unit in UNITS[quantity] or not unit]
     if len(usable) > 1:
         raise source.fault(
-            f"more than one column for {quantity}: {listed(usable)}. Say which it is: "
+            f"more than one column for {quantity}: {listed(usable)}. Name the right one by "
             f"--column {quantity}={usable[0]}",
             HEADER,
         )
@@ -123,11 +123,11 @@ def _column(source: Source, quantity: str, name: str, unit: str) -> Column:
     if default is None:
         known = ", ".join(UNITS[quantity])
         raise source.fault(
-            f"column '{name}' carries no unit. Add it to the name, or say it: "
+            f"column '{name}' has no unit. Add it to the name, or give it by "
             f"--column {quantity}={name}:UNIT with one of {known}",
             HEADER,
         )
-    return Column(index, name, default, f"Column '{name}' carries no unit; taken as {default}.")
+    return Column(index, name, default, f"Column '{name}' has no unit; taken as {default}.")
 
 
 def _split_choice(quantity: str, choice: str) -> tuple[str, str | None]:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from it2hys.errors import InputError
 
-#: From this multiple of the noise on the multiple itself says nothing more.
+#: Multiple of the noise above which the multiple itself is not given.
 _MANY_TIMES = 1000.0
 #: A noise below this, m, is not worth a figure.
 _NO_NOISE = 1e-12
@@ -105,7 +105,7 @@ def times_the_noise(ratio: float) -> str:
 
 def noise_size(rms: float) -> str:
     """Return a noise, in m rms, in words."""
-    return f"{1e6 * rms:.2g} µm rms" if rms > _NO_NOISE else "none that shows"
+    return f"{1e6 * rms:.2g} µm rms" if rms > _NO_NOISE else "no noise is visible"
 
 
 def small_figure(value: float) -> str:

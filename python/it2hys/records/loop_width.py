@@ -35,7 +35,7 @@ def wide_loop(record: Record) -> str:
     return (
         f"Record '{record.name}' has a very wide loop: at {middle:.3g} V the displacement is "
         f"{rising:.3g} µm on the way up and {falling:.3g} µm on the way down, {100 * share:.0f} % of "
-        "its travel apart; a piezo's own hysteresis makes 10 to 20 %. That is a lag, a dead time or a "
-        "resonance that is slow against the drive; or it is no stage driven by a voltage, for which "
-        "alone this model is made: a damper's force against its velocity has such a loop."
+        "its travel apart; a piezo's own hysteresis makes 10 to 20 %. The stage has a lag, a dead time "
+        "or a resonance that is slow against the drive, or the record is not of a stage driven by a "
+        "voltage: a damper's force over its velocity has such a loop, and this model is not for it."
     )

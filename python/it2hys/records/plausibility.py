@@ -9,6 +9,7 @@ import numpy as np
 from it2hys.records.lead import samples_ahead
 from it2hys.records.table import Table
 from it2hys.records.text import HEADER
+from it2hys.support.numerals import counted
 
 LARGEST_VOLTAGE = 2e3
 SMALLEST_STROKE = 1e-9
@@ -51,8 +52,8 @@ def check_order(table: Table, refuse: bool = True) -> list[str]:
         return []
     if not refuse:
         return [
-            f"The displacement leads the voltage by about {ahead} samples, which no cause does: "
-            "voltage and displacement look swapped, or a channel is delayed."
+            f"The displacement leads the voltage by about {ahead} samples, which is not causal: "
+            "the columns look swapped, or a channel is delayed."
         ]
     voltage, displacement = table.columns["voltage"], table.columns["displacement"]
     exchanged = (
@@ -79,7 +80,7 @@ def inspect(table: Table) -> tuple[np.ndarray, list[str]]:
     if np.any(spikes):
         rows = np.flatnonzero(spikes)
         notes.append(
-            f"The displacement has {rows.size} single-sample outlier(s), the first in line "
+            f"The displacement has {counted(rows.size, 'single-sample outlier')}, the first in line "
             f"{table.line(rows[0])}; kept, but given no weight."
         )
     notes += _stuck_notes(table, _runs(stuck))
@@ -91,8 +92,8 @@ def inspect(table: Table) -> tuple[np.ndarray, list[str]]:
 def _wrong_unit(table: Table, quantity: str, extent: str) -> str:
     name, unit = table.columns[quantity].name, table.columns[quantity].unit
     return (
-        f"column '{name}' has {extent} when read in {unit}, which is no piezo stage's: this looks "
-        f"like a wrong unit; say the right one with --column {quantity}={name}:UNIT"
+        f"column '{name}' has {extent} when read in {unit}, which no piezo stage has: the unit "
+        f"looks wrong; give the right one with --column {quantity}={name}:UNIT"
     )
 
 
@@ -140,7 +141,7 @@ def _stuck_notes(table: Table, runs: list[tuple[int, int]]) -> list[str]:
         kind = kinds.get(displacement[run[0]], "at one value: the reading looks stuck")
         found.setdefault(kind, []).append(run)
     return [
-        f"The displacement stays {kind}; {len(stretches)} stretch(es) while the voltage moves, "
+        f"The displacement stays {kind}; {counted(len(stretches), 'stretch')} while the voltage moves, "
         f"the first of {stretches[0][1] - stretches[0][0]} samples from line "
         f"{table.line(stretches[0][0])}; kept, but given no weight."
         for kind, stretches in found.items()
@@ -166,8 +167,8 @@ def _saturation_notes(table: Table) -> list[str]:
     start, stop = found[0]
     return [
         f"The voltage runs into {voltage[start]:.6g} V, an end of its range, and stays there for "
-        f"{stop - start} samples from line {table.line(start)} ({len(found)} such stretches): "
-        "a saturated drive, or a hold."
+        f"{stop - start} samples from line {table.line(start)} "
+        f"({counted(len(found), 'such stretch')}): the drive is saturated, or holds its value."
     ]
 
 
@@ -175,9 +176,11 @@ def _shape_notes(voltage: np.ndarray, displacement: np.ndarray) -> list[str]:
     notes = []
     stroke = np.ptp(displacement)
     if not TYPICAL_STROKES[0] <= stroke <= TYPICAL_STROKES[1]:
-        notes.append(f"The range of {1e6 * stroke:.4g} µm is unusual for a piezo stage: unit?")
+        notes.append(
+            f"The range of {1e6 * stroke:.4g} µm is unusual for a piezo stage: check the unit."
+        )
     if np.corrcoef(voltage, displacement)[0, 1] < -0.5:
-        notes.append("The displacement falls where the voltage rises: the sensor's sign?")
+        notes.append("The displacement falls where the voltage rises: check the sensor's sign.")
     return notes
 
 

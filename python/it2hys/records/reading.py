@@ -15,6 +15,7 @@ from it2hys.records.response import check_response
 from it2hys.records.table import Table, read_table
 from it2hys.records.text import record_name
 from it2hys.records.time_base import check_rising, fit_time_base, sample_time_fault, time_base_fault
+from it2hys.support.numerals import counted
 
 REQUIRED = ("time", "voltage", "displacement")
 OPTIONAL = ("force", "temperature", "reference")
@@ -67,7 +68,7 @@ def read_record(
     if invert_displacement:
         table = _inverted(table)
     if len(table) < MINIMUM_SAMPLES:
-        raise _too_few(table, f"{len(table)} samples are too few")
+        raise _too_few(table, f"the record has {counted(len(table), 'sample')}")
     check_rising(table)
     check_ranges(table)
     order_notes = check_order(table, refuse=check_swapped)
@@ -86,7 +87,7 @@ def read_record(
         signals, outliers, note = resampled(table, outliers, base, sample_time)
         notes.append(note)
         if len(outliers) < MINIMUM_SAMPLES:
-            raise _too_few(table, f"{len(outliers)} samples are left after resampling")
+            raise _too_few(table, f"{counted(len(outliers), 'sample')} left after resampling")
     record = Record(
         name=record_name(path),
         sample_time=sample_time,

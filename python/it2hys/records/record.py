@@ -11,7 +11,7 @@ import numpy as np
 from it2hys.errors import InputError
 from it2hys.records.units import UNITS
 
-#: What a reversed sensor gives the wrong sign, and what is said of a record whose sign was flipped.
+#: Quantities whose sign a reversed sensor inverts, and the note on a record whose sign was inverted.
 SIGNED = ("displacement", "reference")
 INVERTED = (
     "The displacement was inverted: it has the opposite sign of what was measured, and so have the "

@@ -103,7 +103,7 @@ class _Seen:
     Parameters
     ----------
     voltage, displacement : ndarray, shape (n,)
-        V and um.
+        V and µm.
     others : ndarray, shape (n, k)
         Force and temperature, each within -1 .. 1, where they were recorded.
     block : int
@@ -282,7 +282,7 @@ class _Curve:
     not_rising, not_falling : float
         Shares of its shape that none which rises, and none which falls, explains.
     without_drift : ndarray, shape (n,)
-        The displacement, um.
+        The displacement, µm.
     """
 
     voltage: np.ndarray
@@ -363,8 +363,8 @@ def _is_reversed(curve: _Curve, explained: float, seen: _Seen) -> bool:
 def _unrelated_text(explained: float) -> str:
     return (
         f"the voltage explains {100 * max(explained, 0.0):.2g} % of the displacement, no more than "
-        "chance, whatever the lag or the memory: the sensor read noise, or another disturbance. Were "
-        "both columns recorded at the same time, was the amplifier on, did the sensor see the stage?"
+        "chance, whatever the lag or the memory: the sensor read noise or another disturbance. Check "
+        "that both columns were recorded together, the amplifier was on and the sensor saw the stage"
     )
 
 

@@ -77,11 +77,11 @@ def read_signals(
         wanted = [f"{quantity}_{next(iter(UNITS[quantity]))}" for quantity in quantities]
         raise table.fault(
             f"no column for {' or '.join(quantities)}; the header has {listed(table.header)}. "
-            f"Name it {' or '.join(wanted)}, or say which it is: --column QUANTITY=NAME:UNIT",
+            f"Name it {' or '.join(wanted)}, or map it by --column QUANTITY=NAME:UNIT",
             HEADER,
         )
     if len(table) < 2:
-        raise table.fault("one sample is no signal, at least 2 are needed")
+        raise table.fault("the file has one sample; at least 2 are needed")
     check_rising(table)
     time = table.values["time"]
     base = fit_time_base(time)

@@ -88,7 +88,7 @@ def read_table(
             unit = next(iter(UNITS[quantity]))
             raise source.fault(
                 f"no column for {quantity}; the header has {listed(source.names)}. Name it "
-                f"{quantity}_{unit}, or say which it is: --column {quantity}=NAME:{unit}",
+                f"{quantity}_{unit}, or map it by --column {quantity}=NAME:{unit}",
                 HEADER,
             )
     numbers = read_numbers(source, [column.index for column in columns.values()])

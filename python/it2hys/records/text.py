@@ -20,7 +20,7 @@ from it2hys.support.numerals import parse_number
 HEADER = -1
 
 
-#: How files begin that are no text, and what they are.
+#: First bytes of files that are not text, and their kind.
 _BINARY = {
     b"PK\x03\x04": "an Excel workbook (.xlsx) or another ZIP archive",
     b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls)",

@@ -1,4 +1,4 @@
-"""The columns of files that are not used, told to those who measured them."""
+"""Sentences on the columns of files that are not used, and how to use them."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from it2hys.records.units import UNITS, split_name
 
 #: Quantities that a column may hold beside those that every record has, by how people abbreviate them.
 _MEANT = {"temperature": ("temp", "t_"), "force": ("force", "load", "f_"), "reference": ("ref", "set")}
-#: What an unused column of a quantity would have been good for.
+#: Consequence of leaving out a column of a quantity.
 _USE = {
-    "temperature": "without it a drift is tried with time alone",
-    "force": "without it a load that compresses the stage is not tried",
-    "reference": "without it the desired displacement is not known",
+    "temperature": "without it, drift is tried with time alone",
+    "force": "without it, load is not tried",
+    "reference": "without it, the desired displacement is not known",
 }
 #: The unit that the advice gives where a column's name has none, or one that is not known.
 _LIKELY = {"temperature": "degC", "force": "N", "reference": "um"}
-#: Records that a sentence names.
+#: Number of records that a sentence names.
 _NAMED = 3
 
 
@@ -44,7 +44,7 @@ def _sentence(names: tuple[str, ...], records: Sequence[Record]) -> str:
     advice = [a for a in (_advice(name, records) for name in names) if a]
     known = ", ".join(quantity for quantity in _USE if _lacks(records, quantity))
     if not advice and known:
-        advice = [f"If one holds {known}, say so: --column QUANTITY=NAME:UNIT."]
+        advice = [f"If one is {known}, name it by --column QUANTITY=NAME:UNIT."]
     return " ".join([text, *advice])
 
 

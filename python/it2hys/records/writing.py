@@ -11,7 +11,7 @@ from it2hys.records.record import Record
 from it2hys.records.units import DIMENSIONLESS, from_si
 from it2hys.support.files import write_atomically
 
-#: Unit that a record's quantity is written in.
+#: Unit in which a record's quantity is written.
 _WRITTEN_UNITS = {
     "voltage": "V",
     "displacement": "um",

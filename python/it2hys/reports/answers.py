@@ -1,6 +1,6 @@
-"""What a report says at its top, in words: the five questions that its reader has.
+"""The five answers at the top of a report, in words.
 
-All is said from `report.json` alone, so that a page that is drawn again says the same.
+They come from `report.json` alone, so that a page that is drawn again has the same text.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from it2hys.records.record import INVERTED
 from it2hys.reports.page import NONE, Answer, Table
 from it2hys.reports.summary import FAR_ABOVE_NOISE, judged_records, pooled
 from it2hys.reports.verdict import model_verdict
-from it2hys.support.numerals import plain
+from it2hys.support.numerals import counted, plain
 
 UM = 1e6
 ROLES = {"train": "training", "validation": "validation", "test": "test"}
-#: What to do where the model, or its inverse, is of no use.
+#: Advice where the model, or its inverse, is of no use.
 DIAGNOSE = (
     "Do not rely on it: `it2hys diagnose` with the same records looks for the effects that it lacks, "
     "and adds them."
@@ -71,7 +71,7 @@ class _Judged:
 
 
 def verdict(report: Mapping) -> list[str]:
-    """Return a sentence that says so where a model is of no use, and of what the voltage explains."""
+    """Return sentences on a model of no use, and on records that the voltage hardly explains."""
     after = report["error"]["after"]
     results = [
         _Judged(n, e["role"], e["e_mr_percent"] / 100, e["e_rms_um"] / UM) for n, e in after.items()
@@ -131,7 +131,8 @@ def _judged_on(report: Mapping) -> str:
     which = {
         "test": "which decided nothing",
         "validation": "which decided what was added, and were not fitted",
-        "training": "which were fitted: give a test record to see how it does on another",
+        "training": "which were fitted: a test record (--test) would show the errors on data that was "
+        "not",
     }[role]
     which = which.replace("were", "was") if len(names) == 1 else which
     return f"Errors on {count}, {which}. The plant is driven by the voltage alone (free run)."
@@ -190,8 +191,8 @@ def _of_training(ratio: float) -> list[str]:
             f"contain something that this model does not describe. {_NO_MEMORY}"
         ]
     return [
-        f"On the training records the error is {times_the_noise(ratio)}: the model explains what can "
-        "be explained."
+        f"On the training records the error is {times_the_noise(ratio)}: the model explains them "
+        "nearly to their noise."
     ]
 
 
@@ -203,7 +204,7 @@ def feedforward(report: Mapping) -> list[str]:
     line = pooled(report, report["straight_line"], "e_rms_um")
     first = pooled(report, before, "inverse_e_rms_um")
     if not np.isfinite(error):
-        return ["It cannot be told: the inverse could not be judged on these records."]
+        return ["Not known: the inverse could not be judged on these records."]
     (low, high), (bottom, top) = report["range"]["displacement_um"], report["range"]["voltage_V"]
     band = min(after[n]["inverse_band_Hz"] for n in names)
     travel = max(after[n]["range_um"] for n in names)
@@ -232,9 +233,9 @@ def feedforward(report: Mapping) -> list[str]:
     clamped = max(after[n]["inverse_clamped_percent"] or 0.0 for n in names)
     if clamped > 0.0:
         texts.append(
-            f"In up to {clamped:.2g} % of a record's samples the displacement asks for more than the "
-            f"inverse may give, so its voltage was clamped: it keeps to {bottom:.4g} to {top:.4g} V, "
-            "what the training records cover, and to the limits of the effects in the model."
+            f"At up to {clamped:.2g} % of a record's samples the inverse was clamped: its voltage "
+            f"keeps to {bottom:.4g} to {top:.4g} V, the range of the training records, and to the "
+            "limits of the effects in the model."
         )
     texts.append(
         "This was measured without the rig: the inverse is fed with the displacement that was "
@@ -247,20 +248,20 @@ def unexplained(report: Mapping) -> list[str]:
     """Return what is left that the model does not account for."""
     if report["kind"] != "diagnosis":
         if report["unexplained"]:
-            return ["More than noise is left of the records. `it2hys diagnose` looks into it."]
-        return ["What is left of the records is about as large as their noise."]
+            return ["The residual is more than noise: `it2hys diagnose` finds out what it contains."]
+        return ["Nothing: the residual is about as large as the noise."]
     texts = [
         f"{', '.join(group)}: these records cannot tell them apart, so none of them is named or added."
         for group in report["indistinguishable"]
     ]
     if report["unexplained"]:
-        head = "A significant residual is left that no effect of the catalogue accounts for."
+        head = "A significant residual remains that no effect of the catalogue explains."
     else:
-        head = "No significant residual is left on the records that were fitted or decided."
+        head = "No significant residual remains on the records that were fitted or decided."
     # the first sentence is the verdict, the details describe it
     texts.append(" ".join([head, *report["left_over"][:1]]))
     if _tests_show_more(report):
-        texts.append("On the test records more than noise is left; the details describe it.")
+        texts.append("On the test records the residual is more than noise; the details describe it.")
     return [*texts, *_curve(report)]
 
 
@@ -275,13 +276,13 @@ def _curve(report: Mapping) -> list[str]:
     if curve is None:
         return []
     if not curve["found"]:
-        return ["The sensor was said to have a static curve, but these records show none."]
+        return ["--sensor-curve was given, but these records show no static curve."]
     return [
         f"The static curve is the sensor's, as --sensor-curve says: it reads up to "
         f"{curve['bow_um']:.3g} µm off a straight line between the ends of its range. "
-        "sensor_curve.csv holds it. The errors in this report are those of readings. The FMUs are "
-        "without it: their displacement and reference are the stage's own, so take a reading back "
-        "through the curve before you compare."
+        "The curve is in sensor_curve.csv. The errors in this report are those of readings. The FMUs "
+        "leave it out: their displacement and reference are the stage's own, so invert the curve on a "
+        "reading before you compare."
     ]
 
 
@@ -291,7 +292,7 @@ def next_measurements(report: Mapping) -> list[str]:
     texts = _designed(report)
     if report["unexplained"]:
         texts.append(
-            "Records of other kinds would narrow down what is left: slow and fast, with holds, with "
+            "Records of other kinds would narrow down the residual: slow and fast, with holds, with "
             "minor loops. `it2hys design report.json --between EFFECT,EFFECT -o DIR` designs one that "
             "decides between effects that you suspect."
             if report["kind"] == "diagnosis"
@@ -299,16 +300,16 @@ def next_measurements(report: Mapping) -> list[str]:
         )
     elif _tests_show_more(report):
         texts.append(
-            "Records like those that were tested, to fit as well (or with --validate, to decide): they "
-            "show what the others do not."
+            "More records like the test records, for training or validation (--validate): they contain "
+            "something that the present ones do not."
         )
     if "test" not in roles:
         texts.append(
-            "A record that is neither fitted nor decides (--test) would say how the pair does on "
-            "references of its own."
+            "A test record (--test), which is neither fitted nor decides, would show how good the pair "
+            "is on a signal that it has not seen."
         )
     if report["warnings"]:
-        texts.append("See the notes in the details: they say what else the records do not show.")
+        texts.append("The notes in the details name what else the records lack.")
     return texts or ["Nothing is needed for the range and band above."]
 
 
@@ -319,9 +320,9 @@ def _designed(report: Mapping) -> list[str]:
         return [*report["experiments"], *(found["promise"] if found else [])]
     return [
         *found["promise"],
-        f"That is a quick design, within the limits of these records; `{found['command']}` in this "
-        "folder takes a minute, keeps the limits of your rig (--slew, --bandwidth, --current ...) and "
-        "writes the voltage to play.",
+        f"This is a quick design within the limits of these records. `{found['command']}` in this "
+        "folder takes a minute, keeps to the limits of your rig (--slew, --bandwidth, --current ...) "
+        "and writes the voltage to play.",
     ]
 
 
@@ -339,19 +340,19 @@ def promised_and_found(report: Mapping) -> Answer:
         )
         texts.append(
             f"Promised: this record tells {told_apart(entry['names'])} with probability "
-            f"{probability(entry['power'])} at a noise of {entry['noise_um']:.2g} µm. It came out that "
+            f"{probability(entry['power'])} at a noise of {entry['noise_um']:.2g} µm. Result: "
             f"{came}, at a noise of {report['noise_rms_um']:.2g} µm."
         )
     else:
         texts.append(
-            f"Promised at a noise of {entry['noise_um']:.2g} µm, and found at one of "
+            f"Promised at a noise of {entry['noise_um']:.2g} µm, found at one of "
             f"{report['noise_rms_um']:.2g} µm:"
         )
     off, span = entry["played_off_V"], np.ptp(report["range"]["voltage_V"])
     if off is not None and off > _PLAYED * span:
         texts.append(
-            f"The voltage recorded is not the one designed: it is off by {figure(off)} V rms. The "
-            "promise does not hold for it."
+            f"The recorded voltage is not the designed one: they differ by {figure(off)} V rms, so the "
+            "promise does not hold."
         )
     rows = [
         [
@@ -362,7 +363,7 @@ def promised_and_found(report: Mapping) -> Answer:
         ]
         for p in entry["parameters"]
     ]
-    table = Table(["parameter", "value", "unit", "promised", "came out"], rows) if rows else None
+    table = Table(["parameter", "value", "unit", "promised", "found"], rows) if rows else None
     return Answer("What the design promised", texts, table)
 
 
@@ -370,11 +371,6 @@ def notes(report: Mapping) -> list[str]:
     """Return warnings, and what was done to records."""
     inverted = any(entry["displacement_inverted"] for entry in report["records"].values())
     return [*report["warnings"], *([INVERTED] if inverted else [])]
-
-
-def counted(count: int, noun: str) -> str:
-    """Return a count with its noun, in the plural unless it is one."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def figure(value: float) -> str:

@@ -1,4 +1,4 @@
-"""A figure of matplotlib as one to look into: the same lines, points and cells, with zoom and hover."""
+"""A matplotlib figure as an interactive one: the same lines, points and cells, with zoom and hover."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from matplotlib.patches import Rectangle
 if TYPE_CHECKING:
     from bokeh.models import Model, Plot
 
-#: Points of a line that a page carries along.
+#: Largest number of points of a line on a page.
 _MOST = 1000
 _HEIGHT = 380
 _DASHES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dashdot"}
-#: What matplotlib calls the axes of a colour bar, and a line without a name.
+#: matplotlib's names of the axes of a colour bar, and of a line without a name.
 _BAR, _NAMELESS = "<colorbar>", "_"
 
 

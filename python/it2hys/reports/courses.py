@@ -1,4 +1,4 @@
-"""What a page draws of records: the samples that show every peak, and the residual's spectrum.
+"""The samples that a page draws: thinned records that keep every peak, and the residual's spectrum.
 
 They stand in one file beside `report.json`, so that the page can be drawn again without the records.
 """
@@ -17,13 +17,13 @@ from scipy import signal
 from it2hys.errors import InputError
 from it2hys.support.files import write_atomically
 
-#: The file.
+#: File name of the courses.
 COURSES = "courses.npz"
 #: Samples of all records together, and of one at least and at most: what a page of 8 MB can hold.
 _ALL, _FEWEST, _MOST = 120_000, 1_000, 40_000
 #: Points of a spectrum, and segments of a record that it is averaged over, half overlapping.
 _SPECTRUM, _SEGMENTS = 1_500, 4
-#: Written apart from the samples.
+#: Stands between the name of a record and that of a signal in the file.
 _SEPARATOR = "/"
 
 
@@ -169,8 +169,10 @@ def read_courses(directory: Path, names: Sequence[str]) -> dict[str, Course]:
         raise InputError(
             f"{path}: no such file; it is written beside report.json, for the figures"
         ) from None
-    except (KeyError, ValueError, OSError, EOFError) as error:
-        raise InputError(f"{path}: does not hold what report.json says: {error}") from None
+    except (KeyError, ValueError, OSError, EOFError):
+        raise InputError(
+            f"{path}: damaged, or not of this report.json; make the report again from its records"
+        ) from None
 
 
 def voltages_at_hand(report: Path, sample_time: float, most: int = 2) -> dict[str, np.ndarray]:

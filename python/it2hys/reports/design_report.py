@@ -27,13 +27,13 @@ from it2hys.support.files import make_directory, write_atomically
 from it2hys.support.numerals import plain
 
 UM = 1e6
-#: What a design leaves in its directory.
+#: Files that a design writes.
 VOLTAGE, DESIGN_JSON, DESIGN_PAGE, PICTURE = "voltage.csv", "design.json", "design.html", "design"
 #: The figure of the record to measure next, in a diagnosis.
 NEXT = "next"
 NEXT_CAPTION = (
-    "The record to measure next: voltage, spectrum, what the models that these records cannot tell "
-    "apart predict for it, and what is left of one's prediction when another is refitted to it."
+    "The record to measure next: its voltage, its spectrum and the displacement that each model in "
+    "question predicts; of rivals, also the difference that remains when one is refitted to another."
 )
 
 
@@ -180,8 +180,8 @@ def _page(report: Mapping) -> Page:
             "What to do with it",
             [
                 f"Play {VOLTAGE} (time_s, voltage_V) on the rig, record the displacement at the same "
-                f"rate, and run `{report['measure']}`: its report sets what came out beside "
-                "this promise."
+                f"rate, and run `{report['measure']}`: its report compares the result "
+                "with this promise."
             ],
         )
     )
@@ -193,8 +193,8 @@ def _page(report: Mapping) -> Page:
         Section("How it was found", [_how(report)]),
     ]
     caption = (
-        "The voltage, its spectrum, what the models predict for it, and what is left of one's "
-        "prediction when another is refitted to it."
+        "The voltage, its spectrum, the models' predictions for it, and the difference that remains "
+        "when one model is refitted to another's prediction."
         if report["pairs"]
         else "The voltage, its spectrum, and the displacement of the model."
     )
@@ -204,12 +204,13 @@ def _page(report: Mapping) -> Page:
 
 _TOLD = (
     "The probability that `it2hys diagnose` calls the true model the better one, at its own test "
-    "level. Every model is refitted to the prediction of every other; the distance is what that "
-    "leaves over the whole record, in units of the noise. A model that does no more than a delay, or "
-    "another sampling, would do is not one that the diagnosis takes."
+    "level. Every model is refitted to the prediction of every other; the distance is the difference "
+    "that remains over the whole record, in units of the noise. A model that, refitted, does no more "
+    "than a delay or another sampling would is one that the diagnosis refuses. Neither: the model with "
+    "none of these effects."
 )
 _DETERMINED = "Expected 95 % intervals, if the model is the right one."
-_WHITE = "The noise is taken as white, of one size, and independent of the motion."
+_WHITE = "The noise is assumed to be white, stationary and independent of the motion."
 
 
 def _models(report: Mapping) -> list[str]:
@@ -242,7 +243,7 @@ def _pairs_table(report: Mapping) -> Table:
             ]
         )
     return Table(
-        ["if it is", "told from", "distance / noise", "this record", *others],
+        ["true model", "told from", "distance / noise", "this record", *others],
         rows,
         "Probability of telling them apart",
     )
@@ -257,7 +258,7 @@ def _distance(pair: Mapping) -> str:
 def _checked(report: Mapping) -> list[str]:
     """Return what came of simulated records."""
     texts = []
-    for by, what in (("refits", "Both models refitted to"), ("diagnosis", "The diagnosis itself on")):
+    for by, what in (("refits", "Both models refitted to"), ("diagnosis", "The whole diagnosis of")):
         told = [s for s in report["simulated"] if s["by"] == by]
         if told:
             counts = ", ".join(
@@ -290,8 +291,8 @@ def _half_width(ends: Sequence[float | None]) -> float | None:
 def _how(report: Mapping) -> str:
     return (
         f"Of {report['evaluated']} records of the allowed families, it separates the pair of models "
-        "that is hardest to tell apart best; among records that separate all pairs with certainty, it "
-        "determines the parameters best. "
+        "that is hardest to tell apart best. Among records that separate all pairs with certainty, the "
+        "one is taken that determines the parameters best. "
         f"Seed {report['seed']}; the same seed gives the same record."
     )
 
@@ -364,7 +365,9 @@ def read_design(path: str | Path) -> dict:
         raise InputError(f"{path}: cannot be read: {error}") from None
     wanted = ("names", "power", "promise", "noise_um", "pairs", "parameters", "record")
     if missing := [key for key in wanted if not isinstance(report, dict) or key not in report]:
-        raise InputError(f"{path}: lacks {', '.join(missing)}: it is no design.json of `it2hys design`")
+        raise InputError(
+            f"{path}: {', '.join(missing)} missing; give a design.json that `it2hys design` wrote"
+        )
     return report
 
 

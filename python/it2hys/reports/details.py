@@ -32,7 +32,7 @@ def _sections(report: Mapping) -> Iterator[Section | None]:
     yield Section("Notes", told) if told else None
     yield Section("Errors on all records", [], [error_table(report), inverse_table(report)])
     left = report["left_over"][1:]
-    yield Section("The residual that is left", left) if left else None
+    yield Section("The residual", left) if left else None
     yield _evidence(report) if report["evidence"] else None
     yield _steps(report) if report["steps"] else None
     yield _properties(report) if report["stage_figures"] else None
@@ -69,9 +69,9 @@ def error_table(report: Mapping) -> Table:
     return Table(
         head,
         rows,
-        "Plant. Largest error e_mr (24), with the time at which it is now, and rms error e_rms (25) of "
-        "the free run behind the lead-in: the first part of a record, on which the start of its run is "
-        "fitted and nothing else. Line: one straight line fitted to the training records.",
+        "Plant, free run: largest error e_mr (24), with its time in the run of the present model, and "
+        "rms error e_rms (25), both after the lead-in, the first part of a record, which serves only "
+        "to fit the start of its run. Line: one straight line fitted to the training records.",
     )
 
 
@@ -95,9 +95,9 @@ def inverse_table(report: Mapping) -> Table:
             "delay ms", "band Hz", "clamped %",
         ],
         rows,
-        "Inverse, rms errors: fed with the displacement that was measured (up to the band, the highest "
-        "frequency at which it stands out of the noise), against the voltage that was applied, later "
-        "by the model's delay.",
+        "Inverse, rms errors: its voltage for the measured displacement, against the applied voltage "
+        "delayed by the model's delay. The displacement is filtered to the band, which ends at the "
+        "highest frequency at which it exceeds the noise.",
     )  # fmt: skip
 
 
@@ -110,18 +110,21 @@ def evidence_tables(report: Mapping) -> list[Table]:
         groups.setdefault(entry["reason"], []).append(entry)
     common = {reason: g for reason, g in groups.items() if len(g) > 1}
     alone = [entry for reason, g in groups.items() if reason not in common for entry in g]
-    tables = [_evidence_table(added, "Added")] if added else []
-    tables += [_evidence_table(g, f"Not added: {reason}") for reason, g in common.items()]
+    start = report["names"]["before"]
+    tables = [_evidence_table(added, start, "Added")] if added else []
+    tables += [_evidence_table(g, start, f"Not added: {reason}") for reason, g in common.items()]
     if alone:
-        tables.append(_evidence_table(alone, "Not added, each for a reason of its own", True))
+        tables.append(_evidence_table(alone, start, "Not added, for different reasons", True))
     return tables
 
 
-def _evidence_table(entries: Sequence[Mapping], caption: str, with_reason: bool = False) -> Table:
+def _evidence_table(
+    entries: Sequence[Mapping], start: str, caption: str, with_reason: bool = False
+) -> Table:
     """Return a table of effects; what is the same for all of them stands in its caption."""
     bases = {tuple(e["beside"]) for e in entries if e["held_out_gain_percent"] is not None}
     if len(bases) == 1:
-        base = " + ".join(["the starting model", *next(iter(bases))])
+        base = " + ".join([f"the {start}", *next(iter(bases))])
         caption += f"; tried on top of {base}" if not entries[0]["accepted"] else ""
     columns: dict[str, list[str]] = {"effect": [e["effect"] for e in entries]}
     if len(bases) > 1:
@@ -152,14 +155,14 @@ def _evidence(report: Mapping) -> Section:
         "Evidence on every effect",
         [
             "Signature: a property of the first model's residual that this effect alone predicts, with "
-            "its p-value. Error: of the free run on the records that decide, without and with the "
-            "effect, everything fitted anew; p is the probability of that change by chance (block "
-            "bootstrap). An effect is added only if the change is large enough to matter, and so "
-            f"unlikely by chance (p below {level(effects):.1g}) that a whole search, of up to "
-            f"{comparisons(effects)} comparisons, names anything by chance in "
-            f"{100 * SEARCH.budget:.0f} % of the cases at most.",
+            "its p-value. Error: of the free run on held-out data, without and with the effect, all "
+            "parameters refitted; p is the probability of that change by chance (block "
+            "bootstrap). An effect is added only if the change is large enough to matter and p is "
+            f"below {level(effects):.1g}, so that a whole search of up to {comparisons(effects)} "
+            "comparisons names an effect by chance with a probability of at most "
+            f"{100 * SEARCH.budget:.0f} %.",
             "There is one exception: a delay, which a slow core imitates in the free run, is added "
-            "where the free run stays as good and the inverse gets better by far.",
+            "where the free run stays as good and the inverse becomes far better.",
         ],
         evidence_tables(report),
     )
@@ -177,8 +180,8 @@ def _steps(report: Mapping) -> Section:
             Picture(name, None, f"Step {number}, + {added}: residual over time, voltage and frequency.")
             for name in step["pictures"]
         ]
-    head = ["step", "deciding µm", *(f"{n} µm" for n in names), *(f"{n}, inverse V" for n in names)]
-    caption = "Rms errors after every step: on what decided, and of plant and inverse on all records."
+    head = ["step", "held-out µm", *(f"{n} µm" for n in names), *(f"{n}, inverse V" for n in names)]
+    caption = "Rms errors after every step: on held-out data, and of plant and inverse on all records."
     return Section("The search, step by step", [], [Table(head, rows, caption)], pictures)
 
 
@@ -200,8 +203,8 @@ def _properties(report: Mapping) -> Section:
     return Section(
         "Properties of the stage",
         [
-            "What the training records determine, with 95 % intervals that hold for residuals "
-            "correlated in time."
+            "Quantities that the training records determine, with 95 % intervals that allow for "
+            "residuals correlated in time."
         ],
         tables,
     )
@@ -239,16 +242,16 @@ def _model_tracking(report: Mapping) -> Section:
         "The FMUs together: the inverse drives the plant",
         [
             "The paper's reference, a sine, scaled to the range and pace of the records. The plant is "
-            "the model found here, as FMU; the inverse is exact, so this says that the two FMUs fit "
-            "together. How well the real stage follows is limited by the errors at the top."
+            "the model found here, as FMU; the inverse is exact, so this shows that the two FMUs "
+            "agree. How well the real stage follows is limited by the errors at the top."
         ],
         [
             Table(
                 ["inverse", "e_mr %", "e_rms µm", "clamped %"],
                 rows,
                 "Tracking errors in co-simulation. Clamped: share of samples in which the range or the "
-                "amplifier does not allow what is asked for (records that ring span more than the "
-                "stage reaches at rest).",
+                "amplifier clamps the reference (records with ringing may exceed the static "
+                "range).",
             )
         ],
         [Picture("tracking", None, "Reference, displacement, error and voltage (paper's Figure 7).")],
@@ -280,10 +283,9 @@ def _records(report: Mapping) -> Section:
     table = Table(
         head,
         rows,
-        "Cold start: e_rms of the plant FMU as packaged, told nothing but the first displacement. "
-        "Explained: share of the displacement's variance that the free run accounts for; by voltage: "
-        "that a predictor without physics makes of the voltage's past, on parts that it was not fitted "
-        "to.",
+        "Cold start: e_rms of the plant FMU as packaged, given only the first displacement. "
+        "Explained: share of the displacement's variance that the free run explains. By voltage: the "
+        "share that a general predictor, without physics, explains on data it was not fitted to.",
     )
     texts = []
     for name, entry in after.items():
@@ -297,7 +299,7 @@ def _records(report: Mapping) -> Section:
         )
         texts += [f"{name}: {own['out_of_range']}"] if own["out_of_range"] else []
         texts += [f"{name}: {note}" for note in own["notes"]]
-    return Section("Records, and how their runs begin", texts, [table])
+    return Section("Records, and the start of their runs", texts, [table])
 
 
 def _parameters(report: Mapping) -> Section:
@@ -312,8 +314,8 @@ def _parameters(report: Mapping) -> Section:
     texts = []
     if any(not p["determined"] for p in rules.values()):
         texts.append(
-            "Not determined: other values would fit as well. The model's output within the range above "
-            "does not depend on them; the properties of the stage say what the records do determine."
+            "Not determined: other values would fit as well. Within the range above the model's output "
+            "does not depend on them; the properties of the stage are determined by the records."
         )
     if report.get("condition"):
         texts.append(f"The condition number of the scaled problem is {report['condition']:.2g}.")
@@ -328,8 +330,8 @@ def _fit(report: Mapping) -> Section:
         return Section("How it was found", [f"Duration: {seconds}."])
     texts = [
         f"The fit ended: {fit['message'].rstrip('.')}. The largest contraction |∂y(k)/∂y(k−1)| over "
-        f"the displacement range is {report['contraction']:.4f} (below 1: a wrong start is forgotten; "
-        "beyond the range the model goes on as the contraction that it is at its ends, so that no "
+        f"the displacement range is {report['contraction']:.4f} (below 1: the effect of a wrong start "
+        "decays; beyond the range the model continues with the contraction of its ends, so that no "
         "voltage makes a free run diverge).",
         f"Duration: {seconds}.",
         *fit["searched"],
@@ -338,11 +340,11 @@ def _fit(report: Mapping) -> Section:
         [str(i), small(s["one_step_rms_um"], ".4f"), small(s["free_run_rms_um"], ".4f")]
         for i, s in enumerate(fit["starts"], start=1)
     ]
-    caption = "The best starts and where they led: rms errors on the training records."
+    caption = "The best initial guesses and the rms errors on the training records that they led to."
     tables = [Table(["start", "one-step µm", "free run µm"], rows, caption)]
     if fit["orders"]:
         rows = [[str(o["rules"]), f"{o['e_rms_um']:.4f}"] for o in fit["orders"]]
-        head = ["rules", "deciding free-run error µm"]
+        head = ["rules", "held-out free-run error µm"]
         tables.append(Table(head, rows, "Numbers of rules that were tried."))
     rows = [
         [name, ROLES[e["role"]], f"{e['one_step_ahead']['e_mr_percent']:.2f}",
@@ -353,8 +355,8 @@ def _fit(report: Mapping) -> Section:
     if rows:
         head = ["record", "role", "one-step e_mr %", "one-step e_rms µm"]
         caption = (
-            "One step ahead, where the model is given the measured y(k-1): never to be taken for what "
-            "a free run does."
+            "One step ahead, where the model is given the measured y(k-1): this says nothing about a "
+            "free run."
         )
         tables.append(Table(head, rows, caption))
     return Section("How it was identified", texts, tables)
@@ -380,8 +382,8 @@ def inputs_section(report: Mapping) -> Section:
     ]
     seed = "" if report["seed"] is None else f" Seed of the random starts: {report['seed']}."
     text = (
-        f"Written by it2hys {report['version']}.{seed} `it2hys report DIR` draws this page again, DIR "
-        "being where it lies."
+        f"Written by it2hys {report['version']}.{seed} `it2hys report DIR`, with the directory of this "
+        "page, draws it again."
     )
     table = [Table(["name", "role", "file", "SHA-256"], rows)] if rows else []
     return Section("Inputs", [text], table)

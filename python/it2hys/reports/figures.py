@@ -335,7 +335,7 @@ def designed_record(
             axes[3].plot(time, y * UM, linewidth=0.7, label=name)
         axes[3].axhspan(-2e6 * noise, 2e6 * noise, color="0.85", zorder=0, label="noise, ±2σ")
         axes[3].set(xlabel="time in s", ylabel="difference in µm")
-        axes[3].set_title("What is left", loc="left", fontsize=10)
+        axes[3].set_title("Difference after the refit", loc="left", fontsize=10)
         axes[3].sharex(axes[0])
         columns = 2 if len(left) < 4 else 3
         axes[3].legend(loc="upper center", bbox_to_anchor=(0.5, -0.35), ncols=columns, fontsize=7)

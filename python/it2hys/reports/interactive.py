@@ -1,4 +1,4 @@
-"""Figures to look into: zoom, pan, hover, selection; drawn by Bokeh in the browser, without a network.
+"""Interactive figures: zoom, pan, hover, selection; drawn by Bokeh in the browser, without a network.
 
 Bokeh ships its script in its wheel, and the page carries it along. It is imported when a page is
 drawn, as it takes a while.
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 UM = 1e6
 #: The colours of the PNGs.
 MEASURED, BEFORE, AFTER, NOISE = "#8a8a8a", "#d95f02", "#1f77b4", "#444444"
-#: What is drawn of each signal at first: more comes in when one zooms.
+#: Samples of each signal that are drawn at first; a zoom draws more.
 _FIRST = 3000
 _TOOLS = "xpan,pan,box_zoom,xbox_zoom,wheel_zoom,box_select,reset,save"
 

@@ -19,9 +19,9 @@ from it2hys.reports.interactive import script
 from it2hys.support.files import write_atomically
 from it2hys.support.progress import Progress
 
-#: The file of a page.
+#: File name of a page.
 PAGE = "report.html"
-#: Stands in a table where there is no figure.
+#: Cell of a table without a value.
 NONE = "–"
 #: A cell that is a figure, or a figure with its unit.
 _FIGURE = re.compile(r"(± |[+−-])?\d[\d.,e+-]*|–")

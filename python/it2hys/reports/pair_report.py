@@ -195,7 +195,7 @@ def draw_report(directory: str | Path) -> Path:
     ]
     hint = _HINT
     if len(courses) > len(views):
-        hint += f" {len(views)} of {len(courses)} records are here; of the others there are PNGs."
+        hint += f" {len(views)} of {len(courses)} records are shown; the others are in the PNG files."
     pictures = [Picture("overview", None, _overview_caption(report)), *_waterfall(report)]
     if (report.get("next") or {}).get("command"):  # otherwise it says why there is no record
         pictures.append(Picture(NEXT, None, NEXT_CAPTION))
@@ -214,15 +214,15 @@ def read_report(path: Path) -> dict:
     try:
         report = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file; name the directory that -o named") from None
+        raise InputError(f"{path}: no such file; give the directory that was named by -o") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read: {error}") from None
     wanted = ("title", "kind", "error", "names", "sections")
     missing = [key for key in wanted if not isinstance(report, dict) or key not in report]
     if missing:
         raise InputError(
-            f"{path}: lacks {', '.join(missing)}: it is of an earlier version, or of something else; "
-            "make the report anew from its records"
+            f"{path}: {', '.join(missing)} missing: this is a report of an earlier version, or another "
+            "file; make the report again from its records"
         )
     return report
 
@@ -296,7 +296,7 @@ def _waterfall(report: Mapping) -> list[Picture]:
         return []
     names = ", ".join(judged_records(report))
     caption = (
-        "How the error falls, from the first model through what was added, down to what noise alone "
+        "How the error falls, from the first model through each addition to the error that noise alone "
         f"makes. All on the same records: {names}."
     )
     return [Picture("waterfall", figures.waterfall(falls), caption)]
@@ -386,7 +386,7 @@ def _record_pictures(result: Result, records: Sequence[Record]) -> list[Picture]
             Picture(
                 f"{record.name}_inverse",
                 figures.inverse_course(time, after.inverse.applied[kept], volts, gain, title),
-                "The voltage that was applied, and what the inverse asks for",
+                "The applied voltage, and that of the inverse for the measured displacement",
             ),
         ]
     return pictures

@@ -1,4 +1,4 @@
-"""What a command prints of a report: tables of all records and effects, then the answers."""
+"""A report as text for the terminal: tables of all records and effects, then the answers."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ def _effects(report: Mapping) -> Table:
         ]
         for e in report["evidence"]
     ]
-    return Table(["effect", "verdict", "error changes by %", "p", "signature p"], rows)
+    return Table(["effect", "verdict", "error change %", "p", "signature p"], rows)
 
 
 def _verdict(entry: Mapping, report: Mapping) -> str:
     if entry["accepted"]:
         return "added"
     if any(entry["effect"] in group for group in report["indistinguishable"]):
-        return "cannot be told"
+        return "indistinguishable"
     if entry["effect"] in report["declared"]:
         return "declared"
     return "not tried" if entry["held_out_gain_percent"] is None else "not added"

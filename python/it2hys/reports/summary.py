@@ -28,8 +28,9 @@ from it2hys.reports.verdict import COUNTING, straight_line, straight_line_errors
 UM = 1e6
 #: A free-run error above this many times the noise says that the model lacks something.
 FAR_ABOVE_NOISE = 2.0
-#: What the model before is called where no more is known of it.
+#: Name of the model before a diagnosis: a given one, or the paper's, identified on the same records.
 START = "starting model"
+PAPER = "paper's model"
 LINE = "straight line"
 
 Result = Identification | Diagnosis

@@ -37,7 +37,7 @@ def out_of_range_sentence(
     x, y = np.asarray(voltage)[outside], _UM * np.asarray(displacement)[outside]
     low, high = _UM * ends["displacementMin"], _UM * ends["displacementMax"]
     return (
-        f"{np.count_nonzero(outside)} of {len(outside)} samples are beyond what the model holds for, "
+        f"{np.count_nonzero(outside)} of {len(outside)} samples are outside the range of the model, "
         f"{ends['voltageMin']:.4g} to {ends['voltageMax']:.4g} V and {low:.4g} to {high:.4g} µm of "
         f"its core: there the voltage is {x.min():.4g} to {x.max():.4g} V and the displacement, which "
         f"is extrapolated, {y.min():.4g} to {y.max():.4g} µm."

@@ -1,4 +1,4 @@
-"""What a report says first: whether a model beats a straight line, and feedforward beats none."""
+"""The verdict of a report: whether the model beats a straight line, and feedforward beats none."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from it2hys.records import Record
 from it2hys.records.figures_of_merit import Errors, errors
 
 UM = 1e6
-#: Roles in the order in which they count: what was not fitted says more than what was.
+#: Roles in the order in which they count: records that were not fitted come first.
 COUNTING = ("test", "validation", "train")
-#: Records that a sentence names.
+#: Number of records that a sentence names.
 _NAMED = 3
 
 

@@ -29,7 +29,7 @@ class Hysteresis:
     for relays that switch up at alpha and down at beta. With zero asymmetry P is a
     Prandtl-Ishlinskii operator of exponential density, whose branches mirror each other; the
     asymmetry weights relays of high mean voltage more, so that ascending and descending branches
-    differ. The defaults give the paper's range of displacement (0 to 15.5 um on 0 to 105 V).
+    differ. The defaults give the paper's range of displacement (0 to 15.5 µm on 0 to 105 V).
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from it2hys.errors import InputError
 
-#: What FMUs, a report and its figures may take, bytes.
+#: Room that FMUs, a report and its figures may take, bytes.
 ROOM = 20_000_000
 #: Begins the name of the folder in which results are gathered.
 _GATHERED = ".it2hys-"
@@ -42,17 +42,23 @@ def write_atomically(path: str | Path, content: bytes) -> None:
 
 
 def make_directory(directory: str | Path) -> Path:
-    """Create an output directory, or say why it cannot be."""
+    """Create an output directory.
+
+    Raises
+    ------
+    InputError
+        If it cannot be created.
+    """
     directory = Path(directory)
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{directory}: cannot be made a directory: {error.strerror}") from None
+        raise InputError(f"{directory}: this directory cannot be created: {error.strerror}") from None
     return directory
 
 
 def check_directory(directory: str | Path, room: int = ROOM) -> None:
-    """Refuse an output directory that will not do, before the work; nothing is left in it.
+    """Refuse an output directory that cannot be used, before the work; nothing is left in it.
 
     Parameters
     ----------
@@ -70,7 +76,7 @@ def check_directory(directory: str | Path, room: int = ROOM) -> None:
     directory = Path(directory)
     place = _existing(directory)
     if not place.is_dir():
-        raise InputError(f"{directory}: cannot be made a directory: {place} is a file")
+        raise InputError(f"{directory}: this directory cannot be created: {place} is a file")
     try:
         with tempfile.TemporaryFile(dir=place):
             pass
@@ -85,19 +91,19 @@ def check_directory(directory: str | Path, room: int = ROOM) -> None:
 
 
 def check_file(path: str | Path, inputs: Sequence[str | Path] = (), room: int = 0) -> None:
-    """Refuse an output file that will not do, before the work: nor may it be one of the inputs.
+    """Refuse an output file that cannot be used, before the work: nor may it be one of the inputs.
 
     Raises
     ------
     InputError
-        If it is one of the inputs or a directory, or if its directory will not do.
+        If it is one of the inputs or a directory, or if its directory cannot be used.
     """
     path = Path(path)
     if any(path.resolve() == Path(other).resolve() for other in inputs):
-        raise InputError(f"{path}: is an input of this command, which -o would overwrite; name another")
+        raise InputError(f"{path}: -o would overwrite an input of this command; name another file")
     if path.is_dir():
         raise InputError(
-            f"{path}: is a directory; -o needs the name of a file, such as {path / 'y.csv'}"
+            f"{path}: this is a directory; -o needs the name of a file, such as {path / 'y.csv'}"
         )
     check_directory(path.parent, room)
 
@@ -157,7 +163,9 @@ def _bring(folder: Path, directory: Path) -> None:
     for target in moves.values():
         make_directory(target.parent)
         if target.is_dir():
-            raise InputError(f"{target}: is a directory, where a file is to be written; remove it")
+            raise InputError(
+                f"{target}: a file is to be written here, but this is a directory; remove it"
+            )
     for path, target in moves.items():
         try:
             os.replace(path, target)

@@ -1,4 +1,4 @@
-"""Reading TOML files, and what to say of a name that is unknown."""
+"""Reading TOML files, and advice on an unknown name."""
 
 import difflib
 import tomllib
@@ -23,7 +23,7 @@ _LISTED = 20
 
 
 def known_names(name: str, known: Collection[str]) -> str:
-    """Return what to say of an unknown name: the one it resembles, and the first of the known ones."""
+    """Return advice on an unknown name: the one that it resembles, and the first of the known ones."""
     alike = difflib.get_close_matches(name, known, n=1)
     guess = f"did you mean {alike[0]!r}? " if alike else ""
     more = len(known) - _LISTED

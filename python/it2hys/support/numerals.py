@@ -1,4 +1,4 @@
-"""Numbers as files write them."""
+"""Numbers as files have them, and as people read them."""
 
 import re
 
@@ -19,6 +19,11 @@ def parse_number(text: str) -> float:
     if not _NUMBER.fullmatch(text):
         raise ValueError(f"{text!r} is not a number")
     return float(text)
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun, in the plural unless it is one."""
+    return f"{count} {noun}{'' if count == 1 else 'es' if noun.endswith('ch') else 's'}"
 
 
 def plain(value: float, digits: int = 3) -> str:

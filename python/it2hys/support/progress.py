@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Literal
 
-#: Is told the share done, 0 to 1, and what is being done.
+#: Called with the share done, 0 to 1, and a text on the present step.
 Progress = Callable[[float, str], None]
 #: A bar where standard error is a terminal; a bar in any case, as notebooks show it; a line for every
 #: step of the work, for logs.

@@ -10,7 +10,7 @@ from it2hys.support.keys import known_names
 
 T = TypeVar("T", bound=BaseModel)
 
-#: What must be, in words, by pydantic's type of an error and its context.
+#: The expected value in words, by pydantic's type of an error and its context.
 _MUST = {
     "float_type": "a number", "int_type": "a whole number", "string_type": "a text",
     "bool_type": "true or false", "tuple_type": "a list", "dict_type": "a table",

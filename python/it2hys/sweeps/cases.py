@@ -130,7 +130,8 @@ def _check_instances(files: Mapping[str, bytes], descriptions: Mapping[str, Mode
         twin = next((n for n in files if n != name and files[n] == files[name]), None)
         if twin:
             raise InputError(
-                f"fmu.{name}: is the same as fmu.{twin}, and can be instantiated only once per process"
+                f"fmu.{name}: is the same FMU as fmu.{twin}, which can be instantiated only once per "
+                "process"
             )
     return bool(single)
 
@@ -215,10 +216,10 @@ def _check_times(plan: Plan) -> None:
             worst = int(np.argmax(steps))
             seconds, each = (float(np.atleast_1d(x)[worst]) for x in (duration, step))
             count, gigabytes = steps[worst], 8e-9 * steps[worst] * arrays
+            need = f" need {gigabytes:.3g} GB of memory" if arrays else ""
             raise InputError(
-                f"duration is {seconds:g} s (case {cases[worst]}): {count:.3g} steps of {each:g} s "
-                f"need {gigabytes:.3g} GB of memory; at most {LARGEST_STEPS:,} can be run, so shorten "
-                "duration or lengthen step"
+                f"duration is {seconds:g} s (case {cases[worst]}): {count:.3g} steps of {each:g} s"
+                f"{need}; at most {LARGEST_STEPS:,} can be run, so shorten duration or lengthen step"
             )
 
 

@@ -1,4 +1,4 @@
-"""What a sweep computes of every case: numbers of one output, or of one against another."""
+"""The metrics of a sweep: numbers of one output, or of one output against a signal."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ KINDS: dict[str, Kind] = {
         lambda y, r, _: float(np.ptp(_finite(y)) / np.ptp(r)) if np.ptp(r) else float("nan"),
         True,
         "1",
-        "range over the range of what it is compared with",
+        "range over the range of `against`",
     ),
     "loop area": Kind(
         lambda y, x, _: loop_area(x, _finite(y)),

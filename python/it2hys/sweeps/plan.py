@@ -1,4 +1,4 @@
-"""A plan: what a worker needs to run any case of a sweep, all of it.
+"""A plan: everything that a worker needs to run any case of a sweep.
 
 It is pickled once for every worker, on this machine or another. The values of all cases are in it, so
 that no result depends on who runs which case.

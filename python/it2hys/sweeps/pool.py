@@ -1,4 +1,4 @@
-"""Who runs the cases: this process, processes on this machine, or a Dask cluster.
+"""Workers that run the cases: this process, processes on this machine, or a Dask cluster.
 
 All three take chunks of cases and hand back what became of them, in any order. A worker that dies
 (an FMU's binary may crash) hands back a `Crash`.
@@ -38,7 +38,7 @@ class Crash:
 
 
 class Workers(Protocol):
-    """What runs chunks."""
+    """Anything that runs chunks of cases."""
 
     room: int  # chunks that may be on the way at once
 
@@ -124,7 +124,9 @@ class Processes(_Futures):
     @staticmethod
     def obituary(_error: Exception) -> str:
         """Return what to say of a case that a worker died over."""
-        return "the process that ran it ended at once: an FMU's binary crashed, or it was killed"
+        return (
+            "its worker process ended unexpectedly: an FMU's binary crashed, or the process was killed"
+        )
 
     def submit(self, cases: range) -> None:
         """Begin with a chunk."""

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import polars as pl
 
-from it2hys.reports.answers import counted
 from it2hys.reports.browsable import browsable
 from it2hys.reports.details import inputs_section
 from it2hys.reports.interactive import as_json
 from it2hys.reports.page import Answer, Page, Picture, Section, Table, View, write_page
 from it2hys.reports.provenance import Provenance, about
 from it2hys.support.files import make_directory, write_atomically
+from it2hys.support.numerals import counted
 from it2hys.sweeps.plots import Columns, draw
 from it2hys.sweeps.store import read_metadata
 from it2hys.sweeps.worker import MESSAGES_APART
@@ -59,13 +59,13 @@ class Counts:
     @property
     def text(self) -> str:
         """The counts as a sentence without its full stop."""
-        text = f"{self.cases} cases, {self.failed} failed"
+        text = f"{counted(self.cases, 'case')}, {self.failed} failed"
         if self.warned:
             text += f", {self.warned} with warnings"
         if self.out_of_range:
             text += (
-                f": {self.out_of_range} go beyond what their model holds for (outOfRange), for up to "
-                f"{self.longest} samples"
+                f": in {self.out_of_range} a plant leaves the range of its model (outOfRange), for up "
+                f"to {counted(self.longest, 'sample')}"
             )
         return text
 
@@ -165,21 +165,23 @@ def _ends(name: str, columns: Columns) -> dict:
 def _answers(
     report: dict, columns: Columns, counts: Counts, table: Table, results: Path
 ) -> list[Answer]:
-    """Return what was run, what came of it, and what is to be looked after."""
+    """Return the answers at the top of the page: what was run, the results, failures and warnings."""
     axes = ", ".join(_spanned(axis) for axis in report["axes"])
     run = [report["text"]] if report["text"] else []
-    run.append(f"{counted(counts.cases, 'case')} over {axes}." if axes else f"{counts.cases} cases.")
+    run.append(
+        f"{counted(counts.cases, 'case')} over {axes}." if axes else f"{counted(counts.cases, 'case')}."
+    )
     if report["variants"]:
         run.append(f"Variants: {', '.join(report['variants'])}.")
-    sound = "No case failed, and the FMUs warned of nothing."
+    sound = "No case failed, and no FMU logged a warning."
     is_sound = not (counts.failed or counts.warned)
     return [
         Answer("What was run", run),
-        Answer("What came of it", list(_extremes(columns)), table),
-        Answer("What failed or was warned of", [sound if is_sound else f"{counts.text}."]),
+        Answer("Results", list(_extremes(columns)), table),
+        Answer("Failures and warnings", [sound if is_sound else f"{counts.text}."]),
         Answer(
-            "Where the cases are",
-            [f"In {results.name}, a row for every case. All here is drawn from it."],
+            "The table",
+            [f"{results.name} has a row for every case. This page is drawn from it."],
         ),
     ]
 
@@ -279,7 +281,7 @@ def _messages(rows: pl.LazyFrame) -> Section | None:
     ]
     if not rows:
         return None
-    table = Table(["message", "cases", "first"], rows, "What the FMUs had to say, most frequent first")
+    table = Table(["message", "cases", "first"], rows, "Messages of the FMUs, the most frequent first")
     return Section("Messages", [], [table])
 
 

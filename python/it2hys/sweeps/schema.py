@@ -72,7 +72,7 @@ def _targets(value: object) -> object:
     if not isinstance(value, list):
         raise ValueError("it must be a text or a list")
     if not value:
-        raise ValueError("name what is varied")
+        raise ValueError("name at least one target")
     return value
 
 
@@ -107,18 +107,18 @@ class Fmu(Table):
 
 
 class CsvArguments(Table):
-    """What a signal of a CSV file needs to know."""
+    """The keys of a signal that is read from a CSV file."""
 
     signal: Literal[CSV]
     """A column of a CSV as `it2hys simulate` reads it; interpolated, and held at its ends."""
     file: str
     """The CSV file."""
     column: str
-    """The column, by quantity."""
+    """The quantity whose column is read."""
     factor: StrictFloat = CSV_NUMBERS["factor"]
     """The signal is factor · column + offset, in SI units. Can be varied."""
     offset: StrictFloat = CSV_NUMBERS["offset"]
-    """See `factor`. Can be varied."""
+    """Added to the signal, in SI units; see `factor`. Can be varied."""
     time_factor: StrictFloat = CSV_NUMBERS["time_factor"]
     """Multiplies the times: 0.5 doubles the frequencies. Can be varied."""
 
@@ -133,7 +133,7 @@ class Source(Table, extra="allow"):
 
     @property
     def arguments(self) -> Mapping[str, Any]:
-        """Keys beside ours."""
+        """The keys beside `name` and `signal`: the arguments of the signal."""
         return self.model_extra
 
     @property
@@ -171,9 +171,9 @@ class ConnectionEntry(Table):
     target: str = Field(alias="to")
     """The input `FMU.variable` that gets factor · from + offset."""
     factor: StrictFloat = 1.0
-    """See `to`."""
+    """Factor of the signal; see `to`."""
     offset: StrictFloat = 0.0
-    """See `to`."""
+    """Added to the signal; see `to`."""
 
     def connection(self) -> Connection:
         """Return the connection."""
@@ -193,11 +193,11 @@ class Intervals(Table):
     with an interval is drawn: normally from the 95 % interval of a report, evenly from a given
     one, each by itself."""
     method: Literal[*DRAWN] = DRAWN[1]
-    """How they are drawn, `samples` times."""
+    """How the `samples` draws are made."""
     only: tuple[str, ...] = ()
     """Parameters or fields (`["q2"]`) that are drawn; all by default."""
     width: StrictFloat = Field(1.0, gt=0)
-    """Factor of the intervals' width."""
+    """Factor by which the intervals are widened."""
 
 
 class Vary(Table):
@@ -214,15 +214,15 @@ class Vary(Table):
     values: Numbers = ()
     """List of numbers; drawn from evenly by the random methods."""
     range: Pair | None = None
-    """`[low, high]`."""
+    """Ends of the range, `[low, high]`."""
     normal: Pair | None = None
-    """`[mean, standard deviation]`, drawn."""
+    """`[mean, standard deviation]` of the normal distribution that is drawn from."""
     count: StrictInt = 0
     """Number of points of a grid over a range."""
     scale: Scale = SCALES[0]
     """How points are spread over a range."""
     factor: StrictBool = False
-    """`true`: the numbers multiply what the target is without them."""
+    """`true`: the numbers multiply the value that the target has otherwise."""
     unit: str = ""
     """Unit of the column; the target's own by default."""
     intervals: None = None  #: known, but then it is `Intervals`
@@ -257,7 +257,7 @@ class Variant(Table):
     """One of several set-ups that are compared: other connections, other values."""
 
     name: str
-    """What the set-up is called in the table."""
+    """Name of the set-up in the table."""
     connections: Connections | None = None
     """Its connections; those of the scenario by default."""
     values: dict[str, Any] = Field({}, alias="set")
@@ -268,20 +268,20 @@ class Metric(Table):
     """A number that judges a case."""
 
     kind: Literal[*KINDS]
-    """What is computed: one of the kinds of metrics."""
+    """Kind of the metric; see the table of kinds."""
     name: str = Field(default_factory=lambda data: data["kind"])
     """Column of the table; the kind by default."""
     of: str
     """The output that is judged."""
     against: str = ""
-    """What it is compared with, where the kind compares."""
+    """The signal or output that it is compared with, for kinds that compare."""
 
     @model_validator(mode="after")
     def _check(self) -> Metric:
         if KINDS[self.kind].compares and not self.against:
             raise ValueError(f"{self.kind} compares: key 'against' is missing")
         if self.against and not KINDS[self.kind].compares:
-            raise ValueError(f"{self.kind} is of one output; leave out 'against'")
+            raise ValueError(f"{self.kind} compares with nothing; leave out 'against'")
         return self
 
 
@@ -289,9 +289,9 @@ class FigureEntry(Table):
     """A figure of the report, drawn from columns of the table."""
 
     kind: Literal[*FIGURES]
-    """What is drawn: one of the kinds of figures."""
+    """Kind of the figure; see the table of kinds."""
     title: str = ""
-    """Its title."""
+    """Title of the figure."""
     x: str = ""
     """Column of the horizontal axis."""
     y: str = ""
@@ -318,44 +318,45 @@ class FigureEntry(Table):
 
 
 class SweepScenario(Table):
-    """A checked scenario; `folder` is where its relative paths begin."""
+    """A checked scenario; relative paths begin in `folder`, and `file` is empty for a dictionary."""
 
     name: str = Field("", init=False)
     folder: Path = Field(Path(), init=False)
+    file: str = Field("", init=False)
     title: str | None = None
-    """Of the report; the name of the file by default."""
+    """Title of the report; the name of the file by default."""
     text: str = ""
-    """What the report says first."""
+    """First paragraph of the report."""
     seed: StrictInt = 0
-    """Of what is drawn."""
+    """Seed of the random draws."""
     samples: StrictInt = Field(100, ge=1)
     """Number of draws."""
     duration: Annotated[Span, BeforeValidator(_seconds)]
-    """In s, or `{ periods = 4.0, of = "SIGNAL" }`."""
+    """Duration of a case: s, or `{ periods = 4.0, of = "SIGNAL" }`."""
     step: StrictFloat = Field(1e-4, gt=0, allow_inf_nan=False)
     """Communication step, s."""
     lead_in: Annotated[Span, BeforeValidator(_seconds)] = _seconds(0.0)
-    """Time at the start that metrics leave out, as `duration`."""
+    """Time at the start that metrics leave out; written like `duration`."""
     parameters: str = TABLE_1
-    """Parameter set of our FMUs: an SSV file or `"table 1"`."""
+    """Parameter set of this project's FMUs: an SSV file or `"table 1"`."""
     fmus: Annotated[dict[str, Fmu], AfterValidator(_named)] = Field(alias="fmu")
     """The FMUs, by name."""
     signals: Annotated[dict[str, Source], AfterValidator(_named)] = Field((), alias="signal")
     """The signals, by name."""
     connections: Connections = ()
-    """What gets what."""
+    """Connections of signals and outputs to inputs."""
     variants: tuple[Variant, ...] = Field((), alias="variant")
     """Set-ups that are compared; one by default."""
     vary: tuple[Annotated[Vary | Intervals, PlainValidator(_vary)], ...] = ()
-    """What is varied."""
+    """Axes that are varied."""
     metrics: tuple[Metric, ...] = Field((), alias="metric")
-    """What judges a case."""
+    """Metrics that judge a case."""
     keep: tuple[str, ...] = ()
     """Outputs and signals whose traces the table keeps."""
     keep_every: StrictInt = Field(1, ge=1)
-    """Of these every so many steps."""
+    """The traces keep one sample in so many steps."""
     figures: tuple[FigureEntry, ...] = Field((), alias="figure")
-    """What the report shows; a figure for every metric by default."""
+    """Figures of the report; one for every metric by default."""
 
     @property
     def fmu_files(self) -> list[Path]:
@@ -382,7 +383,7 @@ def read_sweep(path: Path) -> SweepScenario:
     try:
         if not is_sweep(table):
             raise InputError("no [fmu.NAME]: not a sweep; `it2hys run` runs experiments on the stand")
-        return parse_sweep(table, path.stem, path.parent)
+        return parse_sweep(table, path.stem, path.parent).model_copy(update={"file": str(path)})
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 

@@ -135,7 +135,8 @@ class Store:
             os.replace(temporary, self.results)
         except (OSError, pl.exceptions.PolarsError) as error:
             temporary.unlink(missing_ok=True)
-            raise InputError(f"{self.results}: cannot be written: {error}") from None
+            reason = str(error).partition(" (os error")[0]  # the rest names the temporary file
+            raise InputError(f"{self.results}: cannot be written: {reason}") from None
         self._restart = False
         self.tidy()
 

@@ -10,6 +10,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from it2hys.errors import InputError
 from it2hys.support.processes import check_workers
 from it2hys.support.progress import Progress, silent
 from it2hys.sweeps.cases import make_plan
@@ -73,7 +74,10 @@ def run_sweep(
         If the scenario, the directory or the cluster is not usable: before any case runs. If the
         disk is full: the sweep can be resumed.
     """
-    plan = make_plan(scenario)
+    try:
+        plan = make_plan(scenario)
+    except InputError as error:
+        raise InputError(f"{scenario.file}: {error}" if scenario.file else str(error)) from None
     store = Store(directory, plan, restart)
     if not store.complete:
         _fill(store, plan, lambda: _workers(plan, workers, dask), progress)

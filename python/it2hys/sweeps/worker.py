@@ -1,4 +1,4 @@
-"""What a worker does: run cases of a plan and return them as a piece of the table."""
+"""The work of a worker: it runs cases of a plan and returns them as a piece of the table."""
 
 from __future__ import annotations
 

@@ -4234,7 +4234,7 @@ static bool collect_seeds(const struct fmu *fmu, const char *function, const uns
         const bool input = v && v->causality == FMU_INPUT;
         if (!v || v->base != FMU_REAL || !(input || (starting && v->causality == FMU_PARAMETER))) {
             fmu_say(fmu, FMU_ERROR,
-                    "%s: %s is not a known here; knowns are the inputs and, in "
+                    "%s: %s cannot be a known; knowns are the inputs and, in "
                     "initializationMode, the parameters.",
                     function, v ? v->name : "a value reference that does not exist");
             return false;
@@ -4901,8 +4901,8 @@ static bool parse(const struct fmu_model *model, const char *text, void *paramet
             value += sizeof VALUE - 1;
             if (!set_parameter(model, parameters, name, name_length, value, strcspn(value, "\""))) {
                 snprintf(message, size,
-                         "parameters.ssv: parameter '%.*s' is unknown or its value is "
-                         "not usable",
+                         "parameters.ssv: parameter '%.*s' is unknown, or its value is "
+                         "not valid",
                          (int)(name_length < 80 ? name_length : 80), name);
                 return false;
             }
@@ -5415,9 +5415,9 @@ static void plant_explain(unsigned finding, const void *state, const void *param
                  p->voltageMin, p->voltageMax, input[IN_VOLTAGE], time);
     else
         snprintf(text, size,
-                 "the core's displacement left displacementMin..displacementMax, %g to %g um, the "
-                 "range that its rules hold for: it is %g um at %g s. Outside the model is extrapolated; "
-                 "outOfRange is true there.",
+                 "the core's displacement left displacementMin..displacementMax, %g to %g " MICROMETRES ", the "
+                 "range that its rules are valid for: it is %g " MICROMETRES " at %g s; outOfRange is true, "
+                 "and the model extrapolates, as long as it is outside.",
                  1e6 * p->displacementMin, 1e6 * p->displacementMax, 1e6 * s->core.y, time);
 }
 
@@ -5545,18 +5545,19 @@ static void inverse_explain(unsigned finding, const void *state, const void *par
     (void)state;
     if (finding == INVERSE_OUT_OF_REACH)
         snprintf(text, size,
-                 "the reference, %g um at %g s, is outside displacementMin..displacementMax, %g to "
-                 "%g um; the nearest displacement within is aimed at (saturated is true).",
+                 "the reference, %g " MICROMETRES
+                 " at %g s, is outside displacementMin..displacementMax, %g to "
+                 "%g " MICROMETRES "; it is clamped to the nearer end (saturated is true).",
                  reference, time, 1e6 * p->displacementMin, 1e6 * p->displacementMax);
     else if (finding == INVERSE_AMPLIFIER_LIMIT)
         snprintf(text, size,
-                 "the reference, %g um at %g s, asks for more than slew.rate or saturation.minimum.."
-                 "saturation.maximum let through; the nearest voltage is given, %g V (saturated is true).",
+                 "the reference, %g " MICROMETRES " at %g s, needs a voltage beyond slew.rate or "
+                 "saturation.minimum..saturation.maximum; it is clamped to %g V (saturated is true).",
                  reference, time, voltage);
     else
         snprintf(text, size,
-                 "the reference, %g um at %g s, asks for a voltage outside voltageMin..voltageMax, "
-                 "%g to %g V; the nearest is given (saturated is true).",
+                 "the reference, %g " MICROMETRES " at %g s, needs a voltage outside voltageMin..voltageMax, "
+                 "%g to %g V; it is clamped to the nearer end (saturated is true).",
                  reference, time, p->voltageMin, p->voltageMax);
 }
 

@@ -1721,6 +1721,8 @@ HIDDEN_END
 #define FMU_PLANT_INPUT_START { 0.0, 0.0, 293.15 }
 #define FMU_INVERSE_INPUT_START { 0.0, 0.0, 293.15 }
 
+#define MICROMETRES "\xc2\xb5m" /* as UTF-8, whatever the compiler takes the source for */
+
 enum { FMU_PLANT = 1, FMU_INVERSE = 2 };
 
 HIDDEN_BEGIN

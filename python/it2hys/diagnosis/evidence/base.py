@@ -1,4 +1,4 @@
-"""What every effect has of evidence: how it shows in records, and how a fit of it begins.
+"""How an effect shows in records, and how a fit of it begins.
 
 The physics of an effect is in `it2hys.model.effects`; here is what a diagnosis knows about it, so that
 nothing else in the loop names an effect.
@@ -41,7 +41,7 @@ class EffectEvidence(ABC):
     meaning : str
         What the effect is, in plain words, as a clause.
     experiment : str
-        What would show it apart from others.
+        The experiment that tells it from other effects, as a clause.
     channel : str or None
         Channel beside the voltage without which no record can show the effect.
     imitated : bool

@@ -1,6 +1,6 @@
 """Creep: first-order terms, driven by the displacement above the sensor's zero and added to it.
 
-For it speaks a residual that, after a step, grows with the logarithm of the time held, and slow
+Its signature is a residual that, after a step, grows with the logarithm of the time held, and slow
 cycles whose loops are wider than fast ones'. A drift with time grows without any step.
 """
 

@@ -1,6 +1,6 @@
 """Delay of the voltage, straight between ticks.
 
-For it speaks a residual that is the displacement's rate times one constant, at every frequency and
+Its signature is a residual that is the displacement's rate times one constant, at every frequency and
 amplitude: a phase that falls linearly with frequency at a gain that stays. A lag also lowers the gain,
 and the core itself is a lag; so the gain at the highest frequencies of the record has to decide.
 """

@@ -1,6 +1,6 @@
 """Drift with the temperature and with time.
 
-For it speaks a residual that follows the temperature channel, or time, linearly and without memory,
+Its signature is a residual that follows the temperature channel, or time, linearly and without memory,
 whatever the voltage does; held voltages drift as moving ones do.
 """
 

@@ -1,7 +1,7 @@
 """A line on the reading that is not in the voltage.
 
-For it speaks one narrow line in the residual's spectrum, of the same frequency and amplitude in every
-record, where the voltage has none: incoherent with it, there in rest as in motion.
+Its signature is one narrow line in the residual's spectrum, of the same frequency and amplitude in
+every record, where the voltage has none: incoherent with it, there in rest as in motion.
 """
 
 import numpy as np
@@ -55,11 +55,9 @@ class HumEvidence(EffectEvidence):
         power = np.mean(np.concatenate([c.residual[c.used] ** 2 for c in seen.records]))
         share = 0.5 * line["hum.amplitude"] ** 2 / max(float(power), np.finfo(float).tiny)
         text = (
-            f"A narrow line at {line['hum.frequency']:.4g} Hz of {line['hum.amplitude'] * UM:.2g} "
-            "µm is "
-            "in the residual "
-            f"of {records[chosen]} of {len(seen.records)} records, where the voltage has none: "
-            f"{100 * share:.0f} % of its power."
+            f"The clearest narrow line of the residual is at {line['hum.frequency']:.4g} Hz, of "
+            f"{line['hum.amplitude'] * UM:.2g} µm: {100 * share:.0f} % of its power. The voltage has "
+            f"no line there in {records[chosen]} of {len(seen.records)} records."
         )
         return Signature(min(share, 1.0), float(p_values[chosen]), text)
 

@@ -1,6 +1,6 @@
 """First-order lag of the amplifier, exact pole and no zero.
 
-For it speaks a residual whose transfer from the voltage turns by less than 90 degrees and falls by
+Its signature is a residual whose transfer from the voltage turns by less than 90 degrees and falls by
 20 dB per decade above one corner, the same at every amplitude. Below the corner it is a delay.
 """
 

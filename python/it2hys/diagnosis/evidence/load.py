@@ -1,6 +1,6 @@
 """Elastic load: compressive force shortens the actuator.
 
-For it speaks a residual that follows the force channel linearly and without memory.
+Its signature is a residual that follows the force channel linearly and without memory.
 """
 
 import numpy as np

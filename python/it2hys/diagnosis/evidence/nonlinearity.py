@@ -1,6 +1,6 @@
 """Static curve, the stack's or the sensor's: the last stage before the displacement.
 
-For it speaks a residual that is a function of the displacement alone: the same in rising and falling
+Its signature is a residual that is a function of the displacement alone: the same in rising and falling
 branches, at every frequency and in every record. Data cannot tell a sensor's curve from an actuator's.
 """
 

@@ -1,7 +1,7 @@
 """Evidence on an effect of the user's own: what follows from its declaration.
 
-For it speaks a residual that looks as the effect's answer to the signal does: what it adds to it, and
-how that changes with each of its parameters, at one of its guesses.
+Its signature is a residual that looks as the effect's response to the signal: what it adds to the
+signal, and how that changes with each of its parameters, at one of its guesses.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class OwnEvidence(EffectEvidence):
     def __init__(self, effect: OwnEffect):
         self._effect = effect
         self.meaning = effect.description or effect.name
-        self.experiment = effect.experiment or f"what shows {self.meaning}"
+        self.experiment = effect.experiment or f"a voltage whose response shows {self.meaning}"
         self.channel = effect.channel and effect.channel.split("_")[0]
         # whatever answers the voltage alone may look like another phase lag, or another core
         self.of_any_loop = self.imitated = effect.channel is None

@@ -1,6 +1,6 @@
 """Rate-independent memory in front of the core: play operators, Prandtl-Ishlinskii.
 
-For it speaks a residual whose loop area does not depend on frequency: it is there in the slowest
+Its signature is a residual whose loop area does not depend on frequency: it is there in the slowest
 cycles, where every lag closes; and minor loops within a cycle that remember where the voltage turned.
 """
 

@@ -1,6 +1,6 @@
 """Mechanical resonance, exact poles and no zeros.
 
-For it speaks ringing at one frequency after steps and corners, and a coherent peak of the residual's
+Its signature is ringing at one frequency after steps and corners, and a coherent peak of the residual's
 transfer from the voltage there, at every amplitude; below it, the residual grows with the square of
 frequency and is in phase.
 """

@@ -1,6 +1,6 @@
 """Saturation of the amplifier.
 
-For it speaks a residual that is confined to |u| beyond one level, where the displacement no longer
+Its signature is a residual that is confined to |u| beyond one level, where the displacement no longer
 answers to the voltage at all; the tops of large cycles are flat.
 """
 
@@ -82,7 +82,7 @@ class SaturationEvidence(EffectEvidence):
         trials = {end: t for end, t in trials.items() if np.all(t.coefficients >= 0.0)}
         if not trials:
             return Signature(
-                0.0, 1.0, "At neither end of the voltage does the displacement fall behind."
+                0.0, 1.0, "The displacement falls behind the model at neither end of the voltage range."
             )
         end, trial = min(trials.items(), key=lambda item: (item[1].p_value, -item[1].share))
         share = Ground(seen, [modelled]).test(tried[end]).share
@@ -102,8 +102,8 @@ class SaturationEvidence(EffectEvidence):
         names = {"upper": f"above {levels[0]:.3g} V", "lower": f"below {levels[1]:.3g} V"}
         place = names.get(end, " and ".join(names.values()))
         text = (
-            f"The displacement falls behind the model {place}, the further the voltage goes: residual "
-            f"{inside * UM:.2g} µm rms there, {outside * UM:.2g} µm elsewhere."
+            f"The displacement falls behind the model {place}, more as the voltage goes further: "
+            f"residual {inside * UM:.2g} µm rms there, {outside * UM:.2g} µm elsewhere."
         )
         return Signature(share, min(1.0, _TRIED * trial.p_value), text)
 

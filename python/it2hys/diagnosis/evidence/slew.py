@@ -1,6 +1,6 @@
 """Slew limit of the amplifier.
 
-For it speaks a residual that is confined to spells in which |du/dt| was above one level, grows while
+Its signature is a residual that is confined to spells in which |du/dt| was above one level, grows while
 they last and, in large signals of high frequency only, turns sines into triangles.
 """
 
@@ -71,9 +71,9 @@ class SlewEvidence(EffectEvidence):
             for side in (True, False)
         )
         text = (
-            "The residual belongs to the spells in which a limit of "
+            "The residual is concentrated where a slew limit of "
             f"{plain(levels[chosen] / clues.extent.sample_time)} V/s would hold the voltage back: "
-            f"{inside * UM:.2g} µm rms in them, {outside * UM:.2g} µm elsewhere."
+            f"{inside * UM:.2g} µm rms there, {outside * UM:.2g} µm elsewhere."
         )
         return Signature(trial.share, trial.p_value, text)
 

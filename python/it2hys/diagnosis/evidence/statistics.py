@@ -471,7 +471,7 @@ class Dynamics:
     p_value: float
 
 
-#: No stage.
+#: The response without any stage.
 _UNCHANGED = Answer(lambda _: lambda x: x, (None,))
 
 

@@ -16,7 +16,7 @@ COUNT = 3
 
 
 class Creep(Effect):
-    """A term approaches the displacement in its time constant; its gain is what it adds then."""
+    """Slow motion after a change: first-order terms, each added by its gain."""
 
     memory = Memory.LONG
     per_record = ("initialCreep",)

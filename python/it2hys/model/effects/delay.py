@@ -10,7 +10,7 @@ ROUNDING = 1e-9
 
 
 class Delay(Effect):
-    """The last voltages are kept; the inverse cannot look ahead."""
+    """Dead time of the voltage, which the inverse cannot make up for."""
 
     memory = Memory.LONGEST
     shift = "delay.time"

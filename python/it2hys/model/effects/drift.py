@@ -7,7 +7,7 @@ REFERENCE_TEMPERATURE = 293.15
 
 
 class Drift(Effect):
-    """The displacement moves with the temperature and with the tick's own time."""
+    """Drift of the displacement with temperature and with time."""
 
     def is_on(self, parameters: Values) -> bool:
         """Return whether there is a drift."""

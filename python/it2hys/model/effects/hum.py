@@ -14,7 +14,7 @@ ca = Lazy("casadi")
 
 
 class Hum(Effect):
-    """A sine of the tick's own time on the reading, which has no part in the inverse."""
+    """A sine on the reading, such as the mains', which has no part in the inverse."""
 
     per_record = ("hum.phase",)
 

@@ -8,7 +8,7 @@ ca = Lazy("casadi")
 
 
 class Lag(Effect):
-    """The output goes a constant part of its way to the input in a tick."""
+    """First-order lag of the amplifier: a low-pass filter of the voltage."""
 
     memory = Memory.AIMED
     sampled = True

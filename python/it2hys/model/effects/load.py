@@ -5,7 +5,7 @@ from it2hys.records.clues import Extent
 
 
 class Load(Effect):
-    """The displacement gives way in proportion to the force."""
+    """Elastic load: the displacement falls in proportion to a compressive force."""
 
     def is_on(self, parameters: Values) -> bool:
         """Return whether the actuator gives way."""

@@ -10,15 +10,15 @@ from it2hys.support.lazy import Lazy
 
 ca = Lazy("casadi")
 
-#: Of the powers 0 to 4 of z, behind the factor that vanishes at both ends.
+#: Coefficients of the powers 0 to 4 of z, after the factor that vanishes at both ends.
 COEFFICIENTS = ("quadratic", "cubic", "quartic", "quintic", "sextic")
 
-#: Of the inverse.
+#: Bisection and Newton steps of the inverse.
 _HALVINGS, _NEWTON_STEPS = 40, 2
 
 
 class Nonlinearity(Effect):
-    """A curve that rises between two ends, and is straight beyond them."""
+    """Static curve of the stage or its sensor, bent between two ends and straight beyond them."""
 
     is_static = True
 

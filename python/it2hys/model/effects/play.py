@@ -18,7 +18,7 @@ _TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
 
 
 class Play(Effect):
-    """Operators that follow the voltage at a distance of their thresholds, added by their weights."""
+    """Rate-independent memory of the voltage's turning points: a weighted sum of play operators."""
 
     memory = Memory.LONG
     per_record = ("initialDemagnetisation", "initialExcursion")

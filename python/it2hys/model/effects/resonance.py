@@ -20,7 +20,7 @@ LOWEST_ZERO = -0.4
 
 
 class Resonance(Effect):
-    """The displacement rings about its input, which it reaches at rest."""
+    """Mechanical resonance: the displacement rings about its input after a fast change."""
 
     memory = Memory.AIMED
     sampled = True

@@ -8,7 +8,7 @@ ca = Lazy("casadi")
 
 
 class Saturation(Effect):
-    """The voltage stays within two limits; at rest it is taken to be within them."""
+    """Lowest and highest voltage of the amplifier; a stage at rest is between them."""
 
     limits = True
 

@@ -8,7 +8,7 @@ ca = Lazy("casadi")
 
 
 class Slew(Effect):
-    """The voltage changes by the rate times the sample time at most."""
+    """Largest rate at which the amplifier's voltage can change."""
 
     memory = Memory.SHORT
     limits = True
