@@ -322,6 +322,29 @@ def modifications(session: Session) -> Iterator[str]:
         at = at_ticks(read_result(path), 20, 1e-4)
         if not (at("slow.displacement")[1:] < at("quick.displacement")[1:]).all():
             yield f"{block}: parameters(lagTimeConstant=1e-3) does not act"
+        yield from vectors_without_counts(session, block)
+
+
+def vectors_without_counts(session: Session, block: str) -> Iterator[str]:
+    """Give vectors of other lengths in three ways: by name, in place, by a constructor."""
+    vectors = "playThreshold={2,8}, playWeight={0.04,0.06}, creepGain={0.03}, creepTimeConstant={0.005}"
+    table = "IT2Hysteresis.Parameters.Table1"
+    source = model(
+        f"parameter {table} stage({vectors}); {block} named(parameters=stage); {block} bare; "
+        f"{block} placed(parameters({vectors})); {block} made(parameters={table}({vectors}));",
+        " ".join(f"{n}.voltage = 50*sin(300*time)^2;" for n in ("named", "bare", "placed", "made")),
+    )
+    said, path = session.simulate(source, "M", tick_settings(60, 1e-4))
+    if path is None:
+        yield f"{block}, vectors without counts: {said.strip()[-600:]}"
+        return
+    found = {
+        n: at_ticks(read_result(path), 60, 1e-4)(f"{n}.displacement")
+        for n in ("named", "bare", "placed", "made")
+    }
+    apart = [n for n in ("placed", "made") if not np.allclose(found[n], found["named"], 1e-12, 1e-18)]
+    if apart or np.allclose(found["bare"], found["named"], rtol=1e-3):
+        yield f"{block}, vectors without counts: {apart or 'named'} does not act"
 
 
 PARTS_OF_ACCEPTANCE = {

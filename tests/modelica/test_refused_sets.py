@@ -146,6 +146,42 @@ def test_an_element_that_is_modified_in_place_acts(block):
     )
 
 
+@pytest.mark.parametrize("block", [PLANT, INVERSE])
+def test_vectors_that_are_given_in_place_or_by_a_constructor_need_no_count(block):
+    """And none that is given counts: three ways to hand over two play operators and a creep term."""
+    kind = block.rsplit(".", 1)[-1].lower()
+    signal, y = ("voltage", "displacement") if kind == "plant" else ("reference", "voltage")
+    vectors = "playThreshold={2,8}, playWeight={0.04,0.06}, creepGain={0.03}, creepTimeConstant={0.005}"
+    table = "IT2Hysteresis.Parameters.Table1"
+    source = model(
+        f"parameter {table} stage({vectors}); {block} named(parameters=stage); "
+        f"{block} placed(parameters({vectors})); {block} made(parameters={table}({vectors})); "
+        "Integer counts[3] = {stage.ruleCount, stage.playCount, stage.creepCount};",
+        f"named.{signal} = {'50*sin(300*time)^2' if kind == 'plant' else '6e-6*sin(300*time)^2'}; "
+        f"placed.{signal} = named.{signal}; made.{signal} = named.{signal};",
+    )
+    at = run(source, 60)
+    assert [at(f"counts[{i}]")[0] for i in (1, 2, 3)] == [3, 2, 1]
+    elements = {"play[1]": (2.0, 0.04), "play[2]": (8.0, 0.06)}
+    values = {f"{n}.threshold": t for n, (t, _) in elements.items()}
+    values |= {f"{n}.weight": w for n, (_, w) in elements.items()}
+    parameters = table_1().replace(
+        playCount=2, creepCount=1, **values, **{"creep[1].gain": 0.03, "creep[1].timeConstant": 0.005}
+    )
+    chain = compiled.chain_free_run if kind == "plant" else compiled.chain_inverse_run
+    expected = chain(parameters, at(f"named.{signal}"))[0]
+    for name in ("named", "placed", "made"):
+        assert at(f"{name}.{y}") == pytest.approx(expected, rel=1e-12, abs=1e-18), name
+
+
+def test_a_set_without_rules_is_refused():
+    source = model(
+        f"{PLANT} plant(redeclare record Stage = IT2Hysteresis.Parameters.Base);", "plant.voltage = 0;"
+    )
+    with pytest.raises(rumoca.SimulationError, match=r"M\.plant: ruleCount is 0; it must be 1 to 16"):
+        run(source, 2, checked=True)
+
+
 def test_a_lag_that_is_modified_in_place_slows_the_plant():
     source = model(
         f"{PLANT} quick; {PLANT} slow(parameters(lagTimeConstant=1e-3));",

@@ -6,20 +6,20 @@ protected
     "What is held to its bounds";
   final parameter Real leastSlope[2]=
     if chain.defined then IT2Hysteresis.Functions.leastSlope(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ2,
+      chain.ruleSigmaLower,
+      chain.ruleSigmaUpper,
+      chain.ruleCentre,
+      chain.ruleQ2,
       parameters.displacementMin,
       parameters.displacementMax) else {1,0} "Can the fuzzy system be inverted?";
   final parameter Real contraction[2]=
     if chain.defined then IT2Hysteresis.Functions.contraction(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ1,
-      parameters.ruleQ2,
-      parameters.ruleQ3,
+      chain.ruleSigmaLower,
+      chain.ruleSigmaUpper,
+      chain.ruleCentre,
+      chain.ruleQ1,
+      chain.ruleQ2,
+      chain.ruleQ3,
       parameters.displacementMin,
       parameters.displacementMax) else {0,0} "Does it contract?";
   constant Integer longestDelay=64 "In ticks";
@@ -36,12 +36,12 @@ protected
   discrete Modelica.Units.SI.Voltage slewed(start=chain.voltageRest, fixed=true) "Behind the slew limit";
   discrete Modelica.Units.SI.Voltage limited(start=chain.voltageRest, fixed=true) "Behind the saturation";
   discrete Modelica.Units.SI.Voltage lagged(start=chain.voltageRest, fixed=true) "Behind the lag";
-  discrete Modelica.Units.SI.Voltage p[parameters.playCount + 1](
+  discrete Modelica.Units.SI.Voltage p[chain.playCount + 1](
     start=chain.playRest,
     each fixed=true) "Play operators";
   discrete Modelica.Units.SI.Length core(start=chain.coreRest, fixed=true) "Behind the fuzzy system, y_k of (10)";
   discrete Modelica.Units.SI.Length loaded(start=chain.coreRest, fixed=true) "Behind the load";
-  discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
+  discrete Modelica.Units.SI.Length s[chain.creepCount + 1](
     each start=chain.creepRest,
     each fixed=true) "Creep states";
   discrete Modelica.Units.SI.Length crept(start=chain.straightRest, fixed=true) "Behind creep";
@@ -53,10 +53,10 @@ protected
 initial algorithm
   IT2Hysteresis.Internal.checkBounds(
     getInstanceName(),
-    all.vector,
-    parameters.ruleCount,
-    parameters.playCount,
-    parameters.creepCount);
+    all.checked,
+    chain.ruleCount,
+    chain.playCount,
+    chain.creepCount);
   IT2Hysteresis.Functions.check(
     getInstanceName(),
     parameters.sampleTime,
@@ -64,16 +64,16 @@ initial algorithm
     parameters.voltageMax,
     parameters.displacementMin,
     parameters.displacementMax,
-    parameters.ruleSigmaLower,
-    parameters.ruleSigmaUpper,
+    chain.ruleSigmaLower,
+    chain.ruleSigmaUpper,
     leastSlope,
     contraction,
-    parameters.playCount,
+    chain.playCount,
     chain.playThreshold,
     chain.playWeight,
-    parameters.creepCount,
+    chain.creepCount,
     chain.creepGain,
-    cat(1, parameters.creepTimeConstant, {1}),
+    chain.creepTimeConstant,
     parameters.delayTime,
     parameters.saturationMinimum,
     parameters.saturationMaximum,
@@ -99,12 +99,12 @@ equation
     lagged = IT2Hysteresis.Functions.Effects.lag(chain.lagRate, pre(lagged), limited);
     p = IT2Hysteresis.Functions.Effects.playStates(chain.playThreshold, pre(p), lagged);
     core = IT2Hysteresis.Functions.core(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ1,
-      parameters.ruleQ2,
-      parameters.ruleQ3,
+      chain.ruleSigmaLower,
+      chain.ruleSigmaUpper,
+      chain.ruleCentre,
+      chain.ruleQ1,
+      chain.ruleQ2,
+      chain.ruleQ3,
       pre(core),
       IT2Hysteresis.Functions.Effects.play(chain.playWeight, p, lagged),
       chain.lowerEnd,
