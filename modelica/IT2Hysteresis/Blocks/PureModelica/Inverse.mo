@@ -130,19 +130,19 @@ equation
       temperatureInternal,
       time + parameters.delayTime);
     resonatedBefore = pre(resonated);
-    crept = IT2Hysteresis.Functions.Effects.resonanceInverse(
+    crept = if resonates then IT2Hysteresis.Functions.Effects.resonanceInverse(
       chain.ringing,
       pre(resonated),
       pre(resonatedBefore),
       pre(crept),
-      resonated);
+      resonated) else resonated;
     aim = IT2Hysteresis.Functions.Effects.loadInverse(
       parameters.loadCompliance,
-      parameters.displacementZero + IT2Hysteresis.Functions.Effects.creepInverse(
+      if chain.creepCount > 0 then parameters.displacementZero + IT2Hysteresis.Functions.Effects.creepInverse(
         chain.creepGain,
         chain.creepRate,
         pre(s),
-        crept - parameters.displacementZero),
+        crept - parameters.displacementZero) else crept,
       forceInternal);
     lagged = IT2Hysteresis.Functions.Effects.playInverse(
       chain.playThreshold,
@@ -177,7 +177,10 @@ equation
       chain.lagRate,
       pre(reachedLag),
       IT2Hysteresis.Functions.Effects.saturation(chain.lowest, chain.highest, slewed)) else lagged;
-    p = IT2Hysteresis.Functions.Effects.playStates(chain.playThreshold, pre(p), nowLag);
+    p = if chain.playCount > 0 then IT2Hysteresis.Functions.Effects.playStates(
+      chain.playThreshold,
+      pre(p),
+      nowLag) else pre(p);
     now = if followed then IT2Hysteresis.Functions.core(
       chain.ruleSigmaLower,
       chain.ruleSigmaUpper,
@@ -191,7 +194,10 @@ equation
       chain.upperEnd) else aim;
     stroke = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, now, forceInternal)
       - parameters.displacementZero;
-    s = IT2Hysteresis.Functions.Effects.creepStates(chain.creepRate, pre(s), stroke);
+    s = if chain.creepCount > 0 then IT2Hysteresis.Functions.Effects.creepStates(
+      chain.creepRate,
+      pre(s),
+      stroke) else pre(s);
     nowCrept = if followed then parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(
       chain.creepGain,
       s,

@@ -97,7 +97,10 @@ equation
     slewed = IT2Hysteresis.Functions.Effects.slew(chain.slewStep, pre(slewed), delayed);
     limited = IT2Hysteresis.Functions.Effects.saturation(chain.lowest, chain.highest, slewed);
     lagged = IT2Hysteresis.Functions.Effects.lag(chain.lagRate, pre(lagged), limited);
-    p = IT2Hysteresis.Functions.Effects.playStates(chain.playThreshold, pre(p), lagged);
+    p = if chain.playCount > 0 then IT2Hysteresis.Functions.Effects.playStates(
+      chain.playThreshold,
+      pre(p),
+      lagged) else pre(p);
     core = IT2Hysteresis.Functions.core(
       chain.ruleSigmaLower,
       chain.ruleSigmaUpper,
@@ -106,24 +109,24 @@ equation
       chain.ruleQ2,
       chain.ruleQ3,
       pre(core),
-      IT2Hysteresis.Functions.Effects.play(chain.playWeight, p, lagged),
+      if chain.playCount > 0 then IT2Hysteresis.Functions.Effects.play(chain.playWeight, p, lagged) else lagged,
       chain.lowerEnd,
       chain.upperEnd);
     loaded = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, core, forceInternal);
-    s = IT2Hysteresis.Functions.Effects.creepStates(
+    s = if chain.creepCount > 0 then IT2Hysteresis.Functions.Effects.creepStates(
       chain.creepRate,
       pre(s),
-      loaded - parameters.displacementZero);
-    crept = parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(
+      loaded - parameters.displacementZero) else pre(s);
+    crept = if chain.creepCount > 0 then parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(
       chain.creepGain,
       s,
-      loaded - parameters.displacementZero);
-    resonated = IT2Hysteresis.Functions.Effects.resonance(
+      loaded - parameters.displacementZero) else loaded;
+    resonated = if parameters.resonanceFrequency > 0 then IT2Hysteresis.Functions.Effects.resonance(
       chain.ringing,
       pre(resonated),
       pre(resonatedBefore),
       pre(crept),
-      crept);
+      crept) else crept;
     resonatedBefore = pre(resonated);
     straight = resonated + IT2Hysteresis.Functions.Effects.drift(
       parameters.driftTemperatureCoefficient,
