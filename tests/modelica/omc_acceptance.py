@@ -347,6 +347,37 @@ def vectors_without_counts(session: Session, block: str) -> Iterator[str]:
         yield f"{block}, vectors without counts: {apart or 'named'} does not act"
 
 
+#: Ticks of a timed run, runs of which the quickest counts, seconds of a pure tick beyond its event.
+TICKS, ROUNDS, LONGEST_TICK = 200_000, 3, 3e-6
+
+
+def speed(session: Session) -> Iterator[str]:
+    """Time the pure blocks beside a sample event with nothing in it, in turns."""
+    session.directory.mkdir(parents=True, exist_ok=True)
+    wave, event = (
+        "50 + 45*sin(126*time)",
+        "when sample(0, 1e-4) then y = 50 + 45*sin(126*time); end when;",
+    )
+    sources = {
+        "event": model("discrete Real y(start=0, fixed=true);", event),
+        PLANT: model(f"{PLANT} block1;", f"block1.voltage = {wave};"),
+        INVERSE: model(f"{INVERSE} block1;", f"block1.reference = 1.4e-7*({wave});"),
+    }
+    settings = f', stopTime={TICKS * 1e-4!r}, numberOfIntervals=4, simflags="-noEventEmit"'
+    took = dict.fromkeys(sources, math.inf)
+    for name, source in list(sources.items()) * ROUNDS:
+        said, _ = session.simulate(source, "M", settings)
+        seconds = re.search(r"timeSimulation = ([\d.e+-]+)", said)
+        if not seconds:
+            yield f"{name}, timed: {said.strip()[-600:]}"
+            return
+        took[name] = min(took[name], float(seconds[1]))
+    for block in (PLANT, INVERSE):
+        tick = (took[block] - took["event"]) / TICKS
+        if tick > LONGEST_TICK:
+            yield f"{block}: a tick takes {tick * 1e6:.2f} us beyond its event"
+
+
 PARTS_OF_ACCEPTANCE = {
     "classes": check_classes,
     "examples": simulate_examples,
@@ -354,6 +385,7 @@ PARTS_OF_ACCEPTANCE = {
     "messages": messages,
     "defaults": defaults,
     "modifications": modifications,
+    "speed": speed,
 }
 
 

@@ -5,10 +5,10 @@ loads packages whose names stand in the source, hence the import in `PREAMBLE`. 
 external C: `overlaid` puts records and Modelica functions of the same names and arguments in the
 place of those of `Internal`. That checks how the blocks are wired and sampled, not the C.
 
-It also runs an initial algorithm again at every event (SlowCreep: 14 ms a tick instead of 0.4), and unrolls
-the loops over the range that slope and contraction are sought on (a plant of 16 rules: 8.4 s instead of 0.1). So
-the check of a parameter set, and what it alone needs, is left out of the overlay unless a test asks for
-it: `checked`.
+It also runs an initial algorithm again at every event (SlowCreep: 14 ms a tick instead of 0.4), and
+unrolls the loops that slope and contraction are sought by (a plant of 16 rules: 8.4 s instead of 0.1).
+So the check of a parameter set, and what it alone needs, is left out of the overlay unless a test asks
+for it: `checked`.
 """
 
 import re
@@ -127,7 +127,7 @@ def overlay_of(file: Path) -> str:
     return f'within IT2Hysteresis.Internal;\nrecord {name} "overlay" {" ".join(fields)} end {name};\n'
 
 
-#: The check of a parameter set, in the blocks in pure Modelica, and the two parameters that it alone needs.
+#: The check of a parameter set, in the blocks in pure Modelica, and two parameters that it alone needs.
 CHECK = re.compile(
     r"initial algorithm\n  IT2Hysteresis.Internal.checkBounds.*?(?=^equation$)"
     r"|  final parameter Real (?:leastSlope|contraction)\[2\]=.*?;\n",
