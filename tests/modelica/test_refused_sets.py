@@ -10,7 +10,7 @@ from conftest import make_set
 from effects import with_effects
 from library import CLASSES, FMU_PLANT, INVERSE, PLANT, model
 from refused import BAD, parameters_of
-from test_simulation import rumoca, run
+from test_simulation import CHECK, rumoca, run
 
 from it2hys.export.modelica import field, format_record
 from it2hys.model import compiled
@@ -27,8 +27,20 @@ def plain(message: str) -> str:
     return EXPONENT.sub(r"e\1\2", message).replace("e+", "e").replace("1000000", "1e6")
 
 
-@pytest.mark.parametrize("block", [PLANT, INVERSE])
-@pytest.mark.parametrize("name", BAD)
+def test_plant_and_inverse_are_checked_alike():
+    """So that what the plant refuses, the inverse does."""
+    checks = [CHECK.findall(CLASSES[block].read_text(encoding="utf-8")) for block in (PLANT, INVERSE)]
+    assert checks[0] == checks[1]
+    assert "Functions.check(" in "".join(checks[0])
+
+
+@pytest.mark.parametrize(
+    ("block", "name"),
+    [
+        *((PLANT, name) for name in BAD),
+        *((INVERSE, name) for name in ("a weight too few", "far start")),
+    ],
+)
 def test_a_set_that_is_refused_stops_the_initialization_with_the_fmus_message(block, name):
     changes, message = BAD[name]
     if any(math.isnan(value) for value in changes.values()):
