@@ -274,8 +274,9 @@ def input_messages(session: Session, block: str) -> Iterator[str]:
         yield f"{block}, no number: {said.strip()[-600:]}"
     source = model(f"{block} stage;", "stage.voltage = 140*sin(300*time);")
     said, path = session.simulate(source, "M", ", stopTime=0.05")
-    if path is None or said.count("left voltageMin") != 1:
-        yield f"{block}, voltage left its range: said {said.count('left voltageMin')} times"
+    times = len(re.findall(r"M\.stage(?: \(IT2Plant\))?: the voltage left voltageMin", said))
+    if path is None or times != 1:
+        yield f"{block}, voltage left its range: said {times} times, with the block's name"
 
 
 def defaults(session: Session) -> Iterator[str]:

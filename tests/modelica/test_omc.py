@@ -45,7 +45,7 @@ WARNING = (
     "LOG_ASSERT        | warning | [/lib/Blocks/Plant.mo:9:3-9:70:writable]\n"
     "|                 | |       | The following assertion has been violated at time 0.000000\n"
     "|                 | |       | pre(plant.left) or not plant.left\n"
-    "LOG_ASSERT        | warning | The voltage left voltageMin .. voltageMax\n"
+    "LOG_ASSERT        | warning | M.plant: the voltage left voltageMin..voltageMax\n"
 )
 RECORD = (
     'record SimulationResult\n    resultFile = "{}",\n    simulationOptions = "startTime = 0.0",\n'

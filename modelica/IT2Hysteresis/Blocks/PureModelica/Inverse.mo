@@ -222,8 +222,8 @@ equation
       or cut or astray;
     short = pre(short) or saturated;
     assert(pre(short) or not short,
-      "The reference left displacementMin .. displacementMax, or asks for more than voltageMin .. voltageMax or the "
-      + "amplifier's limits allow; the nearest displacement or voltage is given. This is said once.",
+      getInstanceName() + ": the reference left displacementMin..displacementMax, or asks for more than "
+      + "voltageMin..voltageMax or the amplifier's limits allow; the nearest displacement or voltage is given. This is said once.",
       AssertionLevel.warning);
   end when;
   annotation (

@@ -147,7 +147,7 @@ equation
       or abs(core - chain.coreMiddle) > chain.coreReach;
     left = pre(left) or outOfRange;
     assert(pre(left) or not left,
-      "The voltage left voltageMin .. voltageMax, or the displacement displacementMin .. displacementMax, "
+      getInstanceName() + ": the voltage left voltageMin..voltageMax, or the displacement displacementMin..displacementMax, "
       + "the range that the parameters are valid for; beyond it the model is extrapolated. This is said once.",
       AssertionLevel.warning);
   end when;
