@@ -127,10 +127,11 @@ def overlay_of(file: Path) -> str:
     return f'within IT2Hysteresis.Internal;\nrecord {name} "overlay" {" ".join(fields)} end {name};\n'
 
 
-#: The check of a parameter set, in the blocks in pure Modelica, and two parameters that it alone needs.
+#: The check of a parameter set, in the blocks in pure Modelica, and what it alone needs.
 CHECK = re.compile(
     r"initial algorithm\n  IT2Hysteresis.Internal.checkBounds.*?(?=^equation$)"
-    r"|  final parameter Real (?:leastSlope|contraction)\[2\]=.*?;\n",
+    r"|  final parameter Real (?:leastSlope|contraction)\[2\]=.*?;\n"
+    r"|  IT2Hysteresis.Internal.Values all\(.*?;\n",
     re.M | re.S,
 )
 
@@ -158,7 +159,7 @@ def overlaid(checked: bool) -> tempfile.TemporaryDirectory:
         for name in (PLANT, INVERSE):
             file = root.joinpath(*name.split(".")).with_suffix(".mo")
             text, found = CHECK.subn("", file.read_text(encoding="utf-8"))
-            assert found == 3
+            assert found == 4
             file.write_text(text, encoding="utf-8")
     write_table(root / LIBRARY.name / "Internal")
     return directory
