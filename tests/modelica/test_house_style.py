@@ -142,7 +142,7 @@ def test_figures_are_a_part_of_the_documentation(name):
 
 
 DECLARATION = re.compile(
-    r"^  parameter (?P<type>Real|Integer|Modelica\.Units\.\S+) \w+(?:\[\w+\])?\s*"
+    r"^  parameter (?P<type>Real|Integer|Modelica\.Units\.\S+) \w+(?:\[[\w:]+\])?\s*"
     r"(?P<attributes>\(.*?\))?=",
     re.MULTILINE | re.DOTALL,
 )
