@@ -27,6 +27,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 from combined import COMBINATIONS, PARTS, assert_physical, source_of  # noqa: E402
+from compared import PACKAGE  # noqa: E402
 from effects import with_effects  # noqa: E402
 from library import (  # noqa: E402
     CLASSES,
@@ -67,12 +68,13 @@ class Session:
     directory: Path
 
     def load(self) -> str:
-        """Return the commands that load the standard library and this one."""
+        """Return the commands that load the standard library, this one and its test package."""
         if (Path(self.msl) / "Modelica" / "package.mo").is_file():
             first = f'loadFile("{(Path(self.msl) / "Modelica" / "package.mo").as_posix()}");'
         else:
             first = f'loadModel(Modelica, {{"{self.msl}"}});'
-        return f'{first}\nloadFile("{(LIBRARY / "package.mo").as_posix()}");\n'
+        files = (LIBRARY / "package.mo", PACKAGE)
+        return "\n".join([first, *(f'loadFile("{file.as_posix()}");' for file in files), ""])
 
     def run(self, commands: dict[str, str], options: str = "") -> dict[str, str]:
         """Run commands in one omc; return what each printed, by name."""
@@ -190,6 +192,15 @@ def simulate_examples(session: Session) -> Iterator[str]:
             continue
         result = read_result(path)
         yield from differences(name, result["time"], result.__getitem__)
+
+
+def compare_examples(session: Session) -> Iterator[str]:
+    """Simulate the examples that compare themselves."""
+    session.directory.mkdir(parents=True, exist_ok=True)
+    for name in EXAMPLES:
+        said, path = session.simulate("", f"{PACKAGE.parent.name}.{name.rsplit('.', 1)[-1]}")
+        if path is None or LOUD.search(said):
+            yield f"{name}, in the test package: {said.strip()}"
 
 
 def reference_source(block: str, parameters: ParameterSet, inputs: dict[str, np.ndarray]) -> str:
@@ -382,6 +393,7 @@ def speed(session: Session) -> Iterator[str]:
 PARTS_OF_ACCEPTANCE = {
     "classes": check_classes,
     "examples": simulate_examples,
+    "test package": compare_examples,
     "equality": equal_fmu,
     "messages": messages,
     "defaults": defaults,

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from compared import PACKAGE
 from conftest import make_set
 from effects import with_effects
 from hypothesis import given, settings
@@ -142,6 +143,7 @@ def overlaid(checked: bool) -> tempfile.TemporaryDirectory:
     directory = tempfile.TemporaryDirectory()
     root = Path(directory.name)
     shutil.copytree(LIBRARY, root / LIBRARY.name, ignore=shutil.ignore_patterns("Resources"))
+    shutil.copytree(PACKAGE.parent, root / PACKAGE.parent.name)
     for file in (root / LIBRARY.name / "Internal").glob("*.mo"):
         if 'external"C"' in file.read_text(encoding="utf-8"):
             file.write_text(overlay_of(file), encoding="utf-8")
