@@ -143,6 +143,7 @@ bench: $(INSTALLED) ctest
 	$(BIN)/python benchmarks/identification.py
 	$(BIN)/python benchmarks/diagnosis.py --growth
 	$(BIN)/python benchmarks/sweep.py $(CBUILD)/bench/bare_loop
+	PYTHONPATH=tests $(BIN)/python tests/modelica/speed.py
 
 # what OpenModelica says of it, where there is omc: python tests/modelica/omc_acceptance.py
 modelica: $(INSTALLED)

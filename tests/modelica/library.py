@@ -34,6 +34,8 @@ def class_name(file: Path) -> str:
 #: Differences of two results that are none: 1e-12 V or m, or so much of a signal that hardly changes.
 LEAST, ROUNDING = 1e-12, 1e-6
 CLASSES = {class_name(file): file for file in FILES}
+#: Elements that a test puts into a vector, at most.
+LONGEST = 20
 
 
 EXAMPLES = [
@@ -106,16 +108,17 @@ def html(file: Path, attribute: str) -> list[str]:
 def values_of(parameters: Mapping) -> list[float]:
     """Return the numbers of a set as the external objects take them: in the order of the table.
 
-    The elements of a group are columns, behind their number.
+    The elements of a group are columns, each behind how many there are; the counts are those numbers.
     """
     numbers, known = [], load_table().parameters()
+    counts = {entry["variable"] for entry in load_table().counts.values()}
     for name, variable in known.items():
-        if variable.group is None:
+        if variable.group is None and name not in counts:
             numbers.append(float(parameters[name]))
         elif variable.index == 1:
-            column = name.replace("[1]", "[{}]").format
-            count = parameters[load_table().counts[variable.group]["variable"]]
-            numbers += [float(parameters[column(i)]) for i in range(1, count + 1)]
+            names = map(name.replace("[1]", "[{}]").format, range(1, LONGEST + 1))
+            column = [float(parameters[n]) for n in names if n in parameters]
+            numbers += [float(len(column)), *column]
     return numbers
 
 

@@ -27,6 +27,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 from combined import COMBINATIONS, PARTS, assert_physical, source_of  # noqa: E402
+from compared import PACKAGE  # noqa: E402
 from effects import with_effects  # noqa: E402
 from library import (  # noqa: E402
     CLASSES,
@@ -67,12 +68,13 @@ class Session:
     directory: Path
 
     def load(self) -> str:
-        """Return the commands that load the standard library and this one."""
+        """Return the commands that load the standard library, this one and its test package."""
         if (Path(self.msl) / "Modelica" / "package.mo").is_file():
             first = f'loadFile("{(Path(self.msl) / "Modelica" / "package.mo").as_posix()}");'
         else:
             first = f'loadModel(Modelica, {{"{self.msl}"}});'
-        return f'{first}\nloadFile("{(LIBRARY / "package.mo").as_posix()}");\n'
+        files = (LIBRARY / "package.mo", PACKAGE)
+        return "\n".join([first, *(f'loadFile("{file.as_posix()}");' for file in files), ""])
 
     def run(self, commands: dict[str, str], options: str = "") -> dict[str, str]:
         """Run commands in one omc; return what each printed, by name."""
@@ -192,6 +194,15 @@ def simulate_examples(session: Session) -> Iterator[str]:
         yield from differences(name, result["time"], result.__getitem__)
 
 
+def compare_examples(session: Session) -> Iterator[str]:
+    """Simulate the examples that compare themselves."""
+    session.directory.mkdir(parents=True, exist_ok=True)
+    for name in EXAMPLES:
+        said, path = session.simulate("", f"{PACKAGE.parent.name}.{name.rsplit('.', 1)[-1]}")
+        if path is None or LOUD.search(said):
+            yield f"{name}, in the test package: {said.strip()}"
+
+
 def reference_source(block: str, parameters: ParameterSet, inputs: dict[str, np.ndarray]) -> str:
     """Return a model that hands a block the inputs of the FMU's reference run."""
     ticks, sample_time = len(inputs["force"]), parameters["sampleTime"]
@@ -274,8 +285,9 @@ def input_messages(session: Session, block: str) -> Iterator[str]:
         yield f"{block}, no number: {said.strip()[-600:]}"
     source = model(f"{block} stage;", "stage.voltage = 140*sin(300*time);")
     said, path = session.simulate(source, "M", ", stopTime=0.05")
-    if path is None or said.count("left voltageMin") != 1:
-        yield f"{block}, voltage left its range: said {said.count('left voltageMin')} times"
+    times = len(re.findall(r"M\.stage(?: \(IT2Plant\))?: the voltage left voltageMin", said))
+    if path is None or times != 1:
+        yield f"{block}, voltage left its range: said {times} times, with the block's name"
 
 
 def defaults(session: Session) -> Iterator[str]:
@@ -322,15 +334,71 @@ def modifications(session: Session) -> Iterator[str]:
         at = at_ticks(read_result(path), 20, 1e-4)
         if not (at("slow.displacement")[1:] < at("quick.displacement")[1:]).all():
             yield f"{block}: parameters(lagTimeConstant=1e-3) does not act"
+        yield from vectors_without_counts(session, block)
+
+
+def vectors_without_counts(session: Session, block: str) -> Iterator[str]:
+    """Give vectors of other lengths in three ways: by name, in place, by a constructor."""
+    vectors = "playThreshold={2,8}, playWeight={0.04,0.06}, creepGain={0.03}, creepTimeConstant={0.005}"
+    table = "IT2Hysteresis.Parameters.Table1"
+    source = model(
+        f"parameter {table} stage({vectors}); {block} named(parameters=stage); {block} bare; "
+        f"{block} placed(parameters({vectors})); {block} made(parameters={table}({vectors}));",
+        " ".join(f"{n}.voltage = 50*sin(300*time)^2;" for n in ("named", "bare", "placed", "made")),
+    )
+    said, path = session.simulate(source, "M", tick_settings(60, 1e-4))
+    if path is None:
+        yield f"{block}, vectors without counts: {said.strip()[-600:]}"
+        return
+    found = {
+        n: at_ticks(read_result(path), 60, 1e-4)(f"{n}.displacement")
+        for n in ("named", "bare", "placed", "made")
+    }
+    apart = [n for n in ("placed", "made") if not np.allclose(found[n], found["named"], 1e-12, 1e-18)]
+    if apart or np.allclose(found["bare"], found["named"], rtol=1e-3):
+        yield f"{block}, vectors without counts: {apart or 'named'} does not act"
+
+
+#: Ticks of a timed run, runs of which the quickest counts, seconds of a pure tick beyond its event.
+TICKS, ROUNDS, LONGEST_TICK = 200_000, 3, 3e-6
+
+
+def speed(session: Session) -> Iterator[str]:
+    """Time the pure blocks beside a sample event with nothing in it, in turns."""
+    session.directory.mkdir(parents=True, exist_ok=True)
+    wave, event = (
+        "50 + 45*sin(126*time)",
+        "when sample(0, 1e-4) then y = 50 + 45*sin(126*time); end when;",
+    )
+    sources = {
+        "event": model("discrete Real y(start=0, fixed=true);", event),
+        PLANT: model(f"{PLANT} block1;", f"block1.voltage = {wave};"),
+        INVERSE: model(f"{INVERSE} block1;", f"block1.reference = 1.4e-7*({wave});"),
+    }
+    settings = f', stopTime={TICKS * 1e-4!r}, numberOfIntervals=4, simflags="-noEventEmit"'
+    took = dict.fromkeys(sources, math.inf)
+    for name, source in list(sources.items()) * ROUNDS:
+        said, _ = session.simulate(source, "M", settings)
+        seconds = re.search(r"timeSimulation = ([\d.e+-]+)", said)
+        if not seconds:
+            yield f"{name}, timed: {said.strip()[-600:]}"
+            return
+        took[name] = min(took[name], float(seconds[1]))
+    for block in (PLANT, INVERSE):
+        tick = (took[block] - took["event"]) / TICKS
+        if tick > LONGEST_TICK:
+            yield f"{block}: a tick takes {tick * 1e6:.2f} us beyond its event"
 
 
 PARTS_OF_ACCEPTANCE = {
     "classes": check_classes,
     "examples": simulate_examples,
+    "test package": compare_examples,
     "equality": equal_fmu,
     "messages": messages,
     "defaults": defaults,
     "modifications": modifications,
+    "speed": speed,
 }
 
 

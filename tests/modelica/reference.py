@@ -2,9 +2,9 @@
 
     PYTHONPATH=tests python tests/modelica/reference.py [EXAMPLE...]
 
-Run it when an example changes, and look at the figures, too. The signals are those of
-comparisonSignals.txt, at 201 times; where an example has an FMU, rumoca has the same in pure Modelica,
-which equals it.
+Run it when an example changes, then `compared.py`, and look at the figures, too. The signals are those
+of comparisonSignals.txt, at 201 times; where an example has an FMU, rumoca has the same in pure
+Modelica, which equals it.
 """
 
 import csv
@@ -19,7 +19,8 @@ POINTS = 201
 
 def write(name: str) -> None:
     """Simulate an example and store what it is compared by."""
-    result = simulate(name.rsplit(".", 1)[-1])
+    package, short = name.rsplit(".", 1)
+    result = simulate(short, package)
     time, signals = np.asarray(result.time), comparison_signals(name)
     times = np.linspace(0.0, experiment(name)[0], POINTS)
     columns = [np.interp(times, time, np.asarray(result[s])) for s in signals]

@@ -67,6 +67,18 @@ BAD: dict[str, tuple[dict, str]] = {
         "1 plus the weights up to playWeight[2] is -0.1; it must be positive: the play operators would "
         "not be monotone and could not be inverted",
     ),
+    "a weight too few": (
+        TWO_PLAYS | {"playCount": 3, "play[3].threshold": 30.0},
+        "playWeight has 2 elements and playThreshold has 3; they must have the same number",
+    ),
+    "a time constant too many": (
+        CREEP | {"creep[2].timeConstant": 5.0},
+        "creepTimeConstant has 2 elements and creepGain has 1; they must have the same number",
+    ),
+    "a constant of a rule too many": (
+        {"rule[4].q3": 1e-6},
+        "ruleQ3 has 4 elements and ruleSigmaLower has 3; they must have the same number",
+    ),
     "no time constant": (
         CREEP | {"creep[1].timeConstant": 0.0},
         "creepTimeConstant[1] is 0 s; it must be positive",

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from compared import HEAD, PACKAGE, model_of, package
 from effects import with_effects
 from library import EXAMPLES as EXAMPLED
 from library import PREAMBLE, comparison_signals, differences, experiment, model, stored_result
@@ -42,10 +43,10 @@ def circuit(drive: str, mechanics: str, changes: str = "zeta=0.05", more: str = 
 
 
 @cache
-def simulate(example: str) -> "rumoca.Result":
-    """Simulate an example of the library with its own experiment."""
+def simulate(example: str, package: str = "IT2HysteresisTest") -> "rumoca.Result":
+    """Simulate an example with its own experiment; in the test package, it compares itself."""
     stop, interval = experiment(f"{EXAMPLES}.{example}")
-    compiled_model = compile_model(f"model M {PREAMBLE} extends {EXAMPLES}.{example}; end M;")
+    compiled_model = compile_model(f"model M {PREAMBLE} extends {package}.{example}; end M;")
     assert compiled_model.structure().is_balanced
     return compiled_model.simulate(
         t=(0.0, stop), dt=interval, config=rumoca.SimConfig(solver="rk-like")
@@ -229,6 +230,18 @@ def test_an_example_gives_its_stored_result_and_stays_in_range(name):
     assert not differences(name, np.asarray(result.time), lambda n: np.asarray(result[n]))
     ranges = [n for n in result.names if n.endswith((".left", ".short"))]
     assert not any(np.asarray(result[n]).any() for n in ranges)
+
+
+def test_the_test_package_is_that_of_the_stored_results():
+    assert PACKAGE.read_text(encoding="utf-8") == package(), "run compared.py"
+
+
+def test_an_example_that_is_away_from_its_stored_result_stops():
+    away = model_of(f"{EXAMPLES}.HysteresisLoop").replace("tolerance=", "tolerance=1e-9*")
+    within = f"package P {PREAMBLE} {HEAD.split(';', 1)[1]} {away} end P;"
+    source = f"{within} model M extends P.HysteresisLoop; end M;"
+    with pytest.raises(rumoca.SimulationError, match=r"M\.compared\d: the signal is away"):
+        run(source, 600)
 
 
 def current_of_the_stage(ticks: int, points: int) -> np.ndarray:

@@ -98,6 +98,15 @@ def test_no_vendor_extension_and_no_absolute_path(name):
     assert not re.search(r'"(/\w|[A-Za-z]:[\\/]|file:)', text)
 
 
+@each_class
+def test_what_a_class_says_begins_with_the_name_of_the_block(name):
+    """Three blocks of a kind in one model would say the same. A function is told the name."""
+    text = CLASSES[name].read_text(encoding="utf-8")
+    said = re.findall(r"\bassert\((.*?)\);\n", text, re.DOTALL)
+    own = r"\bname\s*\+" if kind(name) == "function" else r"getInstanceName\(\)\s*\+"
+    assert all(re.match(rf"[^\"]*?,\s*{own}", call) for call in said)
+
+
 @each_example
 def test_an_example_says_how_to_run_and_plot_it(name):
     text = CLASSES[name].read_text(encoding="utf-8")
@@ -133,7 +142,7 @@ def test_figures_are_a_part_of_the_documentation(name):
 
 
 DECLARATION = re.compile(
-    r"^  parameter (?P<type>Real|Integer|Modelica\.Units\.\S+) \w+(?:\[\w+\])?\s*"
+    r"^  parameter (?P<type>Real|Integer|Modelica\.Units\.\S+) \w+(?:\[[\w:]+\])?\s*"
     r"(?P<attributes>\(.*?\))?=",
     re.MULTILINE | re.DOTALL,
 )

@@ -45,11 +45,11 @@ WARNING = (
     "LOG_ASSERT        | warning | [/lib/Blocks/Plant.mo:9:3-9:70:writable]\n"
     "|                 | |       | The following assertion has been violated at time 0.000000\n"
     "|                 | |       | pre(plant.left) or not plant.left\n"
-    "LOG_ASSERT        | warning | The voltage left voltageMin .. voltageMax\n"
+    "LOG_ASSERT        | warning | M.plant: the voltage left voltageMin..voltageMax\n"
 )
 RECORD = (
     'record SimulationResult\n    resultFile = "{}",\n    simulationOptions = "startTime = 0.0",\n'
-    '    messages = "{}",\n    timeTotal = 3.1\nend SimulationResult;'
+    '    messages = "{}",\n    timeSimulation = @seconds,\n    timeTotal = 3.1\nend SimulationResult;'
 )
 
 def write(path, time, signals):
@@ -77,6 +77,10 @@ def write(path, time, signals):
             file.write(header.tobytes() + name.encode() + b"\0" + matrix.tobytes("F"))
 
 def simulate(name, prefix):
+    if FAULT == "slow":
+        source = open("M.mo", encoding="utf-8").read()
+        slow = 0.02 + 0.7 * ("PureModelica.Plant" in source) + 0.5 * ("PureModelica.Inverse" in source)
+        return RECORD.replace("@seconds", str(slow)).format("", "")
     if FAULT == "stops":
         return RECORD.format("", f"Simulation execution failed for model: {name}\n" + WARNING)
     time, signals = stored_result(name)
@@ -162,6 +166,13 @@ def test_a_result_has_its_constants_and_its_negated_signals(tmp_path, monkeypatc
     assert np.array_equal(result["time"], time)
     for label, values in signals.items():
         assert np.array_equal(result[label], values)
+
+
+def test_a_slow_tick_is_a_finding(tmp_path, monkeypatch):
+    """0.7 s in 200,000 ticks is too slow, 0.5 s is not."""
+    omc_of_paper(tmp_path, monkeypatch, fault="slow")
+    (found,) = findings("speed", Session("4.0.0", tmp_path / "work"))
+    assert found == f"{omc_acceptance.PLANT}: a tick takes 3.50 us beyond its event"
 
 
 def test_what_omc_does_not_answer_is_a_finding(tmp_path, monkeypatch):

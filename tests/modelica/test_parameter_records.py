@@ -1,11 +1,12 @@
 """The generated records: one table, nothing typed twice."""
 
 import re
+from pathlib import Path
 
 import pytest
 from conftest import make_set
 from effects import with_effects
-from library import LIBRARY
+from library import CLASSES, LIBRARY
 
 from it2hys.errors import InputError
 from it2hys.export.modelica import (
@@ -21,6 +22,9 @@ from it2hys.export.modelica import (
 from it2hys.model.chain import EFFECTS
 from it2hys.model.parameters import table_1
 from it2hys.model.variables import load_table
+
+#: Groups by the parameter that counts their elements.
+COUNTS = {entry["variable"]: group for group, entry in load_table().counts.items()}
 
 
 def test_the_committed_files_are_the_generated_ones():
@@ -44,7 +48,7 @@ def test_the_library_is_written_where_there_is_none_yet(tmp_path):
 
 
 def test_every_parameter_is_declared_with_unit_and_bounds():
-    declarations = re.findall(r"^  parameter .*?;$", format_base(), re.MULTILINE | re.DOTALL)
+    declarations = re.findall(r"^  (?:final )?parameter .*?;$", format_base(), re.MULTILINE | re.DOTALL)
     rows = {re.sub(r"\[\d+\]", "", n): v for n, v in load_table().parameters().items()}
     assert len(declarations) == len(rows)
     for declaration, variable in zip(declarations, rows.values(), strict=True):
@@ -62,13 +66,32 @@ def test_a_record_reads_back_to_the_same_bits(parameters):
     text = format_record(parameters, "Stage")
     columns: dict[str, list] = {}
     for name, value in parameters.items():
-        if "[" in name:
+        if name in COUNTS:
+            assert field(name) not in text, "it follows from the vectors"
+        elif "[" in name:
             columns.setdefault(field(name), []).append(value)
         else:
             assert float(re.search(rf"\b{field(name)}=([^,)]+)", text)[1]) == value
     for name, values in columns.items():
         numbers = re.search(rf"\b{name}={{([^}}]+)}}", text)[1].split(", ")
         assert [float(n) for n in numbers] == values
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_a_count_is_the_length_of_its_vectors_and_nothing_that_is_given(count):
+    declared = rf"^  final parameter Integer {count}\([^)]*\)=size\((\w+), 1\)$"
+    (first,) = re.findall(declared, format_base(), re.MULTILINE)
+    group = COUNTS[count]
+    vectors = re.findall(rf"^  parameter [\w.]+ ({group}[A-Z]\w*)\[:\]\(", format_base(), re.MULTILINE)
+    assert first == vectors[0] and len(vectors) > 1
+    # what reads a record reads the vectors: for a set given as parameters=Mine(...), OpenModelica took
+    # final elements from the type's own defaults (its issue 16142)
+    assert not [n for n, f in CLASSES.items() if re.search(rf"\w\.{count}\b", without_chain(f))]
+
+
+def without_chain(file: Path) -> str:
+    """Return a class without what it reads from `Internal.Constants`, which has counts of its own."""
+    return re.sub(r"\bchain\.\w+", "", file.read_text(encoding="utf-8"))
 
 
 def test_a_record_of_its_own_says_what_it_uses():

@@ -10,7 +10,7 @@ from conftest import make_set
 from effects import with_effects
 from library import CLASSES, FMU_PLANT, INVERSE, PLANT, model
 from refused import BAD, parameters_of
-from test_simulation import rumoca, run
+from test_simulation import CHECK, rumoca, run
 
 from it2hys.export.modelica import field, format_record
 from it2hys.model import compiled
@@ -27,8 +27,20 @@ def plain(message: str) -> str:
     return EXPONENT.sub(r"e\1\2", message).replace("e+", "e").replace("1000000", "1e6")
 
 
-@pytest.mark.parametrize("block", [PLANT, INVERSE])
-@pytest.mark.parametrize("name", BAD)
+def test_plant_and_inverse_are_checked_alike():
+    """So that what the plant refuses, the inverse does."""
+    checks = [CHECK.findall(CLASSES[block].read_text(encoding="utf-8")) for block in (PLANT, INVERSE)]
+    assert checks[0] == checks[1]
+    assert "Functions.check(" in "".join(checks[0])
+
+
+@pytest.mark.parametrize(
+    ("block", "name"),
+    [
+        *((PLANT, name) for name in BAD),
+        *((INVERSE, name) for name in ("a weight too few", "far start")),
+    ],
+)
 def test_a_set_that_is_refused_stops_the_initialization_with_the_fmus_message(block, name):
     changes, message = BAD[name]
     if any(math.isnan(value) for value in changes.values()):
@@ -144,6 +156,42 @@ def test_an_element_that_is_modified_in_place_acts(block):
     assert re.search(r'parameter Stage parameters "', declared), (
         "a binding wins over such a modification"
     )
+
+
+@pytest.mark.parametrize("block", [PLANT, INVERSE])
+def test_vectors_that_are_given_in_place_or_by_a_constructor_need_no_count(block):
+    """And none that is given counts: three ways to hand over two play operators and a creep term."""
+    kind = block.rsplit(".", 1)[-1].lower()
+    signal, y = ("voltage", "displacement") if kind == "plant" else ("reference", "voltage")
+    vectors = "playThreshold={2,8}, playWeight={0.04,0.06}, creepGain={0.03}, creepTimeConstant={0.005}"
+    table = "IT2Hysteresis.Parameters.Table1"
+    source = model(
+        f"parameter {table} stage({vectors}); {block} named(parameters=stage); "
+        f"{block} placed(parameters({vectors})); {block} made(parameters={table}({vectors})); "
+        "Integer counts[3] = {stage.ruleCount, stage.playCount, stage.creepCount};",
+        f"named.{signal} = {'50*sin(300*time)^2' if kind == 'plant' else '6e-6*sin(300*time)^2'}; "
+        f"placed.{signal} = named.{signal}; made.{signal} = named.{signal};",
+    )
+    at = run(source, 60)
+    assert [at(f"counts[{i}]")[0] for i in (1, 2, 3)] == [3, 2, 1]
+    elements = {"play[1]": (2.0, 0.04), "play[2]": (8.0, 0.06)}
+    values = {f"{n}.threshold": t for n, (t, _) in elements.items()}
+    values |= {f"{n}.weight": w for n, (_, w) in elements.items()}
+    parameters = table_1().replace(
+        playCount=2, creepCount=1, **values, **{"creep[1].gain": 0.03, "creep[1].timeConstant": 0.005}
+    )
+    chain = compiled.chain_free_run if kind == "plant" else compiled.chain_inverse_run
+    expected = chain(parameters, at(f"named.{signal}"))[0]
+    for name in ("named", "placed", "made"):
+        assert at(f"{name}.{y}") == pytest.approx(expected, rel=1e-12, abs=1e-18), name
+
+
+def test_a_set_without_rules_is_refused():
+    source = model(
+        f"{PLANT} plant(redeclare record Stage = IT2Hysteresis.Parameters.Base);", "plant.voltage = 0;"
+    )
+    with pytest.raises(rumoca.SimulationError, match=r"M\.plant: ruleCount is 0; it must be 1 to 16"):
+        run(source, 2, checked=True)
 
 
 def test_a_lag_that_is_modified_in_place_slows_the_plant():

@@ -1,7 +1,8 @@
 """Every file of the library in pymoca's parser: another grammar of Modelica than rumoca's."""
 
 import pytest
-from library import CLASSES
+from compared import PACKAGE
+from library import CLASSES, EXAMPLES
 
 parser = pytest.importorskip(
     "pymoca.parser", reason="pymoca, a second Modelica parser, is not installed"
@@ -14,6 +15,11 @@ def test_a_class_is_modelica_to_another_parser_too(name):
     for part in name.split("."):
         found = found.classes[part]
     assert found.name == name.rsplit(".", 1)[-1]
+
+
+def test_the_test_package_is_modelica_to_another_parser_too():
+    found = parser.parse(PACKAGE.read_text(encoding="utf-8")).classes["IT2HysteresisTest"]
+    assert {name.rsplit(".", 1)[-1] for name in EXAMPLES} <= set(found.classes)
 
 
 def test_the_parser_refuses_what_is_no_modelica():

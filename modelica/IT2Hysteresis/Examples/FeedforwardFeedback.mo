@@ -5,10 +5,8 @@ model FeedforwardFeedback "Feedforward by the inverse, and a PI controller for w
     "What the inverse knows: the fuzzy system";
   parameter IT2Hysteresis.Parameters.Table1 stage(
     initialDisplacement=2.7e-6,
-    playCount=2,
     playThreshold={2,8},
     playWeight={0.04,0.06},
-    creepCount=1,
     creepGain={0.03},
     creepTimeConstant={0.05}) "What the stage is: memory and creep besides";
   Modelica.Blocks.Sources.Sine reference(

@@ -5,7 +5,6 @@ model SlowCreep "Creep over minutes, and a feedforward that knows it"
   parameter IT2Hysteresis.Parameters.Table1 stage(
     sampleTime=0.1,
     initialDisplacement=3e-6,
-    creepCount=2,
     creepGain={0.03,0.05},
     creepTimeConstant={4,60}) "What the stage is: it creeps by 3 % within seconds and by 5 % within minutes";
   Modelica.Blocks.Sources.Trapezoid reference(

@@ -13,7 +13,7 @@ function inverse "One step of the inverse, (30)"
 protected
   Real w[size(s1, 1)]=IT2Hysteresis.Functions.memberships(s1, s2, c, yPrevious) "f_l + F_l";
 algorithm
-  x := (y*sum(w) - (q1*yPrevious + q3)*w)/(if abs(q2*w) > 0 then q2*w else 1);
+  x := (y*sum(w) - q1*w*yPrevious - q3*w)/(if abs(q2*w) > 0 then q2*w else 1);
   annotation (Documentation(info="<html>
 <h4>Syntax</h4>
 <pre>

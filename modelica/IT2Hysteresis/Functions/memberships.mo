@@ -7,24 +7,17 @@ function memberships "Memberships f_l + F_l, (8), (9), (11), (12)"
   input Modelica.Units.SI.Length yPrevious "Displacement at the tick before, y_{k-1}";
   output Real w[size(s1, 1)](each final unit="1") "f_l + F_l, up to a common factor";
 protected
-  constant Real underflow=1e-280
-    "Below this sum some memberships have underflowed while others still count";
   constant Modelica.Units.SI.Length farthest=1e140 "Its square is finite";
   Modelica.Units.SI.Length d "Distance to a centre";
-  Real e1[size(s1, 1)] "Exponents of f_l";
-  Real e2[size(s1, 1)] "Exponents of F_l";
-  Real D=0 "Sum of all memberships";
-  Real scale "Logarithm of the common factor";
+  Real scale=-Modelica.Constants.inf "Largest exponent: a common factor of all memberships changes nothing";
 algorithm
   for l in 1:size(s1, 1) loop
     d := min(max(yPrevious - c[l], -farthest), farthest);
-    e1[l] := -d^2/(2*s1[l]^2);
-    e2[l] := -d^2/(2*s2[l]^2);
-    D := D + exp(e1[l]) + exp(e2[l]);
+    scale := max(scale, -d^2/(2*max(s1[l], s2[l])^2));
   end for;
-  scale := if D < underflow then max(max(e1), max(e2)) else 0;
   for l in 1:size(s1, 1) loop
-    w[l] := exp(e1[l] - scale) + exp(e2[l] - scale);
+    d := min(max(yPrevious - c[l], -farthest), farthest);
+    w[l] := exp(-d^2/(2*s1[l]^2) - scale) + exp(-d^2/(2*s2[l]^2) - scale);
   end for;
   annotation (Documentation(info="<html>
 <h4>Syntax</h4>
@@ -38,7 +31,7 @@ f<sub>l</sub> = exp(-(y<sub>k-1</sub> - c<sub>l</sub>)<sup>2</sup> / (2 s<sub>l1
 F<sub>l</sub> = exp(-(y<sub>k-1</sub> - c<sub>l</sub>)<sup>2</sup> / (2 s<sub>l2</sub><sup>2</sup>)) &#160; (9), (12)
 </p>
 <p>
-Far from every centre all memberships underflow, and (10) would be 0/0. There all of them are scaled by the largest. That
+Far from every centre all memberships would underflow, and (10) would be 0/0. So all of them are scaled by the largest. That
 leaves (10) as it is and finite; its limit is the nearest rule, the one whose distance in units of its upper deviation is
 smallest.
 </p>

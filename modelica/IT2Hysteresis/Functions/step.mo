@@ -13,7 +13,8 @@ function step "One step of the model, (7), (10)"
 protected
   Real w[size(s1, 1)]=IT2Hysteresis.Functions.memberships(s1, s2, c, yPrevious) "f_l + F_l";
 algorithm
-  y := (q1*yPrevious + q2*x + q3)*w/sum(w);
+  // by scalar products: tools allocate a sum of vectors at every tick
+  y := (q1*w*yPrevious + q2*w*x + q3*w)/sum(w);
   annotation (
     inverse(x=IT2Hysteresis.Functions.inverse(s1, s2, c, q1, q2, q3, yPrevious, y)),
     Documentation(info="<html>

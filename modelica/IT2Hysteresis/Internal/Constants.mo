@@ -1,26 +1,48 @@
 within IT2Hysteresis.Internal;
 block Constants "What follows from a parameter set: constants of the stages, and the chain at rest"
-  parameter IT2Hysteresis.Parameters.Base parameters=IT2Hysteresis.Parameters.Table1()
-    "Parameter set";
+  parameter IT2Hysteresis.Parameters.Table1 parameters "Parameter set";
   parameter Boolean restsAtVoltage=false "= true, if the chain rests at restVoltage, otherwise at restDisplacement"
     annotation (Evaluate=true);
   parameter Modelica.Units.SI.Voltage restVoltage(min=-2000, max=2000)=0 "Voltage at rest";
   parameter Modelica.Units.SI.Length restDisplacement(min=-0.1, max=0.1, displayUnit="um")=
     parameters.initialDisplacement "Displacement at rest";
-  final parameter Boolean defined=parameters.sampleTime > 0 and min(parameters.ruleSigmaLower) > 0
-    and min(parameters.ruleSigmaUpper) > 0 and min(cat(1, parameters.creepTimeConstant, {1})) > 0
-    and abs(parameters.resonanceDamping) <= 1 and parameters.resonanceSamplingZero <= 0 and (not bends or curveMin < curveMax)
+  final parameter Integer ruleCount=size(parameters.ruleSigmaLower, 1) "Number of rules"
+    annotation (Evaluate=true);
+  final parameter Integer playCount=size(parameters.playThreshold, 1) "Number of play operators"
+    annotation (Evaluate=true);
+  final parameter Integer creepCount=size(parameters.creepGain, 1) "Number of creep terms"
+    annotation (Evaluate=true);
+  final parameter Integer rules=max(1, ruleCount) "Length of the vectors of the rules: none is empty"
+    annotation (Evaluate=true);
+  final parameter Modelica.Units.SI.Length ruleSigmaLower[rules]=
+    IT2Hysteresis.Internal.resized(cat(1, parameters.ruleSigmaLower, {1}), rules) "Deviations of the lower memberships";
+  final parameter Modelica.Units.SI.Length ruleSigmaUpper[rules]=
+    IT2Hysteresis.Internal.resized(cat(1, parameters.ruleSigmaUpper, {1}), rules) "Deviations of the upper memberships";
+  final parameter Modelica.Units.SI.Length ruleCentre[rules]=
+    IT2Hysteresis.Internal.resized(cat(1, parameters.ruleCentre, {0}), rules) "Centres";
+  final parameter Real ruleQ1[rules]=
+    IT2Hysteresis.Internal.resized(cat(1, parameters.ruleQ1, {0}), rules) "Coefficients q_l1";
+  final parameter Real ruleQ2[rules]=
+    IT2Hysteresis.Internal.resized(cat(1, parameters.ruleQ2, {0}), rules) "Coefficients q_l2";
+  final parameter Modelica.Units.SI.Length ruleQ3[rules]=
+    IT2Hysteresis.Internal.resized(cat(1, parameters.ruleQ3, {0}), rules) "Constants q_l3";
+  final parameter Boolean defined=parameters.sampleTime > 0
+    and min(cat(1, parameters.ruleSigmaLower, {1})) > 0 and min(cat(1, parameters.ruleSigmaUpper, {1})) > 0
+    and min(cat(1, parameters.creepTimeConstant, {1})) > 0 and abs(parameters.resonanceDamping) <= 1 and parameters.resonanceSamplingZero <= 0 and (not bends or curveMin < curveMax)
     "= true, if the constants can be computed; otherwise they are 0, and the block says what is wrong";
-  final parameter Modelica.Units.SI.Voltage playThreshold[parameters.playCount + 1]=
+  final parameter Modelica.Units.SI.Voltage playThreshold[playCount + 1]=
     cat(1, parameters.playThreshold, {0}) "Thresholds r_j; the last is of an operator without weight";
-  final parameter Real playWeight[parameters.playCount + 1]=cat(1, parameters.playWeight, {0})
+  final parameter Real playWeight[playCount + 1]=
+    IT2Hysteresis.Internal.resized(cat(1, parameters.playWeight, {0}), playCount + 1)
     "Weights w_j; with a neutral element no vector is empty";
-  final parameter Real creepGain[parameters.creepCount + 1]=cat(1, parameters.creepGain, {0})
+  final parameter Real creepGain[creepCount + 1]=cat(1, parameters.creepGain, {0})
     "Gains c_i; the last term is without gain";
-  final parameter Real creepRate[parameters.creepCount + 1]=
-    if defined then IT2Hysteresis.Functions.Effects.gains(
-      parameters.sampleTime,
-      cat(1, parameters.creepTimeConstant, {1})) else zeros(parameters.creepCount + 1)
+  final parameter Modelica.Units.SI.Time creepTimeConstant[creepCount + 1]=
+    IT2Hysteresis.Internal.resized(cat(1, parameters.creepTimeConstant, {1}), creepCount + 1)
+    "Time constants of the terms";
+  final parameter Real creepRate[creepCount + 1]=
+    if defined then IT2Hysteresis.Functions.Effects.gains(parameters.sampleTime, creepTimeConstant)
+    else zeros(creepCount + 1)
     "Part of the way that a creep term goes in one tick, g_i";
   final parameter Modelica.Units.SI.Length curve[5]={parameters.nonlinearityQuadratic,parameters.nonlinearityCubic,
     parameters.nonlinearityQuartic,parameters.nonlinearityQuintic,parameters.nonlinearitySextic} "Coefficients of the static curve";
@@ -31,22 +53,22 @@ block Constants "What follows from a parameter set: constants of the stages, and
     "Upper end of the curve";
   final parameter Real lowerEnd[4]=
     if defined then IT2Hysteresis.Functions.linearisation(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ1,
-      parameters.ruleQ2,
-      parameters.ruleQ3,
+      ruleSigmaLower,
+      ruleSigmaUpper,
+      ruleCentre,
+      ruleQ1,
+      ruleQ2,
+      ruleQ3,
       parameters.displacementMin) else zeros(4)
     "Lower end of the fuzzy system's range";
   final parameter Real upperEnd[4]=
     if defined then IT2Hysteresis.Functions.linearisation(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ1,
-      parameters.ruleQ2,
-      parameters.ruleQ3,
+      ruleSigmaLower,
+      ruleSigmaUpper,
+      ruleCentre,
+      ruleQ1,
+      ruleQ2,
+      ruleQ3,
       parameters.displacementMax) else zeros(4)
     "Upper end of the fuzzy system's range";
   constant Real rounding=1e-9 "Share of a range by which a value beyond its end is within: an inverse may aim at the end";
@@ -61,10 +83,10 @@ block Constants "What follows from a parameter set: constants of the stages, and
   final parameter Modelica.Units.SI.Length coreReach=
     (0.5 + rounding)*(parameters.displacementMax - parameters.displacementMin)
     "How far from it the displacement behind the fuzzy system may be";
-  final parameter Modelica.Units.SI.Voltage playTurned[parameters.playCount + 1]=
+  final parameter Modelica.Units.SI.Voltage playTurned[playCount + 1]=
     IT2Hysteresis.Functions.Effects.playStates(
       playThreshold,
-      fill(parameters.initialDemagnetisation, parameters.playCount + 1),
+      fill(parameters.initialDemagnetisation, playCount + 1),
       parameters.initialDemagnetisation + parameters.initialExcursion)
     "Play operators where the stage turned, before it came to rest";
   final parameter Modelica.Units.SI.Length creepShare=sum(creepGain)*parameters.initialCreep
@@ -73,12 +95,12 @@ block Constants "What follows from a parameter set: constants of the stages, and
     if not defined then 0
     elseif restsAtVoltage then parameters.displacementZero + (1 + sum(creepGain))*(
       IT2Hysteresis.Functions.coreRest(
-        parameters.ruleSigmaLower,
-        parameters.ruleSigmaUpper,
-        parameters.ruleCentre,
-        parameters.ruleQ1,
-        parameters.ruleQ2,
-        parameters.ruleQ3,
+        ruleSigmaLower,
+        ruleSigmaUpper,
+        ruleCentre,
+        ruleQ1,
+        ruleQ2,
+        ruleQ3,
         restVoltage + sum(playWeight .* IT2Hysteresis.Functions.Effects.playStates(
           playThreshold,
           playTurned,
@@ -114,17 +136,17 @@ block Constants "What follows from a parameter set: constants of the stages, and
       playWeight,
       playTurned,
       IT2Hysteresis.Functions.coreInverse(
-        parameters.ruleSigmaLower,
-        parameters.ruleSigmaUpper,
-        parameters.ruleCentre,
-        parameters.ruleQ1,
-        parameters.ruleQ2,
-        parameters.ruleQ3,
+        ruleSigmaLower,
+        ruleSigmaUpper,
+        ruleCentre,
+        ruleQ1,
+        ruleQ2,
+        ruleQ3,
         coreRest,
         coreRest,
         lowerEnd,
         upperEnd)) "Voltage at rest";
-  final parameter Modelica.Units.SI.Voltage playRest[parameters.playCount + 1]=
+  final parameter Modelica.Units.SI.Voltage playRest[playCount + 1]=
     IT2Hysteresis.Functions.Effects.playStates(
       playThreshold,
       playTurned,

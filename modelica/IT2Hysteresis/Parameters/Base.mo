@@ -35,96 +35,96 @@ record Base "Parameters of plant and inverse"
     max=0.1,
     nominal=1e-05)=1.6e-05
     "Upper end of the range of the displacement, which the rules hold for; above it the core goes on as its linearisation there, and the inverse keeps its reference to it";
-  parameter Integer ruleCount(
+  final parameter Integer ruleCount(
     final quantity="Count",
     min=1,
-    max=16)=3
+    max=16)=size(ruleSigmaLower, 1)
     "Number of rules L"
     annotation (Evaluate=true);
-  parameter Modelica.Units.SI.Length ruleSigmaLower[ruleCount](
+  parameter Modelica.Units.SI.Length ruleSigmaLower[:](
     each displayUnit="um",
     each min=1e-12,
     each max=1.0,
-    each nominal=1e-05)
+    each nominal=1e-05)=fill(0.0, 0)
     "Standard deviation s_l1 of the lower membership (8), (11)"
     annotation (Dialog(group="Rule"));
-  parameter Modelica.Units.SI.Length ruleSigmaUpper[ruleCount](
+  parameter Modelica.Units.SI.Length ruleSigmaUpper[:](
     each displayUnit="um",
     each min=1e-12,
     each max=1.0,
-    each nominal=1e-05)
+    each nominal=1e-05)=fill(0.0, 0)
     "Standard deviation s_l2 of the upper membership (9), (12)"
     annotation (Dialog(group="Rule"));
-  parameter Modelica.Units.SI.Length ruleCentre[ruleCount](
+  parameter Modelica.Units.SI.Length ruleCentre[:](
     each displayUnit="um",
     each min=-0.1,
     each max=0.1,
-    each nominal=1e-05)
+    each nominal=1e-05)=fill(0.0, 0)
     "Centre c_l of the antecedent"
     annotation (Dialog(group="Rule"));
-  parameter Real ruleQ1[ruleCount](
+  parameter Real ruleQ1[:](
     each final quantity="Ratio",
     each final unit="1",
     each min=-10.0,
     each max=10.0,
-    each nominal=1.0)
+    each nominal=1.0)=fill(0.0, 0)
     "Consequent's coefficient q_l1 of y(k-1) (7)"
     annotation (Dialog(group="Rule"));
-  parameter Real ruleQ2[ruleCount](
+  parameter Real ruleQ2[:](
     each final quantity="Sensitivity",
     each final unit="m/V",
     each displayUnit="um/V",
     each min=-0.1,
     each max=0.1,
-    each nominal=1e-08)
+    each nominal=1e-08)=fill(0.0, 0)
     "Consequent's coefficient q_l2 of x(k) (7)"
     annotation (Dialog(group="Rule"));
-  parameter Modelica.Units.SI.Length ruleQ3[ruleCount](
+  parameter Modelica.Units.SI.Length ruleQ3[:](
     each displayUnit="um",
     each min=-0.1,
     each max=0.1,
-    each nominal=1e-05)
+    each nominal=1e-05)=fill(0.0, 0)
     "Consequent's constant q_l3 (7)"
     annotation (Dialog(group="Rule"));
-  parameter Integer playCount(
+  final parameter Integer playCount(
     final quantity="Count",
     min=0,
-    max=16)=0
+    max=16)=size(playThreshold, 1)
     "Number of play operators in front of the core; 0 for none"
     annotation (Dialog(tab="Effects", group="Play"), Evaluate=true);
-  parameter Modelica.Units.SI.ElectricPotential playThreshold[playCount](
+  parameter Modelica.Units.SI.ElectricPotential playThreshold[:](
     each min=0.0,
     each max=4000.0,
-    each nominal=10.0)=fill(0.0, playCount)
+    each nominal=10.0)=fill(0.0, 0)
     "Threshold r_j of a play operator; thresholds rise from operator to operator"
     annotation (Dialog(tab="Effects", group="Play"));
-  parameter Real playWeight[playCount](
+  parameter Real playWeight[:](
     each final quantity="Ratio",
     each final unit="1",
     each min=-10.0,
     each max=10.0,
-    each nominal=1.0)=fill(0.0, playCount)
+    each nominal=1.0)=fill(0.0, 0)
     "Weight w_j of a play operator in h = x + sum w_j play_j(x)"
     annotation (Dialog(tab="Effects", group="Play"));
-  parameter Integer creepCount(
+  final parameter Integer creepCount(
     final quantity="Count",
     min=0,
-    max=16)=0
+    max=16)=size(creepGain, 1)
     "Number of creep terms; 0 for none"
     annotation (Dialog(tab="Effects", group="Creep"), Evaluate=true);
-  parameter Real creepGain[creepCount](
+  parameter Real creepGain[:](
     each final quantity="Ratio",
     each final unit="1",
     each min=-10.0,
     each max=10.0,
-    each nominal=1.0)=fill(0.0, creepCount)
+    each nominal=1.0)=fill(0.0, 0)
     "Creep in the end, per displacement above displacementZero without it"
     annotation (Dialog(tab="Effects", group="Creep"));
-  parameter Modelica.Units.SI.Time creepTimeConstant[creepCount](
+  parameter Modelica.Units.SI.Time creepTimeConstant[:](
     each displayUnit="ms",
     each min=0.0,
     each max=1000000.0,
-    each nominal=0.001)=fill(0.0, creepCount)
+    each nominal=0.001)=fill(0.0, 0)
     "Time constant of a creep term"
     annotation (Dialog(tab="Effects", group="Creep"));
   parameter Modelica.Units.SI.Time delayTime(
@@ -308,9 +308,14 @@ record Base "Parameters of plant and inverse"
 <p>
 What identifies an actuator, plant and inverse alike. Names are those of the FMUs'
 parameters, with a vector for every column of a structured one: <code>ruleCentre[l]</code>
-is the FMUs' <code>rule[l].centre</code>, <code>playCount</code> their <code>playCount</code>.
-The rules have no default. Effects are off by default, see
+is the FMUs' <code>rule[l].centre</code>, <code>delayTime</code> their <code>delay.time</code>.
+There are no rules by default, and effects are off, see
 <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">Effects</a>.
+</p>
+<p>
+How many rules, play operators and creep terms there are follows from the lengths of
+their vectors: <code>ruleCount</code> is that of <code>ruleSigmaLower</code>, <code>playCount</code> is that of <code>playThreshold</code>, <code>creepCount</code> is that of <code>creepGain</code>.
+Vectors that belong together are of one length; blocks refuse a set where they are not.
 </p>
 </html>",
       revisions="<html>

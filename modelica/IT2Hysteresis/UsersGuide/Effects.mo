@@ -14,10 +14,10 @@ them:
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.slew\">Slew limit</a></td><td><code>slewRate</code></td><td>|y<sub>k</sub> - y<sub>k-1</sub>| &#8804; slewRate T<sub>s</sub></td><td>nearest voltage</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.saturation\">Saturation</a></td><td><code>saturationMinimum, saturationMaximum</code></td><td>x within the limits</td><td>nearest voltage</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.lag\">Lag</a></td><td><code>lagTimeConstant</code></td><td>y<sub>k</sub> = y<sub>k-1</sub> + g (x<sub>k</sub> - y<sub>k-1</sub>)</td><td>exact</td></tr>
-<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.play\">Play</a></td><td><code>playCount, playThreshold, playWeight, initialDemagnetisation, initialExcursion</code></td><td>h<sub>k</sub> = x<sub>k</sub> + &#931; w<sub>j</sub> p<sub>j,k</sub></td><td>exact, by walking over the segments</td></tr>
+<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.play\">Play</a></td><td><code>playThreshold, playWeight, initialDemagnetisation, initialExcursion</code></td><td>h<sub>k</sub> = x<sub>k</sub> + &#931; w<sub>j</sub> p<sub>j,k</sub></td><td>exact, by walking over the segments</td></tr>
 <tr><td colspan=\"4\">the fuzzy system, (10), and its inverse, (30)</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.load\">Load</a></td><td><code>loadCompliance</code></td><td>y<sub>k</sub> = x<sub>k</sub> - c F<sub>k</sub></td><td>exact</td></tr>
-<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.creep\">Creep</a></td><td><code>creepCount, creepGain, creepTimeConstant, initialCreep</code></td><td>y<sub>k</sub> = x<sub>k</sub> + &#931; c<sub>i</sub> s<sub>i,k</sub>, above <code>displacementZero</code></td><td>exact</td></tr>
+<tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.creep\">Creep</a></td><td><code>creepGain, creepTimeConstant, initialCreep</code></td><td>y<sub>k</sub> = x<sub>k</sub> + &#931; c<sub>i</sub> s<sub>i,k</sub>, above <code>displacementZero</code></td><td>exact</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.resonance\">Resonance</a></td><td><code>resonanceFrequency, resonanceDamping, resonanceSamplingZero</code></td><td>y<sub>k</sub> = a<sub>1</sub> y<sub>k-1</sub> + a<sub>2</sub> y<sub>k-2</sub> + (1 - a<sub>1</sub> - a<sub>2</sub>) (x<sub>k</sub> - z x<sub>k-1</sub>)/(1 - z)</td><td>exact</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.drift\">Drift</a></td><td><code>driftTemperatureCoefficient, driftRate</code></td><td>y<sub>k</sub> = x<sub>k</sub> + &#945; (T<sub>k</sub> - 293.15 K) + rate t<sub>k</sub></td><td>exact</td></tr>
 <tr><td><a href=\"modelica://IT2Hysteresis.Functions.Effects.nonlinearity\">Nonlinearity</a></td><td><code>nonlinearityQuadratic, ...Cubic, ...Quartic, ...Quintic, ...Sextic, ...Minimum, ...Maximum</code></td><td>y<sub>k</sub> = x<sub>k</sub> + (1 - z<sup>2</sup>) (a<sub>1</sub> + a<sub>2</sub> z + ... + a<sub>5</sub> z<sup>4</sup>), z above <code>displacementZero</code></td><td>to rounding, by halving</td></tr>
@@ -36,7 +36,6 @@ To switch one off, or on, modify the record:
 <pre>
 parameter IT2Hysteresis.Parameters.Table1 stage(
   lagTimeConstant=2e-4,
-  playCount=2,
   playThreshold={2,8},
   playWeight={0.05,0.04});
 </pre>

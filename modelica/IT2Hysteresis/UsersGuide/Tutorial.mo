@@ -23,8 +23,9 @@ IT2Hysteresis.Blocks.PureModelica.Plant plant(parameters=stage);
 </pre>
 <p>
 Or choose the record in the dialog, as <code>Stage</code>, and modify it in place:
-<code>plant(redeclare record Stage = MyStage, parameters(lagTimeConstant=1e-3))</code>. <code>playCount</code> and
-<code>creepCount</code> are typed beside the vectors that they count.
+<code>plant(redeclare record Stage = MyStage, parameters(lagTimeConstant=1e-3))</code>. How many rules, play operators and creep terms there
+are follows from their vectors: <code>parameters(playThreshold={2,8}, playWeight={0.05,0.04})</code> has two play operators. Vectors
+that belong together must be of one length; the block says which is not. <code>playCount</code> and its like are there to be read.
 </p>
 <h4>3. Feedforward</h4>
 <p>

@@ -86,14 +86,21 @@ def format_record(parameters: ParameterSet, name: str, within: str | None = None
 def format_base() -> str:
     """Return the record that every parameter set extends: the table's parameters, declared."""
     parameters = load_table().parameters().values()
-    example = next(v.name for v in parameters if v.effect and v.group is None)
+    example = next(v.name for v in _rows() if v.effect and v.group is None)
+    counted = ", ".join(
+        f"<code>{field(count)}</code> is that of <code>{_first(group)}</code>"
+        for count, group in _counts().items()
+    )
     info = (
         "<p>\nWhat identifies an actuator, plant and inverse alike. Names are those of the FMUs'\n"
         "parameters, with a vector for every column of a structured one: "
         "<code>ruleCentre[l]</code>\nis the FMUs' <code>rule[l].centre</code>, "
         f"<code>{field(example)}</code> their <code>{example}</code>.\n"
-        "The rules have no default. Effects are off by default, see\n"
-        '<a href="modelica://IT2Hysteresis.UsersGuide.Effects">Effects</a>.\n</p>'
+        "There are no rules by default, and effects are off, see\n"
+        '<a href="modelica://IT2Hysteresis.UsersGuide.Effects">Effects</a>.\n</p>\n'
+        "<p>\nHow many rules, play operators and creep terms there are follows from the lengths of\n"
+        f"their vectors: {counted}.\nVectors that belong together are of one length; "
+        "blocks refuse a set where they are not.\n</p>"
     )
     return _record(
         "Base",
@@ -113,19 +120,20 @@ def format_values() -> str:
     It is no function: rumoca, in which the library is tested, hands none to a function of which a field
     says how long a vector is.
     """
-    rows = _rows()
     start = load_table().parameters()[START].type
-    counts = {group: field(entry["variable"]) for group, entry in load_table().counts.items()}
-    arguments = []
-    for group, members in groupby(rows, key=lambda v: v.group):
+    arguments, sizes, wanted, numbers = [], [], [], 0
+    for group, members in groupby(_rows(), key=lambda v: v.group):
         names = [_value_of(v) for v in members]
-        arguments += names if group else ["{" + ",\n        ".join(names) + "}"]
-    scalars = sum(v.group is None for v in rows)
-    columns = {group: sum(v.group == group for v in rows) for group in counts}
-    sizes = [str(scalars), *(f"{n}*parameters.{counts[group]}" for group, n in columns.items())]
+        numbers += len(names)  # of a vector, its length
+        if group is None:
+            arguments.append("{" + ",\n        ".join(names) + "}")
+        for name in names if group else ():
+            arguments += [f"{{1.0*size({name}, 1)}}", name]
+            sizes.append(f"size({name}, 1)")
+            wanted.append(f"size({names[0]}, 1)")
     info = (
         "<p>\nWhat the constructors of the external objects take: the parameters in the order of\n"
-        f'<a href="modelica://{PACKAGE}.Base">Base</a>, vectors behind the number of their elements.\n'
+        f'<a href="modelica://{PACKAGE}.Base">Base</a>, a vector behind the number of its elements.\n'
         "The C sources read them by the table that this is generated from.\n</p>"
     )
     return _record(
@@ -133,19 +141,30 @@ def format_values() -> str:
         "All parameters of a set as one vector",
         [
             "  extends Modelica.Icons.Record;",
-            f"  parameter {PACKAGE}.Base parameters={PACKAGE}.Table1()",
-            '    "Parameter set";',
+            f'  parameter {PACKAGE}.Table1 parameters "Parameter set";',
             f"  parameter {_type(start)} {START}{_attributes(start, '')}=parameters.{START}",
             '    "Displacement before the first tick, which a block may choose";',
-            f"  final parameter Real vector[{' + '.join(sizes)}]=",
+            f"  final parameter Real vector[{_sum(numbers, sizes)}]=",
             "    cat(",
             "      1,",
             ",\n".join(f"      {argument}" for argument in arguments) + ")",
             '    "Numbers in SI units";',
+            # where a vector is too short, what says so would read beyond the end: rumoca refuses that
+            f"  final parameter Integer needed={_sum(numbers, wanted)}",
+            '    "Numbers that there are where vectors that belong together are of one length"',
+            "    annotation (Evaluate=true);",
+            f"  final parameter Real checked[needed]={INTERNAL}.resized(vector, needed)",
+            '    "Those that checkBounds reads";',
         ],
         [_documentation(info)],
         INTERNAL,
     )
+
+
+def _sum(number: int, sizes: list[str]) -> str:
+    """Return the size of a vector; equal terms are taken together."""
+    counted = [f"{sizes.count(size)}*{size}" for size in dict.fromkeys(sizes)]
+    return "\n    " + " +\n    ".join([str(number), *(c.removeprefix("1*") for c in counted)])
 
 
 def format_bounds() -> str:
@@ -154,7 +173,7 @@ def format_bounds() -> str:
     The blocks in pure Modelica call it. An effect of the user's own is C there is no Modelica of: where
     it is on, they stop and say which blocks have it.
     """
-    counts = {group: field(entry["variable"]) for group, entry in load_table().counts.items()}
+    counts = {group: name for name, group in _counts().items()}
     body, before, behind = [], 0, ""
     for group, members in groupby(_rows(), key=lambda v: v.group):
         if group is None:
@@ -164,15 +183,21 @@ def format_bounds() -> str:
                 body += _bound(variable, place, "", "  ")
                 body += _only_in_fmus(variable, place)
             continue
-        columns, count = list(members), counts[group]
-        body.append(f"  for j in 1:{count} loop")
+        columns, count = list(members), field(counts[group])
+        lengths, elements = [], [f"  for j in 1:{count} loop"]
         for k, variable in enumerate(columns):
-            place = f"{before}{behind}" + (f" + {k}*{count}" if k else "") + " + j"
-            body += _bound(variable, f"values[{place}]", "[j]", "    ")
-        body.append("  end for;")
+            before += 1  # the number of elements
+            place = f"{before}{behind}" + (f" + {k}*{count}" if k else "")
+            lengths += (
+                _length(variable, columns[0], count, f"values[{place}]")
+                if k
+                else _bound(load_table().parameters()[counts[group]], f"values[{place}]", "", "  ")
+            )
+            elements += _bound(variable, f"values[{place} + j]", "[j]", "    ")
+        body += [*lengths, *elements, "  end for;"]
         behind += f" + {len(columns)}*{count}"
     info = (
-        "<p>\nThe vector is that of "
+        "<p>\nThe vector is <code>checked</code> of "
         f'<a href="modelica://{INTERNAL}.Values">Values</a>. Bounds and words are\nthose of the '
         "FMUs.\n</p>"
     )
@@ -182,8 +207,11 @@ def format_bounds() -> str:
         [
             "  extends Modelica.Icons.Function;",
             '  input String name "Block that messages begin with";',
-            '  input Real values[:] "All parameters, the vector of Values";',
-            *(f'  input Integer {count} "Number of elements in it";' for count in counts.values()),
+            '  input Real values[:] "All parameters, of Values";',
+            *(
+                f'  input Integer {field(count)} "{load_table().parameters()[count].description}";'
+                for count in counts.values()
+            ),
             "algorithm",
             *body,
         ],
@@ -204,6 +232,16 @@ def _bound(variable: Variable, value: str, index: str, indent: str) -> list[str]
     ]
 
 
+def _length(variable: Variable, first: Variable, count: str, value: str) -> list[str]:
+    """Return the assertion that a vector is as long as the first of its group."""
+    return [
+        f"  assert(abs({value} - {count}) < 0.5,",
+        f'    name + ": {field(variable.name)} has " + String({value}, significantDigits=6)',
+        f'    + " elements and {field(first.name)} has " + String({count})',
+        '    + "; they must have the same number.");',
+    ]
+
+
 def _only_in_fmus(variable: Variable, value: str) -> list[str]:
     """Return the assertion that an effect of the user's own is off, if the parameter switches one."""
     effect = own_effects().get(variable.effect or "")
@@ -217,17 +255,27 @@ def _only_in_fmus(variable: Variable, value: str) -> list[str]:
     ]
 
 
+def _counts() -> dict[str, str]:
+    """Return the group that a parameter counts the elements of, by the parameter's name."""
+    return {entry["variable"]: group for group, entry in load_table().counts.items()}
+
+
+def _first(group: str) -> str:
+    """Return the vector of a group that says how many elements there are: the table's first."""
+    return next(field(v.name) for v in load_table().parameters().values() if v.group == group)
+
+
 def _rows() -> list[Variable]:
-    """Return the table's parameters, of a group the first element only."""
-    return [v for v in load_table().parameters().values() if v.index in (None, 1)]
+    """Return the table's parameters but for the counts, of a group the first element only."""
+    known = load_table().parameters()
+    return [v for name, v in known.items() if v.index in (None, 1) and name not in _counts()]
 
 
 def _value_of(variable: Variable) -> str:
     """Return a parameter's value as it stands in the vector of all."""
     if variable.name == START:
         return START
-    # a factor makes a Real of an Integer
-    return f"{'1.0*' * (variable.type.base == 'Integer')}parameters.{field(variable.name)}"
+    return f"parameters.{field(variable.name)}"
 
 
 def write_record(parameters: ParameterSet, directory: Path) -> Path:
@@ -275,11 +323,13 @@ def field(name: str) -> str:
 
 
 def _values(parameters: ParameterSet) -> dict[str, str]:
-    """Return the values by their name in the record, structured parameters as vectors."""
+    """Return the values by their name in the record, structured parameters as vectors, no counts."""
     known = load_table().parameters()
     scalars: dict[str, str] = {}
     vectors: dict[str, list[str]] = {}
     for name, value in parameters.items():
+        if name in _counts():
+            continue
         text = _literal(value)
         if known[name].group is None:
             scalars[field(name)] = text
@@ -290,19 +340,20 @@ def _values(parameters: ParameterSet) -> dict[str, str]:
 
 def _declaration(variable: Variable) -> str:
     """Return the declaration of a parameter, or of a vector of them for a group's first element."""
-    counts = {group: entry["variable"] for group, entry in load_table().counts.items()}
-    size, start = "", f"={_literal(variable.start)}"
+    prefix, size, start = "", "", f"={_literal(variable.start)}"
     if variable.group is not None:
-        size = f"[{counts[variable.group]}]"
-        # a vector that may be empty needs a default, so that a set without it is complete
-        start = f"=fill(0.0, {counts[variable.group]})" if variable.effect else ""
+        # its length follows from what it is bound to, which a tool must find even where there is none
+        size, start = "[:]", "=fill(0.0, 0)"
+    group = _counts().get(variable.name)
+    if group is not None:
+        prefix, start = "final ", f"=size({_first(group)}, 1)"
     attributes = _attributes(variable.type, each="each " if size else "")
     annotations = _place_in_dialog(variable)
-    if variable.name in counts.values():
+    if group is not None:
         annotations.append("Evaluate=true")
     annotation = f"\n    annotation ({', '.join(annotations)})" if annotations else ""
     return (
-        f"  parameter {_type(variable.type)} {field(variable.name)}{size}{attributes}{start}\n"
+        f"  {prefix}parameter {_type(variable.type)} {field(variable.name)}{size}{attributes}{start}\n"
         f"    {_string(variable.description)}{annotation};"
     )
 

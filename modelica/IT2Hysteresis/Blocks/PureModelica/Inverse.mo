@@ -6,20 +6,20 @@ protected
     "What is held to its bounds";
   final parameter Real leastSlope[2]=
     if chain.defined then IT2Hysteresis.Functions.leastSlope(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ2,
+      chain.ruleSigmaLower,
+      chain.ruleSigmaUpper,
+      chain.ruleCentre,
+      chain.ruleQ2,
       parameters.displacementMin,
       parameters.displacementMax) else {1,0} "Can the fuzzy system be inverted?";
   final parameter Real contraction[2]=
     if chain.defined then IT2Hysteresis.Functions.contraction(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ1,
-      parameters.ruleQ2,
-      parameters.ruleQ3,
+      chain.ruleSigmaLower,
+      chain.ruleSigmaUpper,
+      chain.ruleCentre,
+      chain.ruleQ1,
+      chain.ruleQ2,
+      chain.ruleQ3,
       parameters.displacementMin,
       parameters.displacementMax) else {0,0} "Does it contract?";
   constant Real same=1e-10 "Values of a range are the same if no more than this share of it is between them";
@@ -30,7 +30,7 @@ protected
   final parameter Boolean lags=parameters.lagTimeConstant > 0 "= true, if the amplifier has a lag";
   final parameter Boolean resonates=parameters.resonanceFrequency > 0 "= true, if there is a resonance";
   final parameter Boolean bare=not (chain.slews or chain.saturates or lags or resonates or chain.bends
-    or parameters.delayTime > 0 or parameters.playCount > 0 or parameters.loadCompliance > 0 or parameters.creepCount > 0
+    or parameters.delayTime > 0 or chain.playCount > 0 or parameters.loadCompliance > 0 or chain.creepCount > 0
     or abs(parameters.driftTemperatureCoefficient) > 0 or abs(parameters.driftRate) > 0)
     "= true, if there is the fuzzy system alone";
   discrete Modelica.Units.SI.Length desired(start=initialDisplacement, fixed=true)
@@ -54,14 +54,14 @@ protected
     "The plant is not where it was aimed at, or will not get there";
   discrete Modelica.Units.SI.Voltage nowLag(start=chain.voltageRest, fixed=true)
     "What the plant has behind the lag";
-  discrete Modelica.Units.SI.Voltage p[parameters.playCount + 1](
+  discrete Modelica.Units.SI.Voltage p[chain.playCount + 1](
     start=chain.playRest,
     each fixed=true) "Play operators of the plant";
   discrete Modelica.Units.SI.Length now(start=chain.coreRest, fixed=true)
     "What the plant has behind the fuzzy system";
   discrete Modelica.Units.SI.Length stroke(start=chain.strokeRest, fixed=true)
     "The same behind the load, above the sensor's zero";
-  discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
+  discrete Modelica.Units.SI.Length s[chain.creepCount + 1](
     each start=chain.creepRest,
     each fixed=true) "Creep states of the plant";
   discrete Modelica.Units.SI.Length nowCrept(start=chain.straightRest, fixed=true) "The same behind creep";
@@ -80,10 +80,10 @@ protected
 initial algorithm
   IT2Hysteresis.Internal.checkBounds(
     getInstanceName(),
-    all.vector,
-    parameters.ruleCount,
-    parameters.playCount,
-    parameters.creepCount);
+    all.checked,
+    chain.ruleCount,
+    chain.playCount,
+    chain.creepCount);
   IT2Hysteresis.Functions.check(
     getInstanceName(),
     parameters.sampleTime,
@@ -91,16 +91,16 @@ initial algorithm
     parameters.voltageMax,
     parameters.displacementMin,
     parameters.displacementMax,
-    parameters.ruleSigmaLower,
-    parameters.ruleSigmaUpper,
+    chain.ruleSigmaLower,
+    chain.ruleSigmaUpper,
     leastSlope,
     contraction,
-    parameters.playCount,
+    chain.playCount,
     chain.playThreshold,
     chain.playWeight,
-    parameters.creepCount,
+    chain.creepCount,
     chain.creepGain,
-    cat(1, parameters.creepTimeConstant, {1}),
+    chain.creepTimeConstant,
     parameters.delayTime,
     parameters.saturationMinimum,
     parameters.saturationMaximum,
@@ -130,31 +130,31 @@ equation
       temperatureInternal,
       time + parameters.delayTime);
     resonatedBefore = pre(resonated);
-    crept = IT2Hysteresis.Functions.Effects.resonanceInverse(
+    crept = if resonates then IT2Hysteresis.Functions.Effects.resonanceInverse(
       chain.ringing,
       pre(resonated),
       pre(resonatedBefore),
       pre(crept),
-      resonated);
+      resonated) else resonated;
     aim = IT2Hysteresis.Functions.Effects.loadInverse(
       parameters.loadCompliance,
-      parameters.displacementZero + IT2Hysteresis.Functions.Effects.creepInverse(
+      if chain.creepCount > 0 then parameters.displacementZero + IT2Hysteresis.Functions.Effects.creepInverse(
         chain.creepGain,
         chain.creepRate,
         pre(s),
-        crept - parameters.displacementZero),
+        crept - parameters.displacementZero) else crept,
       forceInternal);
     lagged = IT2Hysteresis.Functions.Effects.playInverse(
       chain.playThreshold,
       chain.playWeight,
       pre(p),
       IT2Hysteresis.Functions.coreInverse(
-        parameters.ruleSigmaLower,
-        parameters.ruleSigmaUpper,
-        parameters.ruleCentre,
-        parameters.ruleQ1,
-        parameters.ruleQ2,
-        parameters.ruleQ3,
+        chain.ruleSigmaLower,
+        chain.ruleSigmaUpper,
+        chain.ruleCentre,
+        chain.ruleQ1,
+        chain.ruleQ2,
+        chain.ruleQ3,
         if bare then pre(reached) else pre(aim),
         aim,
         chain.lowerEnd,
@@ -177,21 +177,27 @@ equation
       chain.lagRate,
       pre(reachedLag),
       IT2Hysteresis.Functions.Effects.saturation(chain.lowest, chain.highest, slewed)) else lagged;
-    p = IT2Hysteresis.Functions.Effects.playStates(chain.playThreshold, pre(p), nowLag);
+    p = if chain.playCount > 0 then IT2Hysteresis.Functions.Effects.playStates(
+      chain.playThreshold,
+      pre(p),
+      nowLag) else pre(p);
     now = if followed then IT2Hysteresis.Functions.core(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ1,
-      parameters.ruleQ2,
-      parameters.ruleQ3,
+      chain.ruleSigmaLower,
+      chain.ruleSigmaUpper,
+      chain.ruleCentre,
+      chain.ruleQ1,
+      chain.ruleQ2,
+      chain.ruleQ3,
       pre(reached),
       IT2Hysteresis.Functions.Effects.play(chain.playWeight, p, nowLag),
       chain.lowerEnd,
       chain.upperEnd) else aim;
     stroke = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, now, forceInternal)
       - parameters.displacementZero;
-    s = IT2Hysteresis.Functions.Effects.creepStates(chain.creepRate, pre(s), stroke);
+    s = if chain.creepCount > 0 then IT2Hysteresis.Functions.Effects.creepStates(
+      chain.creepRate,
+      pre(s),
+      stroke) else pre(s);
     nowCrept = if followed then parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(
       chain.creepGain,
       s,
@@ -216,8 +222,8 @@ equation
       or cut or astray;
     short = pre(short) or saturated;
     assert(pre(short) or not short,
-      "The reference left displacementMin .. displacementMax, or asks for more than voltageMin .. voltageMax or the "
-      + "amplifier's limits allow; the nearest displacement or voltage is given. This is said once.",
+      getInstanceName() + ": the reference left displacementMin..displacementMax, or asks for more than "
+      + "voltageMin..voltageMax or the amplifier's limits allow; the nearest displacement or voltage is given. This is said once.",
       AssertionLevel.warning);
   end when;
   annotation (

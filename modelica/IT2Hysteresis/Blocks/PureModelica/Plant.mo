@@ -6,20 +6,20 @@ protected
     "What is held to its bounds";
   final parameter Real leastSlope[2]=
     if chain.defined then IT2Hysteresis.Functions.leastSlope(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ2,
+      chain.ruleSigmaLower,
+      chain.ruleSigmaUpper,
+      chain.ruleCentre,
+      chain.ruleQ2,
       parameters.displacementMin,
       parameters.displacementMax) else {1,0} "Can the fuzzy system be inverted?";
   final parameter Real contraction[2]=
     if chain.defined then IT2Hysteresis.Functions.contraction(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ1,
-      parameters.ruleQ2,
-      parameters.ruleQ3,
+      chain.ruleSigmaLower,
+      chain.ruleSigmaUpper,
+      chain.ruleCentre,
+      chain.ruleQ1,
+      chain.ruleQ2,
+      chain.ruleQ3,
       parameters.displacementMin,
       parameters.displacementMax) else {0,0} "Does it contract?";
   constant Integer longestDelay=64 "In ticks";
@@ -36,12 +36,12 @@ protected
   discrete Modelica.Units.SI.Voltage slewed(start=chain.voltageRest, fixed=true) "Behind the slew limit";
   discrete Modelica.Units.SI.Voltage limited(start=chain.voltageRest, fixed=true) "Behind the saturation";
   discrete Modelica.Units.SI.Voltage lagged(start=chain.voltageRest, fixed=true) "Behind the lag";
-  discrete Modelica.Units.SI.Voltage p[parameters.playCount + 1](
+  discrete Modelica.Units.SI.Voltage p[chain.playCount + 1](
     start=chain.playRest,
     each fixed=true) "Play operators";
   discrete Modelica.Units.SI.Length core(start=chain.coreRest, fixed=true) "Behind the fuzzy system, y_k of (10)";
   discrete Modelica.Units.SI.Length loaded(start=chain.coreRest, fixed=true) "Behind the load";
-  discrete Modelica.Units.SI.Length s[parameters.creepCount + 1](
+  discrete Modelica.Units.SI.Length s[chain.creepCount + 1](
     each start=chain.creepRest,
     each fixed=true) "Creep states";
   discrete Modelica.Units.SI.Length crept(start=chain.straightRest, fixed=true) "Behind creep";
@@ -53,10 +53,10 @@ protected
 initial algorithm
   IT2Hysteresis.Internal.checkBounds(
     getInstanceName(),
-    all.vector,
-    parameters.ruleCount,
-    parameters.playCount,
-    parameters.creepCount);
+    all.checked,
+    chain.ruleCount,
+    chain.playCount,
+    chain.creepCount);
   IT2Hysteresis.Functions.check(
     getInstanceName(),
     parameters.sampleTime,
@@ -64,16 +64,16 @@ initial algorithm
     parameters.voltageMax,
     parameters.displacementMin,
     parameters.displacementMax,
-    parameters.ruleSigmaLower,
-    parameters.ruleSigmaUpper,
+    chain.ruleSigmaLower,
+    chain.ruleSigmaUpper,
     leastSlope,
     contraction,
-    parameters.playCount,
+    chain.playCount,
     chain.playThreshold,
     chain.playWeight,
-    parameters.creepCount,
+    chain.creepCount,
     chain.creepGain,
-    cat(1, parameters.creepTimeConstant, {1}),
+    chain.creepTimeConstant,
     parameters.delayTime,
     parameters.saturationMinimum,
     parameters.saturationMaximum,
@@ -97,33 +97,36 @@ equation
     slewed = IT2Hysteresis.Functions.Effects.slew(chain.slewStep, pre(slewed), delayed);
     limited = IT2Hysteresis.Functions.Effects.saturation(chain.lowest, chain.highest, slewed);
     lagged = IT2Hysteresis.Functions.Effects.lag(chain.lagRate, pre(lagged), limited);
-    p = IT2Hysteresis.Functions.Effects.playStates(chain.playThreshold, pre(p), lagged);
+    p = if chain.playCount > 0 then IT2Hysteresis.Functions.Effects.playStates(
+      chain.playThreshold,
+      pre(p),
+      lagged) else pre(p);
     core = IT2Hysteresis.Functions.core(
-      parameters.ruleSigmaLower,
-      parameters.ruleSigmaUpper,
-      parameters.ruleCentre,
-      parameters.ruleQ1,
-      parameters.ruleQ2,
-      parameters.ruleQ3,
+      chain.ruleSigmaLower,
+      chain.ruleSigmaUpper,
+      chain.ruleCentre,
+      chain.ruleQ1,
+      chain.ruleQ2,
+      chain.ruleQ3,
       pre(core),
-      IT2Hysteresis.Functions.Effects.play(chain.playWeight, p, lagged),
+      if chain.playCount > 0 then IT2Hysteresis.Functions.Effects.play(chain.playWeight, p, lagged) else lagged,
       chain.lowerEnd,
       chain.upperEnd);
     loaded = IT2Hysteresis.Functions.Effects.load(parameters.loadCompliance, core, forceInternal);
-    s = IT2Hysteresis.Functions.Effects.creepStates(
+    s = if chain.creepCount > 0 then IT2Hysteresis.Functions.Effects.creepStates(
       chain.creepRate,
       pre(s),
-      loaded - parameters.displacementZero);
-    crept = parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(
+      loaded - parameters.displacementZero) else pre(s);
+    crept = if chain.creepCount > 0 then parameters.displacementZero + IT2Hysteresis.Functions.Effects.creep(
       chain.creepGain,
       s,
-      loaded - parameters.displacementZero);
-    resonated = IT2Hysteresis.Functions.Effects.resonance(
+      loaded - parameters.displacementZero) else loaded;
+    resonated = if parameters.resonanceFrequency > 0 then IT2Hysteresis.Functions.Effects.resonance(
       chain.ringing,
       pre(resonated),
       pre(resonatedBefore),
       pre(crept),
-      crept);
+      crept) else crept;
     resonatedBefore = pre(resonated);
     straight = resonated + IT2Hysteresis.Functions.Effects.drift(
       parameters.driftTemperatureCoefficient,
@@ -144,7 +147,7 @@ equation
       or abs(core - chain.coreMiddle) > chain.coreReach;
     left = pre(left) or outOfRange;
     assert(pre(left) or not left,
-      "The voltage left voltageMin .. voltageMax, or the displacement displacementMin .. displacementMax, "
+      getInstanceName() + ": the voltage left voltageMin..voltageMax, or the displacement displacementMin..displacementMax, "
       + "the range that the parameters are valid for; beyond it the model is extrapolated. This is said once.",
       AssertionLevel.warning);
   end when;

@@ -6,7 +6,7 @@ function creep "Creep"
   input Modelica.Units.SI.Length x "Displacement without creep, x_k";
   output Modelica.Units.SI.Length y "Displacement, y_k";
 algorithm
-  y := x + sum(c .* s);
+  y := x + c*s;
   annotation (Documentation(info="<html>
 <h4>Syntax</h4>
 <pre>

@@ -7,9 +7,9 @@ function delayed "Delay: the voltage that was there some ticks ago"
   input Real fraction(unit="1", min=0, max=1) "Fraction of a tick beyond them";
   output Modelica.Units.SI.Voltage y "Delayed voltage";
 protected
-  Modelica.Units.SI.Voltage v[size(u, 1) + 1]=cat(1, {x}, u) "u_k, u_{k-1}, ...";
+  Modelica.Units.SI.Voltage next=if ticks > 0 then u[max(ticks, 1)] else x "u_{k-n}";
 algorithm
-  y := v[ticks + 1] + fraction*(v[ticks + 2] - v[ticks + 1]);
+  y := next + fraction*(u[ticks + 1] - next);
   annotation (Documentation(info="<html>
 <h4>Syntax</h4>
 <pre>

@@ -5,7 +5,10 @@ function delayedStates "Voltages that the delay remembers after a tick"
   input Modelica.Units.SI.Voltage x "Voltage at this tick, u_k";
   output Modelica.Units.SI.Voltage uNext[size(u, 1)] "u_k, u_{k-1}, ...";
 algorithm
-  uNext := cat(1, {x}, u[1:size(u, 1) - 1]);
+  uNext[1] := x;
+  for i in 2:size(u, 1) loop
+    uNext[i] := u[i - 1];
+  end for;
   annotation (Documentation(info="<html>
 <h4>Syntax</h4>
 <pre>

@@ -6,7 +6,7 @@ function play "Prandtl-Ishlinskii operator of play operators"
   input Modelica.Units.SI.Voltage x "Input at this tick, x_k";
   output Modelica.Units.SI.Voltage h "Output at this tick, h_k";
 algorithm
-  h := x + sum(w .* p);
+  h := x + w*p;
   annotation (Documentation(info="<html>
 <h4>Syntax</h4>
 <pre>

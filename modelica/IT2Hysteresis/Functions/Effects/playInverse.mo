@@ -14,7 +14,7 @@ protected
   Modelica.Units.SI.Voltage corner "Where the next operator begins to move";
   Boolean walking "The segment that holds h is not yet reached";
 algorithm
-  rest := h - sum(w .* pPrevious);
+  rest := h - w*pPrevious;
   x := rest;
   slope := 1;
   walking := true;

@@ -148,11 +148,14 @@ static void it2m_log(const struct fmu_host *host, const char *instance, enum fmu
 }
 
 /* The numbers of a parameter record, in the order of the variable table (Internal.Values): a group of elements
- * as columns, behind how many there are. */
+ * as columns, each behind how many elements it has. The counts of the table are those numbers. */
 struct it2m_values {
     const double *next;
     size_t left;
-    size_t needed; /* by the table */
+    size_t needed;                     /* by the table */
+    const struct fmu_variable *first;  /* column of the group */
+    const struct fmu_variable *uneven; /* column that is not as long as the first of its group, if any */
+    int elements[2];                   /* of those two */
 };
 
 static double it2m_next(struct it2m_values *values)
@@ -166,12 +169,30 @@ static void *it2m_place(struct it2m_object *object, const struct fmu_variable *v
     return (char *)&object->parameters + variable->offset;
 }
 
+/* How many elements the next column has; the first column of a group counts them. */
+static int it2m_length(struct it2m_object *object, const struct fmu_variable *column, bool is_first,
+                       struct it2m_values *values)
+{
+    int *const counted = (int *)((char *)&object->parameters + column->count);
+    const double number = it2m_next(values);
+    const int length = number >= 0.0 && number <= (double)values->left ? (int)number : 0;
+
+    if (is_first) {
+        *counted = length;
+        values->first = values->uneven ? values->first : column;
+    } else if (length != *counted && !values->uneven) {
+        values->uneven = column;
+        values->elements[0] = *counted;
+        values->elements[1] = length;
+    }
+    return length;
+}
+
 /* A column, from the row of its first element on; that of the next is `stride` rows further. Elements beyond
  * those that the table has are left out: their number is refused. */
 static void it2m_set_column(struct it2m_object *object, const struct fmu_variable *first, size_t stride,
-                            struct it2m_values *values)
+                            int count, struct it2m_values *values)
 {
-    const int count = *(const int *)((const char *)&object->parameters + first->count);
     size_t row = (size_t)(first - actuator_table);
 
     for (int i = 1; i <= count; i++, row += stride) {
@@ -179,6 +200,13 @@ static void it2m_set_column(struct it2m_object *object, const struct fmu_variabl
         if (row < FMU_TABLE_ROWS && actuator_table[row].index == i && actuator_table[row].count == first->count)
             *(double *)it2m_place(object, &actuator_table[row]) = value;
     }
+}
+
+/* The vector's name in a record: that of rule[1].q2 is ruleQ2. */
+static void it2m_column_name(const struct fmu_variable *column, char *name, size_t size)
+{
+    it2m_translate(column->name, name, size);
+    name[strcspn(name, "[")] = '\0';
 }
 
 /* Rows from one element of a group to the next. */
@@ -191,27 +219,43 @@ static size_t it2m_stride(const struct fmu_variable *first)
     return (size_t)(end - first);
 }
 
+/* Says what is wrong with the numbers as a whole, if anything is. */
+static bool it2m_complete(struct it2m_object *object, const struct it2m_values *values, size_t count)
+{
+    char names[2][64];
+
+    if (values->needed != count) {
+        snprintf(object->error, sizeof object->error,
+                 "the C sources have %d parameters, the Modelica library hands over %d; they "
+                 "belong to different versions", (int)values->needed, (int)count);
+        return false;
+    }
+    if (!values->uneven)
+        return true;
+    it2m_column_name(values->uneven, names[0], sizeof names[0]);
+    it2m_column_name(values->first, names[1], sizeof names[1]);
+    snprintf(object->error, sizeof object->error,
+             "%s has %d elements and %s has %d; they must have the same number.", names[0],
+             values->elements[1], names[1], values->elements[0]);
+    return false;
+}
+
 static bool it2m_set(struct it2m_object *object, const double *numbers, size_t count)
 {
-    struct it2m_values values = { numbers, count, 0 };
+    struct it2m_values values = { .next = numbers, .left = count };
     size_t stride = 0;
 
     for (const struct fmu_variable *v = actuator_table; v < actuator_table + FMU_TABLE_ROWS; v++) {
         if (v->causality != FMU_PARAMETER || v->index > 1)
             continue;
         if (v->index == 1) {
-            stride = v[-1].index == 1 && v[-1].count == v->count ? stride : it2m_stride(v);
-            it2m_set_column(object, v, stride, &values);
-        } else if (v->base == FMU_INTEGER)
-            *(int *)it2m_place(object, v) = (int)it2m_next(&values);
-        else
+            const bool is_first = v[-1].index != 1 || v[-1].count != v->count;
+            stride = is_first ? it2m_stride(v) : stride;
+            it2m_set_column(object, v, stride, it2m_length(object, v, is_first, &values), &values);
+        } else if (v->base != FMU_INTEGER)
             *(double *)it2m_place(object, v) = it2m_next(&values);
     }
-    if (values.needed != count)
-        snprintf(object->error, sizeof object->error,
-                 "the C sources have %d parameters, the Modelica library hands over %d; they "
-                 "belong to different versions", (int)values.needed, (int)count);
-    return values.needed == count;
+    return it2m_complete(object, &values, count);
 }
 
 /* From instantiated to before the first tick. */
