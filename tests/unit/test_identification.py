@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
+from scipy.optimize import lsq_linear
 
 from it2hys.errors import InputError
 from it2hys.identification import SOLVERS, Identification, Options, identify
@@ -250,6 +251,28 @@ def test_bent_steps_follow_a_curved_valley():
     found = levenberg_marquardt(residual, linearise, np.array([-1.2, 1.0]), -bound, bound)
     np.testing.assert_allclose(found.coordinates, 1.0, atol=1e-5)
     assert found.iterations < 30
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_steps_along_bounds_are_as_long_as_the_bounds_allow(seed):
+    """A linear problem with bounds: with steps that are only cut off there, it took up to 21."""
+    rng = np.random.default_rng(seed)
+    mixed = np.linalg.qr(rng.standard_normal((8, 8)))[0]
+    jacobian = rng.standard_normal((40, 8)) @ np.diag(np.geomspace(1.0, 1e-3, 8)) @ mixed
+    measured = jacobian @ rng.uniform(-3.0, 3.0, 8) + 0.01 * rng.standard_normal(40)
+    bound = np.ones(8)
+
+    def residual(p: np.ndarray) -> np.ndarray:
+        return jacobian @ p - measured
+
+    def linearise(p: np.ndarray) -> Linearisation:
+        return Linearisation(jacobian.T @ jacobian, jacobian.T @ residual(p), lambda v: jacobian.T @ v)
+
+    found = levenberg_marquardt(residual, linearise, 0.0 * bound, -bound, bound)
+    best = lsq_linear(jacobian, measured, (-bound, bound), tol=1e-14)
+    assert np.all(np.abs(found.coordinates) <= 1.0)
+    assert found.cost == pytest.approx(best.cost, rel=1e-9)
+    assert found.iterations <= 12
 
 
 def test_projected_gradient_agrees_with_finite_differences():
