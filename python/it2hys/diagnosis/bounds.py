@@ -29,7 +29,8 @@ def resting_on_bounds(fit: ChainFit, effects: Sequence[str]) -> dict[str, list[s
     criterion, point = fit.criterion, fit.minimum.coordinates
     place = criterion.places_of_common
     jacobian, residual = criterion.jacobian(point)
-    columns = jacobian[:, place]
+    free = (point - criterion.lower > _TOUCHES) & (criterion.upper - point > _TOUCHES)
+    columns = _not_made_up_for(jacobian[:, place], jacobian[:, free])
     size = np.linalg.norm(columns, axis=0) * np.sqrt(np.mean(residual**2))
     pressed = -(columns.T @ residual) / np.where(size > 0.0, size, np.inf)
     low = (point - criterion.lower)[place] < _TOUCHES
@@ -39,6 +40,13 @@ def resting_on_bounds(fit: ChainFit, effects: Sequence[str]) -> dict[str, list[s
     names = [c.name for c, at in zip(criterion.common, rests, strict=True) if at and values[c.name]]
     by_effect = {e: [n for n in names if known[n].effect == e] for e in effects}
     return {effect: names for effect, names in by_effect.items() if names}
+
+
+def _not_made_up_for(columns: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Return the part of columns of a Jacobian, (M, N), that no change of the free parameters makes."""
+    basis, sizes, _ = np.linalg.svd(free, full_matrices=False)
+    basis = basis[:, sizes > np.finfo(float).eps * len(free) * np.max(sizes, initial=0.0)]
+    return columns - basis @ (basis.T @ columns)
 
 
 def bound_sentences(fit: ChainFit, effects: Sequence[str]) -> list[str]:

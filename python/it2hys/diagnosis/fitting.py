@@ -33,7 +33,7 @@ _SHIFTS = (0.01, 0.99)
 #: Guesses of an effect that the rules imitate for which those are sought anew, and starts.
 _ANEW, _ANEW_STARTS = 6, 1
 #: Of these, those that are settled; starts where one guess is known.
-_ANEW_SETTLED, _STARTS = 2, 12
+_ANEW_SETTLED, _STARTS = 4, 12
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
 _SETTLING_ANEW = 60
