@@ -8,6 +8,7 @@ from conftest import TS, UM
 from effects import signals, surroundings
 
 from it2hys.diagnosis.bounds import bound_sentences
+from it2hys.diagnosis.selection import Node, overdriven_by
 from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
 from it2hys.identification.effect_coordinates import Coordinate
 from it2hys.identification.inverse import References
@@ -59,3 +60,9 @@ def test_a_fit_within_its_bounds_and_a_term_of_nothing_are_not_said(gain):
 
 def test_an_effect_that_was_not_named_is_not_said():
     assert bound_sentences(fitted_creep(0.2, 0.03), ("play",)) == []
+
+
+def test_an_addition_that_presses_another_effect_against_its_bound_is_seen():
+    within, beyond = (Node(frozenset(), fitted_creep(gain, 0.03), None) for gain in (0.02, 0.2))
+    assert overdriven_by(within, beyond) == ("creep",)
+    assert overdriven_by(beyond, beyond) == overdriven_by(beyond, within) == ()

@@ -171,6 +171,8 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
     rivals = [g for g in verdict.groups if effect in g]
     if rivals:
         return "these records cannot tell it from " + ", ".join(e for e in rivals[0] if e != effect)
+    if trial.overdriven:
+        return f"beside it {' and '.join(trial.overdriven)} would be more than such an effect can be"
     if trial.accepted:
         return "other effects explain the residual better"
     c = trial.comparison

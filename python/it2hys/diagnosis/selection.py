@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from scipy.stats import chi2
 
+from it2hys.diagnosis.bounds import resting_on_bounds
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import (
@@ -128,6 +129,8 @@ class Trial:
         Whether with it an effect does no more than how signals were sampled, or a delay.
     fitted : float
         Share of the error on the training records, which decide nothing, that it takes away.
+    overdriven : tuple of str
+        Other effects that it would press against their bounds, for which it is not accepted.
     """
 
     base: frozenset[str]
@@ -138,6 +141,7 @@ class Trial:
     accepted: bool
     sampling: bool
     fitted: float
+    overdriven: tuple[str, ...] = ()
 
 
 @dataclass(eq=False)
@@ -224,14 +228,19 @@ class Search:
             cost = max(node.fit.minimum.cost, np.finfo(float).tiny)  # 0 of a record that is matched
             fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / cost))
             accepted = not sampling and self._accepts(node, child, addition, gains, fitted)
+            overdriven = overdriven_by(node, child) if accepted else ()
+            accepted = accepted and not overdriven
             trial = Trial(
-                node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted
-            )
+                node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted,
+                overdriven,
+            )  # fmt: skip
             self.trials.append(trial)
             if accepted:
                 self._keep(child)
                 grown.append(child)
-            elif child.fit.minimum.cost < SEARCH.promising * node.fit.minimum.cost and not sampling:
+            elif sampling or overdriven:
+                continue
+            elif child.fit.minimum.cost < SEARCH.promising * node.fit.minimum.cost:
                 self._promising.append(child)
         return grown
 
@@ -403,6 +412,16 @@ class Search:
 
     def _beats(self, one: Node, other: Node) -> bool:
         return one is not other and self._improves(other, one)
+
+
+def overdriven_by(node: Node, child: Node) -> tuple[str, ...]:
+    """Return the effects of a model that an addition presses against bounds where they were not.
+
+    It makes up for what they take over from something else: each alone is less than it can be.
+    """
+    effects = sorted(node.fit.model.effects)
+    before, after = (resting_on_bounds(n.fit, effects) for n in (node, child))
+    return tuple(e for e in effects if {*after.get(e, ())} - {*before.get(e, ())})
 
 
 def _rms(errors: list[np.ndarray]) -> float:
