@@ -100,7 +100,8 @@ double it2core_contraction(const struct it2_rule *rules, int count, double minim
 }
 
 /* dy_k/dy_{k-1} of (10) at n displacements, at the equilibrium and at two voltages, and dy_k/dx_k: four rows of n.
- * With w = (f + F) / D and v = dw/dy of fixed D, dy_k/dy_{k-1} = sum w q1 + sum v (n - y_k): affine in x_k. */
+ * With w = (f + F) / D and v = dw/dy of fixed D, dy_k/dy_{k-1} = sum w q1 + sum v (n - y_k): affine in x_k, so
+ * that all four come from one set of memberships. A fit asks for them at every step; it2_partials takes three. */
 void it2core_usability(const struct it2_rule *rules, int count, const double *y, const double *x_low,
                        const double *x_high, size_t n, double *values)
 {

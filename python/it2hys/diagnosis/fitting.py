@@ -30,10 +30,11 @@ from it2hys.records.clues import Extent
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
-#: Guesses of an effect that the rules imitate for which those are sought anew, and starts.
-_ANEW, _ANEW_STARTS = 6, 1
-#: Of these, those that are settled; starts where one guess is known.
-_ANEW_SETTLED, _STARTS = 4, 12
+#: Guesses of an effect that the rules imitate for which those are sought anew, how many of them are
+#: then fitted on with everything free, and the starts of each.
+_ANEW, _ANEW_SETTLED, _ANEW_STARTS = 6, 4, 1
+#: Starts where the effects' parameters are known already.
+_STARTS = 12
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
 _SETTLING_ANEW = 60

@@ -172,7 +172,7 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
     if rivals:
         return "these records cannot tell it from " + ", ".join(e for e in rivals[0] if e != effect)
     if trial.overdriven:
-        return f"beside it {' and '.join(trial.overdriven)} would be more than such an effect can be"
+        return f"it fits only with {' and '.join(trial.overdriven)} pressed against its bounds"
     if trial.accepted:
         return "other effects explain the residual better"
     c = trial.comparison

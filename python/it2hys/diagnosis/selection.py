@@ -238,9 +238,9 @@ class Search:
             if accepted:
                 self._keep(child)
                 grown.append(child)
-            elif sampling or overdriven:
-                continue
-            elif child.fit.minimum.cost < SEARCH.promising * node.fit.minimum.cost:
+            elif not (sampling or overdriven) and (
+                child.fit.minimum.cost < SEARCH.promising * node.fit.minimum.cost
+            ):
                 self._promising.append(child)
         return grown
 
@@ -417,7 +417,7 @@ class Search:
 def overdriven_by(node: Node, child: Node) -> tuple[str, ...]:
     """Return the effects of a model that an addition presses against bounds where they were not.
 
-    It makes up for what they take over from something else: each alone is less than it can be.
+    The two then cancel each other in part, and fit better at sizes that neither has in a stage.
     """
     effects = sorted(node.fit.model.effects)
     before, after = (resting_on_bounds(n.fit, effects) for n in (node, child))
