@@ -30,7 +30,8 @@ from it2hys.fmu.ssp import COMPONENTS_ALONE, SYSTEMS, format_controller_ssv, for
 from it2hys.model import compiled
 from it2hys.model.parameters import format_ssv, table_1, write_ssv
 
-# Each program reads a job, steps the package as it is and prints the outputs after each step.
+# Each program reads a job, steps the package as it is and writes the outputs after each step to a file:
+# what a master itself prints may come last.
 LIBCOSIM = """
 import json, sys
 import fmpy
@@ -57,7 +58,7 @@ for reference in job["reference"]:
     rows.append(
         [observer.last_real_values(index[n], [vr[n][v]])[0] for n, v in job["outputs"]]
     )
-print(json.dumps(rows))
+json.dump(rows, open(job["rows"], "w"))
 """
 
 ECOS = """
@@ -73,7 +74,7 @@ with EcosSimulation(1e-4, ssp_path=job["ssp"]) as simulation:
             simulation.set_real(f"{name}::{variable}", reference)
         simulation.step()
         rows.append([simulation.get_real(f"{n}::{v}") for n, v in job["outputs"]])
-print(json.dumps(rows))
+json.dump(rows, open(job["rows"], "w"))
 """
 MASTERS = {"libcosimpy": LIBCOSIM, "ecospy": ECOS}
 START = 5 * UM
@@ -99,12 +100,13 @@ def run_master(request, tmp_path):
         job = {
             "ssp": str(path), "set": chosen, "fmus": unpack(path, tmp_path / "unpacked"),
             "driven": DRIVEN[name], "outputs": OUTPUTS[name], "reference": reference.tolist(),
+            "rows": str(tmp_path / "rows.json"),
         }  # fmt: skip
         file = tmp_path / "job.json"
         file.write_text(json.dumps(job), encoding="utf-8")
         libraries = str(Path(sys.prefix) / "lib")  # where PyPI's tbb is, which ecos needs
-        out = run_python(MASTERS[request.param], file, LD_LIBRARY_PATH=libraries)
-        return np.array(json.loads(out.splitlines()[-1]))
+        run_python(MASTERS[request.param], file, LD_LIBRARY_PATH=libraries)
+        return np.array(json.loads(Path(job["rows"]).read_text()))
 
     run.master = request.param
     return run
