@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import json
 import os
 import shlex
@@ -43,6 +44,25 @@ ENDS = ("voltageMin", "voltageMax", "displacementMin", "displacementMax")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return 0, 1 for a finding, or 2 for bad usage or input."""
+    try:
+        try:
+            return _execute(arguments)
+        finally:
+            sys.stdout.flush()  # else what nobody reads fails only when Python ends
+    except OSError as error:
+        if error.errno not in (errno.EPIPE, errno.ENOSPC):
+            raise
+        # what is left of the output goes nowhere: Python would fail again when it ends
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if error.errno == errno.EPIPE:  # as with `| head`: nobody reads on
+            return 0
+        print(
+            f"{_red('it2hys: error:')} what it prints cannot be kept: the disk is full", file=sys.stderr
+        )
+        return 2
+
+
+def _execute(arguments: Sequence[str] | None) -> int:
     options = make_parser().parse_args(arguments)
     options.typed = list(sys.argv[1:] if arguments is None else arguments)
     without_threads()
@@ -61,9 +81,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 2
-    except BrokenPipeError:  # as with `| head`: nobody reads on
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except Terminated:
         print("it2hys: terminated", file=sys.stderr)
         return 143

@@ -619,9 +619,28 @@ def test_run_takes_a_sweep_too(tmp_path):
     assert "report: out/s/report.html" in done.stdout
 
 
-def test_a_reader_that_stops_is_no_error(tmp_path):
+BUFFERED = pytest.mark.parametrize("unbuffered", ["", "1"], ids=["buffered", "unbuffered"])
+
+
+@BUFFERED
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+def test_output_that_a_full_disk_does_not_take_is_one_message(unbuffered):
+    environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "it2hys", "list", "effects"], stdout=full, stderr=subprocess.PIPE,
+            text=True, check=False, env=environment,
+        )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stderr == "it2hys: error: what it prints cannot be kept: the disk is full\n"
+
+
+@BUFFERED
+@pytest.mark.parametrize("command", ["list effects", "--help"])
+def test_a_reader_that_stops_is_no_error(command, unbuffered):
     done = subprocess.run(
-        f"{shlex.quote(sys.executable)} -m it2hys list effects | true; echo ${{PIPESTATUS[0]}}",
+        f"{shlex.quote(sys.executable)} -m it2hys {command} | true; echo ${{PIPESTATUS[0]}}",
         shell=True, executable="/bin/bash", capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
     )  # fmt: skip
     assert "Traceback" not in done.stderr and done.stdout == "0\n", done
