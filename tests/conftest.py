@@ -32,6 +32,9 @@ from it2hys.model.variables import load_table
 settings.register_profile("it2hys", deadline=None)
 settings.load_profile("it2hys")
 
+# output is buffered, as in a user's shell
+os.environ.pop("PYTHONUNBUFFERED", None)
+
 pytest_plugins = ["environments"]  # for the tests of the installation
 
 MODELS = tuple(IDENTIFIERS)
