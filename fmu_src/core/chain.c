@@ -134,8 +134,9 @@ real chain_step_effects(const struct chain *chain, struct chain_state *state, re
 {
     const real x = chain_walk(chain, 0, chain->before, state, voltage, around);
     const real y = it2_step(&chain->core, &state->core, x);
+    const struct chain_surroundings driven = chain_driven(around, x);
 
-    return chain_walk(chain, chain->before, chain->behind, state, y, around);
+    return chain_walk(chain, chain->before, chain->behind, state, y, &driven);
 }
 
 real chain_measure_effects(const struct chain *chain, real displacement, real time)
@@ -221,22 +222,25 @@ static bool follow_plant(const struct chain *chain, struct chain_state *state, r
 {
     x = follow(chain, 0, chain->before, state, x, around);
     const real y = it2_step(&chain->core, &state->reached.core, x);
-    follow(chain, chain->before, chain->behind, state, y, around);
+    const struct chain_surroundings driven = chain_driven(around, x);
+    follow(chain, chain->before, chain->behind, state, y, &driven);
     if (!is_back(chain, state))
         return false;
     arrive(chain, state);
     return true;
 }
 
-/* The plant's way where nothing is cut off: `input` is what each stage was aimed to get. */
-static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[],
+/* The plant's way where nothing is cut off: `input` is what each stage was aimed to get, x what the core was. */
+static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[], real x,
                        const struct chain_surroundings *around)
 {
+    const struct chain_surroundings driven = chain_driven(around, x);
+
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
         if (place->memory == CHAIN_LONG)
             place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
-                               around);
+                               &driven);
         arrive_at(place, state);
     }
     state->reached.core = state->core;
@@ -290,8 +294,8 @@ static real inverse_with_effects(const struct chain *chain, struct chain_state *
 {
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */
-    const struct chain_surroundings later = { around->force, around->temperature,
-                                              around->time + chain->latency };
+    const struct chain_surroundings later = { around->force, around->temperature, around->time + chain->latency,
+                                              0 };
     real input[CHAIN_STAGE_COUNT] = { 0 };
     real passed;
     unsigned cut = 0;
@@ -302,7 +306,7 @@ static real inverse_with_effects(const struct chain *chain, struct chain_state *
     const real voltage = within_limits(chain, state, wanted, &passed, &cut);
     *limits |= cut;
     if (!astray && !cut)
-        follow_aim(chain, state, input, around);
+        follow_aim(chain, state, input, x, around);
     else if (!follow_plant(chain, state, passed, around))
         *limits |= CHAIN_RETURNING;
     return voltage;

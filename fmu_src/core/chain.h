@@ -186,6 +186,12 @@ static inline real chain_step(const struct chain *chain, struct chain_state *sta
                           : it2_step(&chain->core, &state->core, voltage);
 }
 
+/* The surroundings of the stages behind the core, which x drives. */
+static inline struct chain_surroundings chain_driven(const struct chain_surroundings *around, real x)
+{
+    return (struct chain_surroundings){ around->force, around->temperature, around->time, x };
+}
+
 /* Walks the active stages from number `first` to before `end`. */
 real chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, real x,
                 const struct chain_surroundings *around);

@@ -65,9 +65,11 @@ struct chain_point chain_step_tangent(const struct chain *chain, const struct ch
     struct both x = { voltage, d_voltage };
 
     x = walk_tangent(chain, 0, chain->before, state, x, around, &d.state, d_around);
+    const struct chain_surroundings driven = chain_driven(around, x.value);
+    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
     x.d = core_tangent(chain, &state->core, x.value, &d.state.core, x.d);
     x.value = it2_evaluate(&chain->core, state->core.y, x.value);
-    x = walk_tangent(chain, chain->before, chain->behind, state, x, around, &d.state, d_around);
+    x = walk_tangent(chain, chain->before, chain->behind, state, x, &driven, &d.state, &d_driven);
     d.output = x.d;
     return d;
 }
@@ -119,7 +121,7 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 static struct both within_limits_tangent(const struct chain *chain, const struct chain_state *state,
                                          struct both x, struct chain_state *d)
 {
-    static const struct chain_surroundings none = { 0, 0, 0 };
+    static const struct chain_surroundings none = { 0, 0, 0, 0 };
     struct chain_state copy;
     bool followed = false;
 
@@ -171,19 +173,25 @@ static void follow_plant_tangent(const struct chain *chain, const struct chain_s
     x = follow_tangent(chain, 0, chain->before, state, x, around, d, d_around);
     const real y = it2_evaluate(&chain->core, state->reached.core.y, x.value);
     const real d_y = core_tangent(chain, &state->reached.core, x.value, &d->reached.core, x.d);
-    follow_tangent(chain, chain->before, chain->behind, state, (struct both){ y, d_y }, around, d, d_around);
+    const struct chain_surroundings driven = chain_driven(around, x.value);
+    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
+    follow_tangent(chain, chain->before, chain->behind, state, (struct both){ y, d_y }, &driven, d, &d_driven);
 }
 
 static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state,
-                               const struct both input[], const struct chain_surroundings *around,
-                               struct chain_state *d, const struct chain_surroundings *d_around)
+                               const struct both input[], struct both x,
+                               const struct chain_surroundings *around, struct chain_state *d,
+                               const struct chain_surroundings *d_around)
 {
+    const struct chain_surroundings driven = chain_driven(around, x.value);
+    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
+
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->memory == CHAIN_LONG)
-            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, around,
-                          d_around);
+            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, &driven,
+                          &d_driven);
     }
 }
 
@@ -193,8 +201,8 @@ static real inverse_with_effects_tangent(const struct chain *chain, const struct
                                          const struct chain_surroundings *around, struct chain_state *d,
                                          const struct chain_surroundings *d_around)
 {
-    const struct chain_surroundings later = { around->force, around->temperature,
-                                              around->time + chain->latency };
+    const struct chain_surroundings later = { around->force, around->temperature, around->time + chain->latency,
+                                              0 };
     struct both input[CHAIN_STAGE_COUNT] = { { 0, 0 } };
 
     const struct both aim =
@@ -206,7 +214,7 @@ static real inverse_with_effects_tangent(const struct chain *chain, const struct
     if (chain_is_astray(state) || limits & (CHAIN_AMPLIFIER | CHAIN_VOLTAGE_RANGE))
         follow_plant_tangent(chain, state, passed, around, d, d_around);
     else
-        follow_aim_tangent(chain, state, input, around, d, d_around);
+        follow_aim_tangent(chain, state, input, x, around, d, d_around);
     if (!chain_is_astray(after))
         arrive_tangent(d);
     return within(chain->voltage, passed, 0, 0).d;
@@ -302,7 +310,7 @@ real chain_equilibrium_tangent(const struct chain *chain, const struct chain_sta
                                const struct chain_parameters *parameters,
                                const struct chain_parameters *d_parameters)
 {
-    static const struct chain_surroundings none = { 0, 0, 0 };
+    static const struct chain_surroundings none = { 0, 0, 0, 0 };
     const real y = state->core.y;
     const real hold = it2_solve(&chain->core, y, y);
     struct chain d_chain;

@@ -44,8 +44,8 @@ static void drift_tangent(const void *constants, const void *state, real x,
     const struct drift *drift = constants;
 
     (void)around, (void)state, (void)x, (void)d_state;
-    for (int c = 0; c < count && d_around->temperature != 0; c++)
-        row[c] += drift->temperatureCoefficient * d_around->temperature;
+    for (int c = 0; c < count; c++)
+        row[c] += drift->temperatureCoefficient * d_around[c].temperature;
 }
 
 static real drift_by_parameters(const void *constants, const void *d_constants, const void *state, real x,

@@ -54,8 +54,8 @@ static void load_tangent(const void *constants, const void *state, real x,
     const struct load *load = constants;
 
     (void)around, (void)state, (void)x, (void)d_state;
-    for (int c = 0; c < count && d_around->force != 0; c++)
-        row[c] -= load->compliance * d_around->force;
+    for (int c = 0; c < count; c++)
+        row[c] -= load->compliance * d_around[c].force;
 }
 
 static real load_by_parameters(const void *constants, const void *d_constants, const void *state, real x,

@@ -13,7 +13,7 @@
 enum { OWN_SEARCH_STEPS = 60, OWN_GRID = 64 };
 #define OWN_ROUNDING (4 * REAL_EPSILON)
 
-static const struct chain_surroundings OWN_AT_REST = { 0, REAL(293.15), 0 };
+static const struct chain_surroundings OWN_AT_REST = { 0, REAL(293.15), 0, 0 };
 
 /* Of `step`, which it does not take: the output at the input x, and its derivative by x. */
 typedef real own_curve(const void *constants, const void *state, real x,

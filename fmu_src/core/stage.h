@@ -24,11 +24,13 @@
 
 struct chain_parameters;
 
-/* What acts on the chain beside its input. */
+/* What acts on the chain beside its input, and what drives the core, which is noted on the way: behind the core,
+ * next states of a stage may depend on it. */
 struct chain_surroundings {
     real force;
     real temperature;
-    real time; /* of the tick */
+    real time;    /* of the tick */
+    real voltage; /* at the actuator */
 };
 
 struct stage {
@@ -72,7 +74,8 @@ struct stage_analysis {
                          real x, real d_y, const struct chain_parameters *, const struct chain_parameters *d);
 
     /* Of `step` by state, input and surroundings, along `count` directions at once: number i of the state has
-     * its derivatives from d_state[i * count] on; `row` goes from those of the input to those of the output. */
+     * its derivatives from d_state[i * count] on, d_around one for each; `row` goes from those of the input to
+     * those of the output. */
     void (*tangent)(const void *constants, const void *state, real x, const struct chain_surroundings *around,
                     const struct chain_surroundings *d_around, int count, real *restrict d_state,
                     real *restrict row);

@@ -28,6 +28,7 @@ struct side {
     int first, end; /* among the active stages */
     int columns;
     double *states;
+    struct chain_surroundings *d_around; /* of each column: the voltage at the actuator, behind the core */
 };
 
 /* Before the core all columns begin with the voltage at which the stage rests, and most have nothing else to
@@ -58,7 +59,7 @@ static struct chain_surroundings at(const struct chain_parameters *parameters,
 {
     const double time = (double)(record->first_tick + (int64_t)k) * parameters->sampleTime;
 
-    return (struct chain_surroundings){ record->force[k], record->temperature[k], time };
+    return (struct chain_surroundings){ record->force[k], record->temperature[k], time, 0.0 };
 }
 
 size_t chain_predict(const struct chain_parameters *parameters, const struct chain_record *record,
@@ -72,7 +73,8 @@ size_t chain_predict(const struct chain_parameters *parameters, const struct cha
         const struct chain_surroundings around = at(parameters, record, k);
         core_input[k] = chain_walk(chain, 0, chain->before, &walker.state, record->voltage[k], &around);
         core_output[k] = it2_step(&chain->core, &walker.state.core, core_input[k]);
-        measured[k] = chain_walk(chain, chain->before, chain->all, &walker.state, core_output[k], &around);
+        const struct chain_surroundings driven = chain_driven(&around, core_input[k]);
+        measured[k] = chain_walk(chain, chain->before, chain->all, &walker.state, core_output[k], &driven);
         if (!isfinite(measured[k]))
             return k;
     }
@@ -145,7 +147,8 @@ static bool allocate(struct side *side, const struct chain *chain, int columns)
     for (int i = side->first; i < side->end; i++)
         numbers += chain_active(chain, i)->state_size / sizeof(double);
     side->states = calloc(numbers * (size_t)columns, sizeof(double));
-    return side->states;
+    side->d_around = calloc((size_t)columns, sizeof *side->d_around);
+    return side->states && side->d_around;
 }
 
 static bool begin_sensitivities(struct sensitivities *s, const struct chain_parameters *parameters,
@@ -198,7 +201,6 @@ static bool begin_sensitivities(struct sensitivities *s, const struct chain_para
 static double pass(struct sensitivities *s, struct side *side, double x, double *row,
                    const struct chain_surroundings *around)
 {
-    static const struct chain_surroundings constant = { 0.0, 0.0, 0.0 };
     const struct chain *chain = &s->walker.chain;
     double *d_state = side->states;
 
@@ -208,7 +210,7 @@ static double pass(struct sensitivities *s, struct side *side, double x, double 
         const void *constants = chain_constants_of(chain, place);
         void *state = chain_state_of(&s->walker.state, place);
         if (analysis->tangent)
-            analysis->tangent(constants, state, x, around, &constant, side->columns, d_state, row);
+            analysis->tangent(constants, state, x, around, side->d_around, side->columns, d_state, row);
         for (int n = 0; n < s->acting_count[i]; n++) {
             const int j = s->acting[i][n];
             const struct knob *knob = &s->knob[j];
@@ -235,16 +237,19 @@ static double tick(struct sensitivities *s, double voltage, const struct chain_s
     memset(before, 0, (size_t)s->before.columns * sizeof *before);
     const double x = pass(s, &s->before, voltage, before, around);
     core->y = it2_gradient(&s->walker.chain.core, core->y, x, gradient, &f);
-    const double by_rest = f.dx * before[0];
+    struct chain_surroundings *d = s->behind.d_around;
     for (int c = 0; c < columns; c++)
-        s->core[c] = f.dy * s->core[c] + by_rest * s->resting[c];
-    for (int i = 0; i < s->rules; i++)
-        s->core[i] += gradient[i];
+        d[c].voltage = before[0] * s->resting[c];
     for (int j = 0; j < s->count; j++)
         if (s->knob[j].column)
-            s->core[s->rules + j] += f.dx * before[s->knob[j].column];
+            d[s->rules + j].voltage += before[s->knob[j].column];
+    for (int c = 0; c < columns; c++)
+        s->core[c] = f.dy * s->core[c] + f.dx * d[c].voltage;
+    for (int i = 0; i < s->rules; i++)
+        s->core[i] += gradient[i];
     memcpy(row, s->core, (size_t)columns * sizeof *row);
-    const double measured = pass(s, &s->behind, core->y, row, around);
+    const struct chain_surroundings driven = chain_driven(around, x);
+    const double measured = pass(s, &s->behind, core->y, row, &driven);
     return isfinite(f.dy) ? measured : f.dy;
 }
 
@@ -285,7 +290,9 @@ end:
     if (s) {
         free(s->knob);
         free(s->before.states);
+        free(s->before.d_around);
         free(s->behind.states);
+        free(s->behind.d_around);
     }
     free(s);
     return k;

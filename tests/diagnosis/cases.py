@@ -324,7 +324,7 @@ def _draw_guide(rng: np.random.Generator, scene: _Scene) -> own.Guide:
 
 def _draw_heating(rng: np.random.Generator, scene: _Scene) -> own.SelfHeating:
     """Draw an expansion of 1 to 5 % of the travel for the mean power of the warmest record."""
-    energy = np.abs(np.diff(scene.voltage**2, axis=1))
+    energy = np.abs(np.diff(scene.voltage**2, axis=1)) / 2.0 * scene.travel / np.ptp(scene.voltage)
     most = np.mean(energy, axis=1).max() / scene.around.grid.sample_time
     size = rng.uniform(0.01, 0.05) * scene.travel
     return own.SelfHeating(size / most, rng.uniform(0.1, 0.6) * scene.duration, scene.voltage)

@@ -77,11 +77,14 @@ class Guide:
 class SelfHeating:
     """A stack that loses a part of the energy it takes in and gives back, and expands with its heat.
 
+    The power at its terminals is that of voltage and current; its charge is proportional to how long
+    it is (which is why drives by charge have next to no hysteresis).
+
     Parameters
     ----------
     expansion : float
-        At the temperature of a steady power of 1 V^2/s, um s/V^2: losses, resistance and coefficient
-        in one.
+        At the temperature of a steady power of 1 V um/s, s/V: losses, resistance and coefficient in
+        one.
     time : float
         Heat capacity times resistance, s.
     voltage : ndarray, shape (records, samples)
@@ -94,8 +97,8 @@ class SelfHeating:
 
     def apply(self, x: np.ndarray, around: Surroundings) -> np.ndarray:
         grid = around.grid
-        energy = grid.refine(self.voltage) ** 2
-        power = np.abs(np.diff(energy, axis=1, prepend=energy[:, :1])) / grid.step
+        voltage, current = grid.refine(self.voltage), np.diff(x, axis=1, prepend=x[:, :1]) / grid.step
+        power = np.abs(voltage * current)
         share = -np.expm1(-grid.step / self.time)
         heat, temperature = np.zeros(len(x)), np.empty_like(power.T)
         for k, given in enumerate(np.ascontiguousarray(power.T)):

@@ -55,6 +55,8 @@ REFUSED = {
     "a wrong side": ('"behind"', '"upon"', "class Mount", "side is 'upon'"),
     "a guess outside": ("guesses=(0.05,), d", "guesses=(5.0,), d", "class Mount", "must lie from"),
     "a limit": ("states = 2", "states, limits = 2, True", "class Mount", "cannot have limits"),
+    "the voltage in the output": (" (u - x), ", " (u - around.voltage), ", "def step", "next states"),
+    "the voltage in a short memory": ("[u, st", "[around.voltage, st", "class Mount", "Memory.LONG"),
     "states in the reading": ('"behind"', '"reading"', "class Mount", "cannot have states"),
 }  # fmt: skip
 
@@ -73,7 +75,16 @@ def test_what_cannot_be_a_stage_is_refused_with_file_and_line(case, tmp_path):
     assert "mount" not in EFFECTS
 
 
+def test_the_voltage_at_the_actuator_is_known_behind_the_core_alone(tmp_path):
+    text = MOUNT.replace('"behind"', '"before"').replace("[u, st", "[around.voltage, st")
+    (tmp_path / "mount.py").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r'mount.py:\d+: around.voltage is known "behind" the core'):
+        load_effect(tmp_path / "mount.py")
+
+
 MORE = {
+    "inverse depends on around.voltage": "    def inverse(self, _, state, y, at):\n"
+    "        return y + 0.1 * at.voltage, state",
     "inverse does not undo step": "    def inverse(self, _, state, y, __):\n        return y, state",
     "rest is not at rest": "    def rest(self, values, y):\n        return y, [y, 0.0]",
 }
@@ -200,8 +211,8 @@ def test_the_plant_follows_its_inverse(effects):
     np.testing.assert_allclose(followed, reference, rtol=1e-9)
 
 
-def assert_every_derivative_is_casadis(effects):
-    parameters = with_own(effects)
+def assert_every_derivative_is_casadis(effects, parameters=None):
+    parameters = parameters or with_own(effects)
     chain, driven = Chain(parameters), drive(parameters)
     read, expected = by_casadi(chain, driven)
     rules = [name for name in chain.names if name.startswith("rule[")]
@@ -219,6 +230,17 @@ def assert_every_derivative_is_casadis(effects):
 
 def test_every_derivative_is_casadis(effects):
     assert_every_derivative_is_casadis(effects)
+
+
+def test_the_voltage_at_the_actuator_is_behind_all_that_stands_before_the_core():
+    with in_chain("heat") as effects:
+        own = {n: v for n, v in with_own(effects).items() if n.startswith("heat.")}
+        parameters = with_effects(("delay", "slew", "saturation", "lag", "play"), 3, **own)
+        assert_plant_is_compiled(parameters)
+        assert_inverse_is_compiled(parameters, gentle_reference(300))
+        rough = rough_reference(np.random.default_rng(2), 300)
+        assert assert_inverse_is_compiled(parameters, rough) > 0
+        assert_every_derivative_is_casadis(effects, parameters)
 
 
 def assert_it_rests_where_it_begins(effects):

@@ -12,6 +12,7 @@ import numpy as np
 from it2hys.errors import InputError
 from it2hys.model import compiled
 from it2hys.model.chain import Chain
+from it2hys.model.effect import Surroundings
 from it2hys.model.own_effect import AT_REST, ENDS, OwnEffect, line_of, sample_values, symbols_of
 from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.records import Record
@@ -51,13 +52,15 @@ def signals_for(effect: OwnEffect, records: Sequence[Record]) -> list[Signals]:
         wave = 0.8 * np.sin(0.025 * ticks) + 0.2 * np.sin(0.31 * ticks)
         around = np.tile(np.array(AT_REST)[:, None], len(ticks))
         around[2] = 1e-4 * ticks
+        around[3] = table_1()["voltageMax"] * (0.5 + 0.5 * wave)
         return [Signals("Table 1", 1e-4, low + (high - low) * (0.5 + 0.5 * wave), around)]
     found = []
     for r in records:
         x = (r.voltage if effect.side == "before" else r.displacement)[:_SAMPLES]
         force = 0.0 if r.force is None else r.force[:_SAMPLES]
         temperature = AT_REST.temperature if r.temperature is None else r.temperature[:_SAMPLES]
-        channels = (force, temperature, r.sample_time * np.arange(len(x)))
+        time = r.sample_time * np.arange(len(x))
+        channels = Surroundings(force, temperature, time, r.voltage[:_SAMPLES])
         around = np.array([np.broadcast_to(c, x.shape) for c in channels])
         found.append(Signals(r.name, r.sample_time, x, around))
     return found

@@ -439,26 +439,18 @@ class _Stage:
 
     def _tangent(self) -> str:
         """By state, input and surroundings: the matrix once, then all columns."""
-        by = [self.x, *self.s]
-        outputs = ca.vertcat(*self.outputs)
-        matrix = ca.jacobian(outputs, ca.vertcat(*by))
-        d_around = [ca.SX.sym(f"d_{a}") for a in self.around]
-        along = ca.jtimes(outputs, ca.vertcat(*self.around), ca.vertcat(*d_around))
-        there = [(i, j) for i in range(self.n + 1) for j in range(self.n + 1) if matrix.has_nz(i, j)]
-        moved = [i for i in range(self.n + 1) if not along[i].is_zero()]
-        more = {f"d_around->{n}": a for n, a in zip(Surroundings._fields, d_around, strict=True)}
-        body, results = self._computed(
-            [matrix[i, j] for i, j in there] + [along[i] for i in moved], more
-        )
+        matrix = ca.jacobian(ca.vertcat(*self.outputs), ca.vertcat(self.x, *self.s, *self.around))
+        there = [
+            (i, j) for i in range(matrix.rows()) for j in range(matrix.columns()) if matrix.has_nz(i, j)
+        ]
+        body, results = self._computed([matrix[i, j] for i, j in there])
         terms: list[list[str]] = [[] for _ in range(self.n + 1)]
         names = []
-        for (i, j), result in zip(there, results, strict=False):
+        for (i, j), result in zip(there, results, strict=True):
             names.append(f"const real j{i}_{j} = {result};")
             terms[i].append(f"j{i}_{j} * d{j}")
-        for i, result in zip(moved, results[len(there) :], strict=True):
-            names.append(f"const real e{i} = {result};")
-            terms[i].append(f"e{i}")
         places = ["row[i]", *(f"d_state[{j} * count + i]" for j in range(self.n))]
+        along = [*places, *(f"d_around[i].{name}" for name in Surroundings._fields)]
         used = sorted({j for _, j in there})
         return self._function(
             f"void {self.name}_tangent({_CONSTANTS}, {_STATE}, real x, {_AROUND}, "
@@ -469,7 +461,7 @@ class _Stage:
             body,
             names,
             "for (int i = 0; i < count; i++) {",
-            [f"    const real d{j} = {places[j]};" for j in used],
+            [f"    const real d{j} = {along[j]};" for j in used],
             [
                 f"    {place} = {' + '.join(own) or '0'};"
                 for place, own in zip(places, terms, strict=True)

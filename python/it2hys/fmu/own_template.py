@@ -42,7 +42,8 @@ class {type}(OwnEffect):
         """Return the output of a tick, and the next states.
 
         `values` has the parameters as "{name}.share", "sampleTime" (s) and "displacementZero" (m),
-        `around` has force (N), temperature (K) and time (s) of the tick. All of these are CasADi
+        `around` has force (N), temperature (K) and time (s) of the tick; behind the core also voltage
+        (V), that at the actuator, for the next states of a long memory. All of these are CasADi
         expressions: use ca.exp, ca.tanh, ca.if_else(condition, a, b) and the like.
         """
         part = 1 - ca.exp(-values["sampleTime"] / values["{name}.time"])

@@ -160,15 +160,16 @@ class Chain:
         x, around = inputs[0], Surroundings(*inputs[1:])
         states = dict(zip(self.effects, self._split(state), strict=True))
 
-        def walk(effects: dict, x: Scalar) -> Scalar:
+        def walk(effects: dict, x: Scalar, around: Surroundings) -> Scalar:
             for name in (n for n in effects if n in states):
                 x, states[name] = EFFECTS[name].step(values, states[name], x, around)
             return x
 
         limits = values["displacementMin"], values["displacementMax"]
-        core = it2.step_expression(self._rules(values), state[0], walk(BEFORE_CORE, x), limits)
-        displacement = walk(BEHIND_CORE, core)
-        measured = walk(READING, displacement)
+        driving = walk(BEFORE_CORE, x, around)
+        core = it2.step_expression(self._rules(values), state[0], driving, limits)
+        displacement = walk(BEHIND_CORE, core, around._replace(voltage=driving))
+        measured = walk(READING, displacement, around)
         return self._join(core, states), displacement, measured
 
     def _rest(self, values: dict[str, Scalar]) -> ca.SX:

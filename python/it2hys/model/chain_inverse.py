@@ -101,14 +101,15 @@ class _Tick:
         latency = sum(EFFECTS[name].latency(self._values) for name in self._before + self._behind)
         later = self._around._replace(time=self._around.time + latency)
         core = self._back(self._behind, aim, later, states, inputs)
-        wanted = self._back(self._before, self._inverse_of_core(core), self._around, states, inputs)
+        driving = self._inverse_of_core(core)
+        wanted = self._back(self._before, driving, self._around, states, inputs)
         cut = self._within_limits(wanted, states)
 
         plain = ca.logic_not(ca.logic_or(self._is_astray(), cut.is_another))
         plant = self._followed(cut.passed)
         is_back = ca.logic_or(plain, self._is_back(Aim(core, states), plant))
         for name in self._of(Memory.LONG):
-            straight = self._stepped(name, self._aimed.states[name], inputs[name])[1]
+            straight = self._stepped(name, self._aimed.states[name], inputs[name], driving)[1]
             states[name] = _chosen(plain, straight, plant.states[name])
         short = {n: _chosen(is_back, states[n], plant.states[n]) for n in self._of(Memory.AIMED)}
         reached = Aim(ca.if_else(is_back, core, plant.core), short)
@@ -123,8 +124,11 @@ class _Tick:
     def _step_of_core(self, y: Scalar, x: Scalar) -> Scalar:
         return it2.step_expression(self._rules, y, x, self._displacements)
 
-    def _stepped(self, name: str, state: list[Scalar], x: Scalar) -> tuple[Scalar, list[Scalar]]:
-        return EFFECTS[name].step(self._values, state, x, self._around)
+    def _stepped(
+        self, name: str, state: list[Scalar], x: Scalar, driving: Scalar
+    ) -> tuple[Scalar, list[Scalar]]:
+        around = self._around._replace(voltage=driving) if name in self._behind else self._around
+        return EFFECTS[name].step(self._values, state, x, around)
 
     def _back(
         self, effects: list[str], y: Scalar, around: Surroundings, states: dict, inputs: dict
@@ -159,14 +163,15 @@ class _Tick:
         """Return where the plant gets to from what its amplifier lets through."""
         states: dict[str, list[Scalar]] = {}
 
-        def walk(effects: list[str], x: Scalar) -> Scalar:
+        def walk(effects: list[str], x: Scalar, driving: Scalar) -> Scalar:
             for name in (n for n in effects if EFFECTS[n].has_inverse and not _is_followed(n)):
                 own = self._reached.states.get(name, self._aimed.states[name])
-                x, states[name] = self._stepped(name, own, x)
+                x, states[name] = self._stepped(name, own, x, driving)
             return x
 
-        core = self._step_of_core(self._reached.core, walk(self._before, x))
-        walk(self._behind, core)
+        driving = walk(self._before, x, 0.0)
+        core = self._step_of_core(self._reached.core, driving)
+        walk(self._behind, core, driving)
         return Aim(core, states)
 
     def _is_astray(self) -> Scalar:

@@ -29,11 +29,15 @@ Values = Mapping[str, Scalar]
 
 
 class Surroundings(NamedTuple):
-    """The disturbances at one tick: force (N), temperature (K) and time (s)."""
+    """At one tick: force (N), temperature (K), time (s), and the voltage at the actuator (V).
+
+    The voltage is that which drives the core, behind which alone it is known.
+    """
 
     force: Scalar
     temperature: Scalar
     time: Scalar
+    voltage: Scalar = 0.0
 
 
 #: Lowest and highest values by record, of shape (R,).

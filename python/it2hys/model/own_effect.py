@@ -12,6 +12,7 @@ import re
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -35,7 +36,7 @@ ENDS = {
     "behind": ("displacementMin", "displacementMax"),
     "reading": ("displacementMin", "displacementMax"),
 }
-#: Reference temperature, K: no force, this and the time 0 hold where a stage rests.
+#: Reference temperature, K: no force, this and the time 0 hold where a stage rests; and any voltage.
 AT_REST = Surroundings(0.0, 293.15, 0.0)
 #: The input is sought within the range and this share of it beyond each end.
 BEYOND = 0.5
@@ -316,17 +317,19 @@ TYPICAL = {"before": (0.0, 120.0), "behind": (0.0, 16e-6), "reading": (0.0, 16e-
 def not_at_rest(effect: OwnEffect, rest: Callable[[Values, ca.SX], tuple]) -> str | None:
     """Return where that is not at rest, of all that is tried, or None if it is."""
     values, *_ = symbols_of(effect)
-    y = ca.SX.sym("y")
+    y, voltage = ca.SX.sym("y"), ca.SX.sym("voltage")
     x, state = rest({**values, **dict(zip(ENDS[effect.side], TYPICAL[effect.side], strict=True))}, y)
-    output, following = effect.step(values, list(state), x, AT_REST)
+    output, following = effect.step(values, list(state), x, AT_REST._replace(voltage=voltage))
     off = ca.vertcat(output - y, *(a - b for a, b in zip(following, state, strict=True)))
     scale = ca.vertcat(y, x, *state)
     names = list(values)
-    function = ca.Function("rest", [ca.vertcat(*values.values()), y], [off, scale])
+    function = ca.Function("rest", [ca.vertcat(*values.values()), y, voltage], [off, scale])
     low, high = TYPICAL[effect.side]
+    places, voltages = np.linspace(low + 0.1 * (high - low), high, 4), (0.0, TYPICAL["before"][1])
     for own in sample_values(effect):
-        for place in np.linspace(low + 0.1 * (high - low), high, 4):
-            excess, at = (np.array(a).ravel() for a in function([own[n] for n in names], place))
+        for place, driving in product(places, voltages):
+            known = [own[n] for n in names]
+            excess, at = (np.array(a).ravel() for a in function(known, place, driving))
             most = 1e-9 * (high - low) if effect.states == 0 else 1e-9 * max(high, np.abs(at).max())
             if not np.all(np.abs(excess) <= most):
                 at_values = [f"{n} = {v:g}" for n, v in own.items() if n not in SHARED]

@@ -227,7 +227,27 @@ class _Check:
             self._refuse(
                 "step", "an effect in the reading depends on the displacement and the time alone"
             )
+        if ca.depends_on(ca.vertcat(*expressions), around.voltage):
+            self._voltage(ca.depends_on(expressions[0], around.voltage))
         self._finite(ca.Function("step", [ca.vertcat(*given)], [ca.vertcat(*expressions)]))
+
+    def _voltage(self, in_output: bool) -> None:
+        """Refuse an effect that uses the voltage at the actuator where it is not known yet."""
+        effect = self._effect
+        if effect.side != "behind":
+            self._refuse("step", f'around.voltage is known "behind" the core, not "{effect.side}" it')
+        if in_output:
+            self._refuse(
+                "step",
+                "the output depends on around.voltage, which the inverse has yet to find; "
+                "let only the next states depend on it",
+            )
+        if effect.has_inverse and effect.memory is not Memory.LONG:
+            self._refuse(
+                None,
+                "the next states depend on around.voltage, which the inverse has yet to find "
+                "where they are a short memory; write memory = Memory.LONG",
+            )
 
     def _scalar(self, function: str, value: Any) -> ca.SX:
         try:
@@ -252,19 +272,19 @@ class _Check:
 
     def _finite(self, function: ca.Function) -> None:
         effect = self._effect
-        low, high = TYPICAL[effect.side]
+        places, voltages = (np.linspace(*TYPICAL[side], 9) for side in (effect.side, "before"))
+        state = [0.0] * effect.states
         for own in sample_values(effect):
-            for x in np.linspace(low, high, 9):
-                rests = [[0.0] * effect.states]
-                for state in rests:
-                    out = np.array(function([*own.values(), *state, x, *AT_REST])).ravel()
-                    if not np.all(np.isfinite(out)):
-                        at = ", ".join(f"{n} = {v:g}" for n, v in own.items() if n not in SHARED)
-                        what = "output" if not np.isfinite(out[0]) else "next states"
-                        self._refuse(
-                            "step",
-                            f"step: the {what} is not finite at x = {x:g}, all states 0, with {at}",
-                        )
+            for x, voltage in zip(places, voltages, strict=True):
+                around = AT_REST._replace(voltage=voltage)
+                out = np.array(function([*own.values(), *state, x, *around])).ravel()
+                if not np.all(np.isfinite(out)):
+                    at = ", ".join(f"{n} = {v:g}" for n, v in own.items() if n not in SHARED)
+                    what = "output" if not np.isfinite(out[0]) else "next states"
+                    self._refuse(
+                        "step",
+                        f"step: the {what} is not finite at x = {x:g}, all states 0, with {at}",
+                    )
 
     def _rest(self) -> None:
         effect = self._effect
@@ -308,6 +328,8 @@ class _Check:
         expressions = [self._scalar("inverse", e) for e in (back, *states)]
         given = [*values.values(), *more.values(), *state, x, *map(ca.SX, around)]
         self._closed("inverse", expressions, given)
+        if ca.depends_on(ca.vertcat(*expressions), around.voltage):
+            self._refuse("inverse", "inverse depends on around.voltage, which it has yet to find")
         wanted = next_states if effect.memory is Memory.AIMED else state
         off = ca.vertcat(back - x, *(a - b for a, b in zip(states, wanted, strict=True)))
         function = ca.Function("inverse", [ca.vertcat(*given)], [off])

@@ -1,4 +1,4 @@
-"""Thermal path: what moves warms the stage, which expands; that of the room changes how far it goes."""
+"""Thermal path: what moves warms the stage, as does what is lost on the way; so does the room."""
 
 import casadi as ca
 
@@ -6,7 +6,7 @@ from it2hys import Memory, OwnEffect, OwnParameter
 
 
 class Heat(OwnEffect):
-    """A first-order path from the rate of the displacement to a share of it."""
+    """A first-order path from speed and power to a share of the displacement."""
 
     name = "heat"
     side = "behind"
@@ -27,8 +27,9 @@ class Heat(OwnEffect):
         speed = (x - state[1]) / 1e-6
         part = values["sampleTime"] / values["heat.time"]
         warm = state[0] + part * (speed * speed - state[0])
+        loss = ca.sqrt(1.0 + (speed * around.voltage / 60.0) ** 2) - 1.0  # it warms the next tick
         swing = 1.0 + values["heat.room"] * (around.temperature - 293.15)
-        return zero + (x - zero) * swing + values["heat.gain"] * 1e-6 * ca.tanh(warm), [warm, x]
+        return zero + (x - zero) * swing + values["heat.gain"] * 1e-6 * ca.tanh(warm), [warm + part * loss, x]
 
 
 EFFECT = Heat()

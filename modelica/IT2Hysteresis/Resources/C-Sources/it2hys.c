@@ -151,8 +151,9 @@ real chain_step_effects(const struct chain *chain, struct chain_state *state, re
 {
     const real x = chain_walk(chain, 0, chain->before, state, voltage, around);
     const real y = it2_step(&chain->core, &state->core, x);
+    const struct chain_surroundings driven = chain_driven(around, x);
 
-    return chain_walk(chain, chain->before, chain->behind, state, y, around);
+    return chain_walk(chain, chain->before, chain->behind, state, y, &driven);
 }
 
 real chain_measure_effects(const struct chain *chain, real displacement, real time)
@@ -238,22 +239,25 @@ static bool follow_plant(const struct chain *chain, struct chain_state *state, r
 {
     x = follow(chain, 0, chain->before, state, x, around);
     const real y = it2_step(&chain->core, &state->reached.core, x);
-    follow(chain, chain->before, chain->behind, state, y, around);
+    const struct chain_surroundings driven = chain_driven(around, x);
+    follow(chain, chain->before, chain->behind, state, y, &driven);
     if (!is_back(chain, state))
         return false;
     arrive(chain, state);
     return true;
 }
 
-/* The plant's way where nothing is cut off: `input` is what each stage was aimed to get. */
-static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[],
+/* The plant's way where nothing is cut off: `input` is what each stage was aimed to get, x what the core was. */
+static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[], real x,
                        const struct chain_surroundings *around)
 {
+    const struct chain_surroundings driven = chain_driven(around, x);
+
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
         if (place->memory == CHAIN_LONG)
             place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
-                               around);
+                               &driven);
         arrive_at(place, state);
     }
     state->reached.core = state->core;
@@ -307,8 +311,8 @@ static real inverse_with_effects(const struct chain *chain, struct chain_state *
 {
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */
-    const struct chain_surroundings later = { around->force, around->temperature,
-                                              around->time + chain->latency };
+    const struct chain_surroundings later = { around->force, around->temperature, around->time + chain->latency,
+                                              0 };
     real input[CHAIN_STAGE_COUNT] = { 0 };
     real passed;
     unsigned cut = 0;
@@ -319,7 +323,7 @@ static real inverse_with_effects(const struct chain *chain, struct chain_state *
     const real voltage = within_limits(chain, state, wanted, &passed, &cut);
     *limits |= cut;
     if (!astray && !cut)
-        follow_aim(chain, state, input, around);
+        follow_aim(chain, state, input, x, around);
     else if (!follow_plant(chain, state, passed, around))
         *limits |= CHAIN_RETURNING;
     return voltage;
@@ -501,9 +505,11 @@ struct chain_point chain_step_tangent(const struct chain *chain, const struct ch
     struct both x = { voltage, d_voltage };
 
     x = walk_tangent(chain, 0, chain->before, state, x, around, &d.state, d_around);
+    const struct chain_surroundings driven = chain_driven(around, x.value);
+    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
     x.d = core_tangent(chain, &state->core, x.value, &d.state.core, x.d);
     x.value = it2_evaluate(&chain->core, state->core.y, x.value);
-    x = walk_tangent(chain, chain->before, chain->behind, state, x, around, &d.state, d_around);
+    x = walk_tangent(chain, chain->before, chain->behind, state, x, &driven, &d.state, &d_driven);
     d.output = x.d;
     return d;
 }
@@ -555,7 +561,7 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 static struct both within_limits_tangent(const struct chain *chain, const struct chain_state *state,
                                          struct both x, struct chain_state *d)
 {
-    static const struct chain_surroundings none = { 0, 0, 0 };
+    static const struct chain_surroundings none = { 0, 0, 0, 0 };
     struct chain_state copy;
     bool followed = false;
 
@@ -607,19 +613,25 @@ static void follow_plant_tangent(const struct chain *chain, const struct chain_s
     x = follow_tangent(chain, 0, chain->before, state, x, around, d, d_around);
     const real y = it2_evaluate(&chain->core, state->reached.core.y, x.value);
     const real d_y = core_tangent(chain, &state->reached.core, x.value, &d->reached.core, x.d);
-    follow_tangent(chain, chain->before, chain->behind, state, (struct both){ y, d_y }, around, d, d_around);
+    const struct chain_surroundings driven = chain_driven(around, x.value);
+    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
+    follow_tangent(chain, chain->before, chain->behind, state, (struct both){ y, d_y }, &driven, d, &d_driven);
 }
 
 static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state,
-                               const struct both input[], const struct chain_surroundings *around,
-                               struct chain_state *d, const struct chain_surroundings *d_around)
+                               const struct both input[], struct both x,
+                               const struct chain_surroundings *around, struct chain_state *d,
+                               const struct chain_surroundings *d_around)
 {
+    const struct chain_surroundings driven = chain_driven(around, x.value);
+    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
+
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->memory == CHAIN_LONG)
-            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, around,
-                          d_around);
+            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, &driven,
+                          &d_driven);
     }
 }
 
@@ -629,8 +641,8 @@ static real inverse_with_effects_tangent(const struct chain *chain, const struct
                                          const struct chain_surroundings *around, struct chain_state *d,
                                          const struct chain_surroundings *d_around)
 {
-    const struct chain_surroundings later = { around->force, around->temperature,
-                                              around->time + chain->latency };
+    const struct chain_surroundings later = { around->force, around->temperature, around->time + chain->latency,
+                                              0 };
     struct both input[CHAIN_STAGE_COUNT] = { { 0, 0 } };
 
     const struct both aim =
@@ -642,7 +654,7 @@ static real inverse_with_effects_tangent(const struct chain *chain, const struct
     if (chain_is_astray(state) || limits & (CHAIN_AMPLIFIER | CHAIN_VOLTAGE_RANGE))
         follow_plant_tangent(chain, state, passed, around, d, d_around);
     else
-        follow_aim_tangent(chain, state, input, around, d, d_around);
+        follow_aim_tangent(chain, state, input, x, around, d, d_around);
     if (!chain_is_astray(after))
         arrive_tangent(d);
     return within(chain->voltage, passed, 0, 0).d;
@@ -738,7 +750,7 @@ real chain_equilibrium_tangent(const struct chain *chain, const struct chain_sta
                                const struct chain_parameters *parameters,
                                const struct chain_parameters *d_parameters)
 {
-    static const struct chain_surroundings none = { 0, 0, 0 };
+    static const struct chain_surroundings none = { 0, 0, 0, 0 };
     const real y = state->core.y;
     const real hold = it2_solve(&chain->core, y, y);
     struct chain d_chain;
@@ -1193,8 +1205,8 @@ static void drift_tangent(const void *constants, const void *state, real x,
     const struct drift *drift = constants;
 
     (void)around, (void)state, (void)x, (void)d_state;
-    for (int c = 0; c < count && d_around->temperature != 0; c++)
-        row[c] += drift->temperatureCoefficient * d_around->temperature;
+    for (int c = 0; c < count; c++)
+        row[c] += drift->temperatureCoefficient * d_around[c].temperature;
 }
 
 static real drift_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
@@ -2431,8 +2443,8 @@ static void load_tangent(const void *constants, const void *state, real x,
     const struct load *load = constants;
 
     (void)around, (void)state, (void)x, (void)d_state;
-    for (int c = 0; c < count && d_around->force != 0; c++)
-        row[c] -= load->compliance * d_around->force;
+    for (int c = 0; c < count; c++)
+        row[c] -= load->compliance * d_around[c].force;
 }
 
 static real load_by_parameters(const void *constants, const void *d_constants, const void *state, real x,

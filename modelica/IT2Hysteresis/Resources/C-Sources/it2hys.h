@@ -401,11 +401,13 @@ static inline real it2_inverse(const struct it2 *stage, struct it2_state *state,
 
 struct chain_parameters;
 
-/* What acts on the chain beside its input. */
+/* What acts on the chain beside its input, and what drives the core, which is noted on the way: behind the core,
+ * next states of a stage may depend on it. */
 struct chain_surroundings {
     real force;
     real temperature;
-    real time; /* of the tick */
+    real time;    /* of the tick */
+    real voltage; /* at the actuator */
 };
 
 struct stage {
@@ -449,7 +451,8 @@ struct stage_analysis {
                          real x, real d_y, const struct chain_parameters *, const struct chain_parameters *d);
 
     /* Of `step` by state, input and surroundings, along `count` directions at once: number i of the state has
-     * its derivatives from d_state[i * count] on; `row` goes from those of the input to those of the output. */
+     * its derivatives from d_state[i * count] on, d_around one for each; `row` goes from those of the input to
+     * those of the output. */
     void (*tangent)(const void *constants, const void *state, real x, const struct chain_surroundings *around,
                     const struct chain_surroundings *d_around, int count, real *restrict d_state,
                     real *restrict row);
@@ -955,6 +958,12 @@ static inline real chain_step(const struct chain *chain, struct chain_state *sta
 {
     return chain->effects ? chain_step_effects(chain, state, voltage, around)
                           : it2_step(&chain->core, &state->core, voltage);
+}
+
+/* The surroundings of the stages behind the core, which x drives. */
+static inline struct chain_surroundings chain_driven(const struct chain_surroundings *around, real x)
+{
+    return (struct chain_surroundings){ around->force, around->temperature, around->time, x };
 }
 
 /* Walks the active stages from number `first` to before `end`. */
@@ -1743,7 +1752,7 @@ bool actuator_check(const struct fmu_model *model, const void *parameters, char 
 
 static inline struct chain_surroundings actuator_surroundings(const double input[FMU_INPUTS], double time)
 {
-    return (struct chain_surroundings){ input[IN_FORCE], input[IN_TEMPERATURE], time };
+    return (struct chain_surroundings){ input[IN_FORCE], input[IN_TEMPERATURE], time, 0 };
 }
 
 /* The derivative of it; time is none of the knowns. */

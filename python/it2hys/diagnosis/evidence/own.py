@@ -117,7 +117,8 @@ class OwnEvidence(EffectEvidence):
         time = seen.extent.sample_time * np.arange(len(signal))
         ends = seen.extent.voltage if self._effect.side == "before" else seen.extent.displacement
         known = [*guess.values(), seen.extent.sample_time, seen.extent.zero, *ends]
-        return self._answer(known, signal, clue.force, clue.temperature, time)
+        around = Surroundings(clue.force, clue.temperature, time, clue.voltage)
+        return self._answer(known, signal, *around)
 
 
 @cache
