@@ -96,6 +96,18 @@ def test_two_resonances_close_together_are_told_apart(given):
 
 
 @pytest.mark.slow
+def test_heat_of_the_power_at_the_actuator_is_measured(given):
+    """It is voltage times current, which no signal of the displacement alone has: 1.5 to 2 times."""
+    given([FILES / "thermal_path.py"])
+    case = with_physics("thermal_path", LOOKED_AT + 1038)
+    found = diagnosed(case, [], ["thermal_path"])
+    assert not found.unexplained, found.left_over
+    assert unseen_over_noise(found, case) < 1.2
+    low, high = found.intervals["thermal_path.time"]
+    assert low < case.plant.effects[PHYSICS["thermal_path"]].time < high
+
+
+@pytest.mark.slow
 def test_without_its_file_it_is_unexplained_and_described(given):
     case = with_physics("second_resonance", LOOKED_AT + 1000)
     found = diagnosed(case, ["resonance"])
