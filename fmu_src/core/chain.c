@@ -120,7 +120,7 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
 /* --- forwards ---------------------------------------------------------------------------------- */
 
 real chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, real x,
-                const struct chain_surroundings *around)
+                const struct stage_surroundings *around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -132,16 +132,16 @@ real chain_walk(const struct chain *chain, int first, int end, struct chain_stat
 real chain_step_effects(const struct chain *chain, struct chain_state *state, real voltage,
                         const struct chain_surroundings *around)
 {
-    const real x = chain_walk(chain, 0, chain->before, state, voltage, around);
-    const real y = it2_step(&chain->core, &state->core, x);
-    const struct chain_surroundings driven = chain_driven(around, x);
+    struct stage_surroundings now = chain_around(around);
 
-    return chain_walk(chain, chain->before, chain->behind, state, y, &driven);
+    now.voltage = chain_walk(chain, 0, chain->before, state, voltage, &now);
+    const real y = it2_step(&chain->core, &state->core, now.voltage);
+    return chain_walk(chain, chain->before, chain->behind, state, y, &now);
 }
 
 real chain_measure_effects(const struct chain *chain, real displacement, real time)
 {
-    const struct chain_surroundings around = { .time = time };
+    const struct stage_surroundings around = { .time = time };
 
     return chain_walk(chain, chain->behind, chain->all, NULL, displacement, &around);
 }
@@ -204,7 +204,7 @@ static bool is_followed(const struct chain_place *place)
 
 /* Takes the plant's way on from `x` over the stages from number `first` to before `end`. */
 static real follow(const struct chain *chain, int first, int end, struct chain_state *state, real x,
-                   const struct chain_surroundings *around)
+                   const struct stage_surroundings *around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -218,11 +218,11 @@ static real follow(const struct chain *chain, int first, int end, struct chain_s
 
 /* The plant's way from what its amplifier lets through; returns whether it is where it was aimed at. */
 static bool follow_plant(const struct chain *chain, struct chain_state *state, real x,
-                         const struct chain_surroundings *around)
+                         const struct stage_surroundings *around)
 {
     x = follow(chain, 0, chain->before, state, x, around);
     const real y = it2_step(&chain->core, &state->reached.core, x);
-    const struct chain_surroundings driven = chain_driven(around, x);
+    const struct stage_surroundings driven = driven_by(around, x);
     follow(chain, chain->before, chain->behind, state, y, &driven);
     if (!is_back(chain, state))
         return false;
@@ -230,17 +230,15 @@ static bool follow_plant(const struct chain *chain, struct chain_state *state, r
     return true;
 }
 
-/* The plant's way where nothing is cut off: `input` is what each stage was aimed to get, x what the core was. */
-static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[], real x,
-                       const struct chain_surroundings *around)
+/* The plant's way where nothing is cut off: `input` is what each stage was aimed to get. */
+static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[],
+                       const struct stage_surroundings *around)
 {
-    const struct chain_surroundings driven = chain_driven(around, x);
-
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
         if (place->memory == CHAIN_LONG)
             place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
-                               &driven);
+                               around);
         arrive_at(place, state);
     }
     state->reached.core = state->core;
@@ -248,7 +246,7 @@ static void follow_aim(const struct chain *chain, struct chain_state *state, con
 
 /* Back over the stages that do not limit, from number `end` - 1 to `first`; notes what each is to get. */
 static real solve(const struct chain *chain, int first, int end, struct chain_state *state, real y,
-                  const struct chain_surroundings *around, real input[])
+                  const struct stage_surroundings *around, real input[])
 {
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
@@ -294,20 +292,21 @@ static real inverse_with_effects(const struct chain *chain, struct chain_state *
 {
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */
-    const struct chain_surroundings later = { around->force, around->temperature, around->time + chain->latency,
-                                              0 };
+    struct stage_surroundings now = chain_around(around), later = now;
     real input[CHAIN_STAGE_COUNT] = { 0 };
     real passed;
     unsigned cut = 0;
 
+    later.time += chain->latency;
     const real aim = solve(chain, chain->before, chain->behind, state, displacement, &later, input);
     const real x = it2_inverse(&chain->core, &state->core, aim);
-    const real wanted = solve(chain, 0, chain->before, state, x, around, input);
+    const real wanted = solve(chain, 0, chain->before, state, x, &now, input);
     const real voltage = within_limits(chain, state, wanted, &passed, &cut);
     *limits |= cut;
+    now.voltage = x;
     if (!astray && !cut)
-        follow_aim(chain, state, input, x, around);
-    else if (!follow_plant(chain, state, passed, around))
+        follow_aim(chain, state, input, &now);
+    else if (!follow_plant(chain, state, passed, &now))
         *limits |= CHAIN_RETURNING;
     return voltage;
 }

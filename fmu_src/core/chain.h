@@ -120,6 +120,13 @@ enum chain_limit {
     CHAIN_RETURNING = 8        /* it is not yet back from where one of these left it */
 };
 
+/* What acts on the chain beside its input. */
+struct chain_surroundings {
+    real force;
+    real temperature;
+    real time; /* of the tick */
+};
+
 /* A state and what the last step made of it, or their derivatives along one direction. */
 struct chain_point {
     struct chain_state state;
@@ -186,15 +193,15 @@ static inline real chain_step(const struct chain *chain, struct chain_state *sta
                           : it2_step(&chain->core, &state->core, voltage);
 }
 
-/* The surroundings of the stages behind the core, which x drives. */
-static inline struct chain_surroundings chain_driven(const struct chain_surroundings *around, real x)
+/* The same for a stage, at which nothing is known of what drives the core. */
+static inline struct stage_surroundings chain_around(const struct chain_surroundings *around)
 {
-    return (struct chain_surroundings){ around->force, around->temperature, around->time, x };
+    return (struct stage_surroundings){ around->force, around->temperature, around->time, 0 };
 }
 
 /* Walks the active stages from number `first` to before `end`. */
 real chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, real x,
-                const struct chain_surroundings *around);
+                const struct stage_surroundings *around);
 
 /* The displacement with what is picked up on the way to the recorder. */
 real chain_measure_effects(const struct chain *chain, real displacement, real time);

@@ -22,7 +22,7 @@ static void *copied(struct chain_state *copy, const struct chain_state *state, c
 }
 
 static real stage_tangent(const struct chain *chain, int i, const void *state, real x, void *d_state, real d_x,
-                          const struct chain_surroundings *around, const struct chain_surroundings *d_around)
+                          const struct stage_surroundings *around, const struct stage_surroundings *d_around)
 {
     const struct stage_analysis *analysis = chain_analysis(chain, i);
 
@@ -34,8 +34,8 @@ static real stage_tangent(const struct chain *chain, int i, const void *state, r
 
 /* Takes x on over the stages from number `first` to before `end`; advances `d`. */
 static struct both walk_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
-                                struct both x, const struct chain_surroundings *around, struct chain_state *d,
-                                const struct chain_surroundings *d_around)
+                                struct both x, const struct stage_surroundings *around, struct chain_state *d,
+                                const struct stage_surroundings *d_around)
 {
     struct chain_state copy;
 
@@ -62,14 +62,15 @@ struct chain_point chain_step_tangent(const struct chain *chain, const struct ch
                                       real d_voltage, const struct chain_surroundings *d_around)
 {
     struct chain_point d = { .state = d_state };
+    struct stage_surroundings now = chain_around(around), d_now = chain_around(d_around);
     struct both x = { voltage, d_voltage };
 
-    x = walk_tangent(chain, 0, chain->before, state, x, around, &d.state, d_around);
-    const struct chain_surroundings driven = chain_driven(around, x.value);
-    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
+    x = walk_tangent(chain, 0, chain->before, state, x, &now, &d.state, &d_now);
+    now.voltage = x.value;
+    d_now.voltage = x.d;
     x.d = core_tangent(chain, &state->core, x.value, &d.state.core, x.d);
     x.value = it2_evaluate(&chain->core, state->core.y, x.value);
-    x = walk_tangent(chain, chain->before, chain->behind, state, x, &driven, &d.state, &d_driven);
+    x = walk_tangent(chain, chain->before, chain->behind, state, x, &now, &d.state, &d_now);
     d.output = x.d;
     return d;
 }
@@ -97,8 +98,8 @@ static struct both within(struct it2_range limits, struct both x, real d_minimum
 
 /* Back over the stages that do not limit; as solve of chain.c. */
 static struct both solve_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
-                                 struct both y, const struct chain_surroundings *around, struct chain_state *d,
-                                 const struct chain_surroundings *d_around, struct both input[])
+                                 struct both y, const struct stage_surroundings *around, struct chain_state *d,
+                                 const struct stage_surroundings *d_around, struct both input[])
 {
     struct chain_state copy;
 
@@ -121,7 +122,7 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 static struct both within_limits_tangent(const struct chain *chain, const struct chain_state *state,
                                          struct both x, struct chain_state *d)
 {
-    static const struct chain_surroundings none = { 0, 0, 0, 0 };
+    static const struct stage_surroundings none = { 0, 0, 0, 0 };
     struct chain_state copy;
     bool followed = false;
 
@@ -148,8 +149,8 @@ static void arrive_tangent(struct chain_state *d)
 /* As follow of chain.c. */
 static struct both follow_tangent(const struct chain *chain, int first, int end,
                                   const struct chain_state *state, struct both x,
-                                  const struct chain_surroundings *around, struct chain_state *d,
-                                  const struct chain_surroundings *d_around)
+                                  const struct stage_surroundings *around, struct chain_state *d,
+                                  const struct stage_surroundings *d_around)
 {
     struct chain_state copy;
 
@@ -167,31 +168,27 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
 }
 
 static void follow_plant_tangent(const struct chain *chain, const struct chain_state *state, struct both x,
-                                 const struct chain_surroundings *around, struct chain_state *d,
-                                 const struct chain_surroundings *d_around)
+                                 const struct stage_surroundings *around, struct chain_state *d,
+                                 const struct stage_surroundings *d_around)
 {
     x = follow_tangent(chain, 0, chain->before, state, x, around, d, d_around);
     const real y = it2_evaluate(&chain->core, state->reached.core.y, x.value);
     const real d_y = core_tangent(chain, &state->reached.core, x.value, &d->reached.core, x.d);
-    const struct chain_surroundings driven = chain_driven(around, x.value);
-    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
+    const struct stage_surroundings driven = driven_by(around, x.value);
+    const struct stage_surroundings d_driven = driven_by(d_around, x.d);
     follow_tangent(chain, chain->before, chain->behind, state, (struct both){ y, d_y }, &driven, d, &d_driven);
 }
 
 static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state,
-                               const struct both input[], struct both x,
-                               const struct chain_surroundings *around, struct chain_state *d,
-                               const struct chain_surroundings *d_around)
+                               const struct both input[], const struct stage_surroundings *around,
+                               struct chain_state *d, const struct stage_surroundings *d_around)
 {
-    const struct chain_surroundings driven = chain_driven(around, x.value);
-    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
-
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->memory == CHAIN_LONG)
-            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, &driven,
-                          &d_driven);
+            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, around,
+                          d_around);
     }
 }
 
@@ -201,20 +198,22 @@ static real inverse_with_effects_tangent(const struct chain *chain, const struct
                                          const struct chain_surroundings *around, struct chain_state *d,
                                          const struct chain_surroundings *d_around)
 {
-    const struct chain_surroundings later = { around->force, around->temperature, around->time + chain->latency,
-                                              0 };
+    struct stage_surroundings now = chain_around(around), later = now, d_now = chain_around(d_around);
     struct both input[CHAIN_STAGE_COUNT] = { { 0, 0 } };
 
+    later.time += chain->latency;
     const struct both aim =
-        solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, d_around, input);
+        solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, &d_now, input);
     struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0 };
     x.d = core_inverse_tangent(chain, &state->core, x.value, &d->core, aim.d);
-    const struct both wanted = solve_tangent(chain, 0, chain->before, state, x, around, d, d_around, input);
+    const struct both wanted = solve_tangent(chain, 0, chain->before, state, x, &now, d, &d_now, input);
     const struct both passed = within_limits_tangent(chain, state, wanted, d);
+    now.voltage = x.value;
+    d_now.voltage = x.d;
     if (chain_is_astray(state) || limits & (CHAIN_AMPLIFIER | CHAIN_VOLTAGE_RANGE))
-        follow_plant_tangent(chain, state, passed, around, d, d_around);
+        follow_plant_tangent(chain, state, passed, &now, d, &d_now);
     else
-        follow_aim_tangent(chain, state, input, x, around, d, d_around);
+        follow_aim_tangent(chain, state, input, &now, d, &d_now);
     if (!chain_is_astray(after))
         arrive_tangent(d);
     return within(chain->voltage, passed, 0, 0).d;
@@ -310,7 +309,7 @@ real chain_equilibrium_tangent(const struct chain *chain, const struct chain_sta
                                const struct chain_parameters *parameters,
                                const struct chain_parameters *d_parameters)
 {
-    static const struct chain_surroundings none = { 0, 0, 0, 0 };
+    static const struct stage_surroundings none = { 0, 0, 0, 0 };
     const real y = state->core.y;
     const real hold = it2_solve(&chain->core, y, y);
     struct chain d_chain;

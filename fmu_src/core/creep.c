@@ -84,7 +84,7 @@ static real creep_rest(const void *constants, void *state, real y, const struct 
     return creep->zero + x;
 }
 
-static real creep_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real creep_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct creep *creep = constants;
     struct creep_state *s = state;
@@ -107,7 +107,7 @@ static real creep_solve(const struct creep *creep, const struct creep_state *s, 
     return y * creep->per_slope;
 }
 
-static real creep_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
+static real creep_inverse(const void *constants, void *state, real y, const struct stage_surroundings *around)
 {
     const struct creep *creep = constants;
 
@@ -152,7 +152,7 @@ static real creep_rest_tangent(const void *constants, const void *d_constants, c
 }
 
 static void creep_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                           int count, real *restrict d_state, real *restrict row)
 {
     const struct creep *creep = constants;
@@ -174,7 +174,7 @@ static void creep_tangent(const void *constants, const void *state, real x,
 }
 
 static real creep_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                                const struct chain_surroundings *around, real *d_state, int stride)
+                                const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct creep *creep = constants, *d = d_constants;
     const struct creep_state *s = state;
@@ -195,8 +195,8 @@ static real creep_by_parameters(const void *constants, const void *d_constants, 
 }
 
 static real creep_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
-                                  const struct chain_surroundings *around,
-                                  const struct chain_surroundings *d_around)
+                                  const struct stage_surroundings *around,
+                                  const struct stage_surroundings *d_around)
 {
     (void)around, (void)state, (void)x, (void)d_around;
     return creep_solve(constants, d_state, d_y); /* it is linear */

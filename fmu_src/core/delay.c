@@ -79,7 +79,7 @@ static int delay_before(const struct delay *delay, int newest, int ticks)
     return place < needed ? place : place - needed;
 }
 
-static real delay_step(const void *constants, void *state, real u, const struct chain_surroundings *around)
+static real delay_step(const void *constants, void *state, real u, const struct stage_surroundings *around)
 {
     const struct delay *delay = constants;
     struct delay_state *s = state;
@@ -114,7 +114,7 @@ static real delay_rest_tangent(const void *constants, const void *d_constants, c
 }
 
 static void delay_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                           int count, real *restrict d_state, real *restrict row)
 {
     const struct delay *delay = constants;
@@ -137,7 +137,7 @@ static void delay_tangent(const void *constants, const void *state, real x,
 
 /* At a whole number of ticks the output has a corner; its derivative there is the mean of both sides. */
 static real delay_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                                const struct chain_surroundings *around, real *d_state, int stride)
+                                const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct delay *delay = constants, *d = d_constants;
     const struct delay_state *s = state;

@@ -12,19 +12,19 @@ static void drift_prepare(void *constants, const struct chain_parameters *p)
     *(struct drift *)constants = (struct drift){ p->drift.temperatureCoefficient, p->drift.rate };
 }
 
-static real drift_offset(const struct drift *drift, const struct chain_surroundings *around)
+static real drift_offset(const struct drift *drift, const struct stage_surroundings *around)
 {
     return drift->temperatureCoefficient * (around->temperature - DRIFT_REFERENCE_TEMPERATURE) +
            drift->rate * around->time;
 }
 
-static real drift_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real drift_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     (void)state;
     return x + drift_offset(constants, around);
 }
 
-static real drift_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
+static real drift_inverse(const void *constants, void *state, real y, const struct stage_surroundings *around)
 {
     (void)state;
     return y - drift_offset(constants, around);
@@ -38,7 +38,7 @@ static void drift_prepare_tangent(void *d_constants, const void *constants, cons
 }
 
 static void drift_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                           int count, real *restrict d_state, real *restrict row)
 {
     const struct drift *drift = constants;
@@ -49,15 +49,15 @@ static void drift_tangent(const void *constants, const void *state, real x,
 }
 
 static real drift_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                                const struct chain_surroundings *around, real *d_state, int stride)
+                                const struct stage_surroundings *around, real *d_state, int stride)
 {
     (void)constants, (void)state, (void)x, (void)d_state, (void)stride;
     return drift_offset(d_constants, around);
 }
 
 static real drift_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
-                                  const struct chain_surroundings *around,
-                                  const struct chain_surroundings *d_around)
+                                  const struct stage_surroundings *around,
+                                  const struct stage_surroundings *d_around)
 {
     const struct drift *drift = constants;
 

@@ -24,7 +24,7 @@ static void hum_prepare(void *constants, const struct chain_parameters *p)
     *(struct hum *)constants = (struct hum){ p->hum.amplitude, p->hum.frequency, p->hum.phase };
 }
 
-static real hum_step(const void *constants, void *state, real y, const struct chain_surroundings *around)
+static real hum_step(const void *constants, void *state, real y, const struct stage_surroundings *around)
 {
     const struct hum *hum = constants;
 
@@ -40,7 +40,7 @@ static void hum_prepare_tangent(void *d_constants, const void *constants, const 
 }
 
 static real hum_by_parameters(const void *constants, const void *d_constants, const void *state, real y,
-                              const struct chain_surroundings *around, real *d_state, int stride)
+                              const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct hum *hum = constants, *d = d_constants;
     const real phase = TWO_PI * hum->frequency * around->time + hum->phase;

@@ -41,7 +41,7 @@ static real lag_rest(const void *constants, void *state, real y, const struct ch
     return s->y = y;
 }
 
-static real lag_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real lag_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct lag *lag = constants;
     struct lag_state *s = state;
@@ -51,7 +51,7 @@ static real lag_step(const void *constants, void *state, real x, const struct ch
     return s->y;
 }
 
-static real lag_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
+static real lag_inverse(const void *constants, void *state, real y, const struct stage_surroundings *around)
 {
     const struct lag *lag = constants;
     struct lag_state *s = state;
@@ -82,7 +82,7 @@ static real lag_rest_tangent(const void *constants, const void *d_constants, con
 }
 
 static void lag_tangent(const void *constants, const void *state, real x,
-                        const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                        const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                         int count, real *restrict d_state, real *restrict row)
 {
     const struct lag *lag = constants;
@@ -95,7 +95,7 @@ static void lag_tangent(const void *constants, const void *state, real x,
 }
 
 static real lag_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                              const struct chain_surroundings *around, real *d_state, int stride)
+                              const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct lag *d = d_constants;
     const struct lag_state *s = state;
@@ -107,8 +107,8 @@ static real lag_by_parameters(const void *constants, const void *d_constants, co
 }
 
 static real lag_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
-                                const struct chain_surroundings *around,
-                                const struct chain_surroundings *d_around)
+                                const struct stage_surroundings *around,
+                                const struct stage_surroundings *d_around)
 {
     (void)around, (void)state, (void)x;
     return lag_inverse(constants, d_state, d_y, d_around); /* it is linear */

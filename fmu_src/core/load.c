@@ -24,7 +24,7 @@ static void load_prepare(void *constants, const struct chain_parameters *p)
     load->compliance = p->load.compliance;
 }
 
-static real load_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real load_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct load *load = constants;
 
@@ -32,7 +32,7 @@ static real load_step(const void *constants, void *state, real x, const struct c
     return x - load->compliance * around->force;
 }
 
-static real load_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
+static real load_inverse(const void *constants, void *state, real y, const struct stage_surroundings *around)
 {
     const struct load *load = constants;
 
@@ -48,7 +48,7 @@ static void load_prepare_tangent(void *d_constants, const void *constants, const
 }
 
 static void load_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                          int count, real *restrict d_state, real *restrict row)
 {
     const struct load *load = constants;
@@ -59,7 +59,7 @@ static void load_tangent(const void *constants, const void *state, real x,
 }
 
 static real load_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                               const struct chain_surroundings *around, real *d_state, int stride)
+                               const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct load *d = d_constants;
 
@@ -68,8 +68,8 @@ static real load_by_parameters(const void *constants, const void *d_constants, c
 }
 
 static real load_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
-                                 const struct chain_surroundings *around,
-                                 const struct chain_surroundings *d_around)
+                                 const struct stage_surroundings *around,
+                                 const struct stage_surroundings *d_around)
 {
     (void)around, (void)state, (void)x;
     return load_inverse(constants, d_state, d_y, d_around); /* it is linear */

@@ -88,7 +88,7 @@ static void nonlinearity_prepare(void *constants, const struct chain_parameters 
 }
 
 static real nonlinearity_step(const void *constants, void *state, real x,
-                              const struct chain_surroundings *around)
+                              const struct stage_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
     const real z = clamp((x - curve->centre) * curve->per_half_range, -1, 1);
@@ -141,7 +141,7 @@ static real nonlinearity_search(const struct nonlinearity *curve, real aim)
 
 /* A curve that bends little takes a number of steps that is known before: nothing has to be decided. */
 static real nonlinearity_inverse(const void *constants, void *state, real y,
-                                 const struct chain_surroundings *around)
+                                 const struct stage_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
     const real aim = (y - curve->centre) * curve->per_half_range;
@@ -183,8 +183,8 @@ static real nonlinearity_derivative(const struct nonlinearity *curve, real x)
 }
 
 static void nonlinearity_tangent(const void *constants, const void *state, real x,
-                                 const struct chain_surroundings *around,
-                                 const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                                 const struct stage_surroundings *around,
+                                 const struct stage_surroundings *d_around, int count, real *restrict d_state,
                                  real *restrict row)
 {
     const real slope = nonlinearity_derivative(constants, x);
@@ -195,7 +195,7 @@ static void nonlinearity_tangent(const void *constants, const void *state, real 
 }
 
 static real nonlinearity_by_parameters(const void *constants, const void *d_constants, const void *state,
-                                       real x, const struct chain_surroundings *around, real *d_state,
+                                       real x, const struct stage_surroundings *around, real *d_state,
                                        int stride)
 {
     const struct nonlinearity *curve = constants, *d = d_constants;
@@ -209,8 +209,8 @@ static real nonlinearity_by_parameters(const void *constants, const void *d_cons
 }
 
 static real nonlinearity_inverse_tangent(const void *constants, const void *state, real x, void *d_state,
-                                         real d_y, const struct chain_surroundings *around,
-                                         const struct chain_surroundings *d_around)
+                                         real d_y, const struct stage_surroundings *around,
+                                         const struct stage_surroundings *d_around)
 {
     (void)around, (void)state, (void)d_state, (void)d_around;
     return d_y / nonlinearity_derivative(constants, x);

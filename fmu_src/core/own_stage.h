@@ -13,15 +13,15 @@
 enum { OWN_SEARCH_STEPS = 60, OWN_GRID = 64 };
 #define OWN_ROUNDING (4 * REAL_EPSILON)
 
-static const struct chain_surroundings OWN_AT_REST = { 0, REAL(293.15), 0, 0 };
+static const struct stage_surroundings OWN_AT_REST = { 0, REAL(293.15), 0, 0 };
 
 /* Of `step`, which it does not take: the output at the input x, and its derivative by x. */
 typedef real own_curve(const void *constants, const void *state, real x,
-                       const struct chain_surroundings *around, real *slope);
+                       const struct stage_surroundings *around, real *slope);
 
 /* Where the range has no ends, ends between which the curve that rises has the value y. */
 static inline void own_bracket(own_curve *curve, const void *constants, const void *state, real y,
-                               const struct chain_surroundings *around, real *first, real *last)
+                               const struct stage_surroundings *around, real *first, real *last)
 {
     real slope, width = real_fmax(real_fabs(y), REAL(1e-6));
 
@@ -46,7 +46,7 @@ static inline real own_beyond(real minimum, real maximum)
  * or at the farthest that it is sought. Newton's method within a bracket that every step narrows, which is halved
  * instead where Newton would leave it or does not halve its own step. */
 static inline real own_search(own_curve *curve, const void *constants, const void *state, real y,
-                              const struct chain_surroundings *around, real minimum, real maximum)
+                              const struct stage_surroundings *around, real minimum, real maximum)
 {
     real low = minimum, high = maximum, slope;
 

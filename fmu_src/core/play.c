@@ -58,7 +58,7 @@ static size_t play_used(const void *constants)
     return (size_t)play->count * sizeof(real);
 }
 
-static real play_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real play_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct play *play = constants;
     struct play_state *s = state;
@@ -91,7 +91,7 @@ static real play_walk(const struct play *play, const struct play_state *s, real 
     return x;
 }
 
-static real play_inverse(const void *constants, void *state, real h, const struct chain_surroundings *around)
+static real play_inverse(const void *constants, void *state, real h, const struct stage_surroundings *around)
 {
     const struct play *play = constants;
     const struct play_state *s = state;
@@ -187,7 +187,7 @@ static real play_rest_tangent(const void *constants, const void *d_constants, co
 }
 
 static void play_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                          int count, real *restrict d_state, real *restrict row)
 {
     const struct play *play = constants;
@@ -210,7 +210,7 @@ static void play_tangent(const void *constants, const void *state, real x,
 }
 
 static real play_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                               const struct chain_surroundings *around, real *d_state, int stride)
+                               const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct play *play = constants, *d = d_constants;
     const struct play_state *s = state;
@@ -227,8 +227,8 @@ static real play_by_parameters(const void *constants, const void *d_constants, c
 }
 
 static real play_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_h,
-                                 const struct chain_surroundings *around,
-                                 const struct chain_surroundings *d_around)
+                                 const struct stage_surroundings *around,
+                                 const struct stage_surroundings *d_around)
 {
     const struct play *play = constants;
     const struct play_state *d = d_state;

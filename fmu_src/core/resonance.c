@@ -63,7 +63,7 @@ static void resonance_advance(struct resonance_state *state, real x, real y)
     state->x1 = x;
 }
 
-static real resonance_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real resonance_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
@@ -75,7 +75,7 @@ static real resonance_step(const void *constants, void *state, real x, const str
 }
 
 static real resonance_inverse(const void *constants, void *state, real y,
-                              const struct chain_surroundings *around)
+                              const struct stage_surroundings *around)
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
@@ -116,8 +116,8 @@ static real resonance_rest_tangent(const void *constants, const void *d_constant
 }
 
 static void resonance_tangent(const void *constants, const void *state, real x,
-                              const struct chain_surroundings *around,
-                              const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                              const struct stage_surroundings *around,
+                              const struct stage_surroundings *d_around, int count, real *restrict d_state,
                               real *restrict row)
 {
     const struct resonance *resonance = constants;
@@ -135,7 +135,7 @@ static void resonance_tangent(const void *constants, const void *state, real x,
 }
 
 static real resonance_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                                    const struct chain_surroundings *around, real *d_state, int stride)
+                                    const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct resonance *d = d_constants;
     const struct resonance_state *s = state;
@@ -147,8 +147,8 @@ static real resonance_by_parameters(const void *constants, const void *d_constan
 }
 
 static real resonance_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
-                                      const struct chain_surroundings *around,
-                                      const struct chain_surroundings *d_around)
+                                      const struct stage_surroundings *around,
+                                      const struct stage_surroundings *d_around)
 {
     (void)around, (void)state, (void)x;
     return resonance_inverse(constants, d_state, d_y, d_around); /* it is linear */

@@ -26,7 +26,7 @@ static void saturation_prepare(void *constants, const struct chain_parameters *p
     *(struct saturation *)constants = (struct saturation){ p->saturation.minimum, p->saturation.maximum };
 }
 
-static real saturation_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real saturation_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct saturation *limits = constants;
 
@@ -42,8 +42,8 @@ static void saturation_prepare_tangent(void *d_constants, const void *constants,
 }
 
 static void saturation_tangent(const void *constants, const void *state, real x,
-                               const struct chain_surroundings *around,
-                               const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                               const struct stage_surroundings *around,
+                               const struct stage_surroundings *d_around, int count, real *restrict d_state,
                                real *restrict row)
 {
     const struct saturation *limits = constants;
@@ -56,7 +56,7 @@ static void saturation_tangent(const void *constants, const void *state, real x,
 }
 
 static real saturation_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                                     const struct chain_surroundings *around, real *d_state, int stride)
+                                     const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct saturation *limits = constants, *d = d_constants;
 

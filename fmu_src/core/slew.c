@@ -30,7 +30,7 @@ static real slew_rest(const void *constants, void *state, real y, const struct c
     return s->y = y;
 }
 
-static real slew_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real slew_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct slew *slew = constants;
     struct slew_state *s = state;
@@ -64,7 +64,7 @@ static int slew_limited(const struct slew *slew, const struct slew_state *s, rea
 }
 
 static void slew_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                          int count, real *restrict d_state, real *restrict row)
 {
     const bool limited = slew_limited(constants, state, x) != 0;
@@ -75,7 +75,7 @@ static void slew_tangent(const void *constants, const void *state, real x,
 }
 
 static real slew_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                               const struct chain_surroundings *around, real *d_state, int stride)
+                               const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct slew *d = d_constants;
     const real moved = (real)slew_limited(constants, state, x) * d->step;

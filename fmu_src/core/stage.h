@@ -24,14 +24,19 @@
 
 struct chain_parameters;
 
-/* What acts on the chain beside its input, and what drives the core, which is noted on the way: behind the core,
- * next states of a stage may depend on it. */
-struct chain_surroundings {
+/* What acts on a stage beside its input. */
+struct stage_surroundings {
     real force;
     real temperature;
     real time;    /* of the tick */
-    real voltage; /* at the actuator */
+    real voltage; /* that drives the core; behind the core, next states may depend on it */
 };
+
+/* The same where another voltage drives the core. */
+static inline struct stage_surroundings driven_by(const struct stage_surroundings *around, real voltage)
+{
+    return (struct stage_surroundings){ around->force, around->temperature, around->time, voltage };
+}
 
 struct stage {
     bool limits; /* it loses what is beyond: its inverse gives the nearest */
@@ -46,11 +51,11 @@ struct stage {
     real (*rest)(const void *constants, void *state, real y, const struct chain_parameters *);
 
     /* Input to output; advances the state. */
-    real (*step)(const void *constants, void *state, real x, const struct chain_surroundings *);
+    real (*step)(const void *constants, void *state, real x, const struct stage_surroundings *);
 
     /* Output to input. A state of the memory AIMED or SHORT (stages.h) is advanced to what `step` would have
      * left, a long one stays. NULL: the stage has no part in the inverse. */
-    real (*inverse)(const void *constants, void *state, real y, const struct chain_surroundings *);
+    real (*inverse)(const void *constants, void *state, real y, const struct stage_surroundings *);
 
     /* How many bytes of the state are in use, from its beginning. NULL: all. */
     size_t (*used)(const void *constants);
@@ -76,18 +81,18 @@ struct stage_analysis {
     /* Of `step` by state, input and surroundings, along `count` directions at once: number i of the state has
      * its derivatives from d_state[i * count] on, d_around one for each; `row` goes from those of the input to
      * those of the output. */
-    void (*tangent)(const void *constants, const void *state, real x, const struct chain_surroundings *around,
-                    const struct chain_surroundings *d_around, int count, real *restrict d_state,
+    void (*tangent)(const void *constants, const void *state, real x, const struct stage_surroundings *around,
+                    const struct stage_surroundings *d_around, int count, real *restrict d_state,
                     real *restrict row);
 
     /* Of `step` by the constants alone: returns that of the output, and adds to d_state[i * stride]. */
     real (*by_parameters)(const void *constants, const void *d_constants, const void *state, real x,
-                          const struct chain_surroundings *, real *d_state, int stride);
+                          const struct stage_surroundings *, real *d_state, int stride);
 
     /* Of `inverse`, which has returned x, by state, output and surroundings. For a stage that limits it is
      * `tangent`. */
     real (*inverse_tangent)(const void *constants, const void *state, real x, void *d_state, real d_y,
-                            const struct chain_surroundings *around, const struct chain_surroundings *d_around);
+                            const struct stage_surroundings *around, const struct stage_surroundings *d_around);
 };
 
 /* Directions that a tangent takes at a time, where it has to keep their inputs. */

@@ -28,7 +28,7 @@ struct side {
     int first, end; /* among the active stages */
     int columns;
     double *states;
-    struct chain_surroundings *d_around; /* of each column: the voltage at the actuator, behind the core */
+    struct stage_surroundings *d_around; /* of each column: the voltage at the actuator, behind the core */
 };
 
 /* Before the core all columns begin with the voltage at which the stage rests, and most have nothing else to
@@ -54,12 +54,12 @@ static void begin(struct walker *walker, const struct chain_parameters *paramete
     chain_reset(&walker->chain, &walker->state, parameters);
 }
 
-static struct chain_surroundings at(const struct chain_parameters *parameters,
+static struct stage_surroundings at(const struct chain_parameters *parameters,
                                     const struct chain_record *record, size_t k)
 {
     const double time = (double)(record->first_tick + (int64_t)k) * parameters->sampleTime;
 
-    return (struct chain_surroundings){ record->force[k], record->temperature[k], time, 0.0 };
+    return (struct stage_surroundings){ record->force[k], record->temperature[k], time, 0.0 };
 }
 
 size_t chain_predict(const struct chain_parameters *parameters, const struct chain_record *record,
@@ -70,10 +70,10 @@ size_t chain_predict(const struct chain_parameters *parameters, const struct cha
 
     begin(&walker, parameters);
     for (size_t k = 0; k < record->samples; k++) {
-        const struct chain_surroundings around = at(parameters, record, k);
+        const struct stage_surroundings around = at(parameters, record, k);
         core_input[k] = chain_walk(chain, 0, chain->before, &walker.state, record->voltage[k], &around);
         core_output[k] = it2_step(&chain->core, &walker.state.core, core_input[k]);
-        const struct chain_surroundings driven = chain_driven(&around, core_input[k]);
+        const struct stage_surroundings driven = driven_by(&around, core_input[k]);
         measured[k] = chain_walk(chain, chain->before, chain->all, &walker.state, core_output[k], &driven);
         if (!isfinite(measured[k]))
             return k;
@@ -199,7 +199,7 @@ static bool begin_sensitivities(struct sensitivities *s, const struct chain_para
 
 /* Takes x and the row of derivatives over a side, and the states with them; returns the output. */
 static double pass(struct sensitivities *s, struct side *side, double x, double *row,
-                   const struct chain_surroundings *around)
+                   const struct stage_surroundings *around)
 {
     const struct chain *chain = &s->walker.chain;
     double *d_state = side->states;
@@ -225,7 +225,7 @@ static double pass(struct sensitivities *s, struct side *side, double x, double 
 }
 
 /* Returns the reading, or what is not finite where the derivatives are not. */
-static double tick(struct sensitivities *s, double voltage, const struct chain_surroundings *around,
+static double tick(struct sensitivities *s, double voltage, const struct stage_surroundings *around,
                    double *row)
 {
     struct it2_state *core = &s->walker.state.core;
@@ -237,7 +237,7 @@ static double tick(struct sensitivities *s, double voltage, const struct chain_s
     memset(before, 0, (size_t)s->before.columns * sizeof *before);
     const double x = pass(s, &s->before, voltage, before, around);
     core->y = it2_gradient(&s->walker.chain.core, core->y, x, gradient, &f);
-    struct chain_surroundings *d = s->behind.d_around;
+    struct stage_surroundings *d = s->behind.d_around;
     for (int c = 0; c < columns; c++)
         d[c].voltage = before[0] * s->resting[c];
     for (int j = 0; j < s->count; j++)
@@ -248,7 +248,7 @@ static double tick(struct sensitivities *s, double voltage, const struct chain_s
     for (int i = 0; i < s->rules; i++)
         s->core[i] += gradient[i];
     memcpy(row, s->core, (size_t)columns * sizeof *row);
-    const struct chain_surroundings driven = chain_driven(around, x);
+    const struct stage_surroundings driven = driven_by(around, x);
     const double measured = pass(s, &s->behind, core->y, row, &driven);
     return isfinite(f.dy) ? measured : f.dy;
 }
@@ -281,7 +281,7 @@ size_t chain_sensitivity(const struct chain_parameters *parameters, const struct
     if (!s->knob || !begin_sensitivities(s, parameters, places))
         goto end;
     for (; k < record->samples; k++) {
-        const struct chain_surroundings around = at(parameters, record, k);
+        const struct stage_surroundings around = at(parameters, record, k);
         measured[k] = tick(s, record->voltage[k], &around, sensitivity + k * (size_t)(s->rules + count));
         if (!isfinite(measured[k]))
             break;

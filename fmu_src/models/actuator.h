@@ -28,7 +28,7 @@ bool actuator_check(const struct fmu_model *model, const void *parameters, char 
 
 static inline struct chain_surroundings actuator_surroundings(const double input[FMU_INPUTS], double time)
 {
-    return (struct chain_surroundings){ input[IN_FORCE], input[IN_TEMPERATURE], time, 0 };
+    return (struct chain_surroundings){ input[IN_FORCE], input[IN_TEMPERATURE], time };
 }
 
 /* The derivative of it; time is none of the knowns. */

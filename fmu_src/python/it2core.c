@@ -167,7 +167,7 @@ static struct chain_surroundings surroundings(const struct chain_parameters *par
 {
     const double time = (double)(first_tick + (int64_t)k) * parameters->sampleTime;
 
-    return (struct chain_surroundings){ force[k], temperature[k], time, 0.0 };
+    return (struct chain_surroundings){ force[k], temperature[k], time };
 }
 
 /* A chain at rest, made as FMUs make it: the same bits come out. */

@@ -87,7 +87,7 @@ static inline double swing(double low, double high, int tick, double phase)
 static inline struct chain_surroundings surroundings(int tick)
 {
     return (struct chain_surroundings){ swing(-10.0, 10.0, tick, 2.0), swing(288.0, 298.0, tick, 1.0),
-                                        1e-4 * tick, 0.0 };
+                                        1e-4 * tick };
 }
 
 #endif

@@ -8,8 +8,8 @@ CHECK_MAIN;
 
 enum { SETS = 300, TICKS = 200 };
 
-static const struct chain_surroundings REST = { 0.0, 293.15, 0.0, 0.0 };
-static const struct chain_surroundings STILL = { 0.0, 0.0, 0.0, 0.0 };
+static const struct chain_surroundings REST = { 0.0, 293.15, 0.0 };
+static const struct chain_surroundings STILL = { 0.0, 0.0, 0.0 };
 
 /* For any voltage: random references ask for thousands of volts. */
 static int random_set(uint64_t *seed, struct chain_parameters *p)

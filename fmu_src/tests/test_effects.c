@@ -202,7 +202,7 @@ static void no_wind_up(uint64_t *seed)
  * is back the inverse says so. */
 static void recovers(void)
 {
-    const struct chain_surroundings around = { 0.0, 293.15, 0.0, 0.0 };
+    const struct chain_surroundings around = { 0.0, 293.15, 0.0 };
     struct chain_parameters p;
     struct chain chain;
     struct chain_state plant, inverse;
@@ -238,7 +238,7 @@ static void recovers(void)
  * otherwise, and that does not last: no limit cycle. */
 static void within_the_voltages(uint64_t *seed, unsigned effects)
 {
-    const struct chain_surroundings around = { 0.0, 293.15, 0.0, 0.0 };
+    const struct chain_surroundings around = { 0.0, 293.15, 0.0 };
     struct chain_parameters p;
     struct chain chain;
     struct chain_state plant, inverse;
@@ -287,7 +287,7 @@ static void stays_within_the_voltages(uint64_t *seed)
 /* A run that rests beyond the voltages, farther than the slew limit lets it come back in a tick. */
 static void begins_beyond_the_voltages(void)
 {
-    const struct chain_surroundings around = { 0.0, 293.15, 0.0, 0.0 };
+    const struct chain_surroundings around = { 0.0, 293.15, 0.0 };
     struct chain_parameters p;
     struct chain chain;
     struct chain_state plant, inverse;
@@ -437,7 +437,7 @@ static void history_is_walked(void)
  * holds it. */
 static void rests_where_it_is_told(void)
 {
-    const struct chain_surroundings still = { 0.0, 293.15, 0.0, 0.0 };
+    const struct chain_surroundings still = { 0.0, 293.15, 0.0 };
     uint64_t seed = 47;
 
     for (int i = 0; i < SETS; i++) {
@@ -473,7 +473,7 @@ static void delayed(double ticks)
     chain_reset(&chain, &plant, &p);
     chain_reset(&chain, &inverse, &p);
     for (int k = 0; k < TICKS; k++) {
-        const struct chain_surroundings around = { 0.0, 293.15, 1e-4 * k, 0.0 };
+        const struct chain_surroundings around = { 0.0, 293.15, 1e-4 * k };
         const double fade = 1.0 - exp(-0.01 * (k + whole) * (k + whole));
         const double ahead = 5.0 + fade * (swing(4.0, 9.0, k + whole, 0.0) - 5.0);
         const double fade_now = 1.0 - exp(-0.01 * k * k);
@@ -694,7 +694,7 @@ static void equilibrium(void)
         prepare(&chain, &p);
         chain_reset(&chain, &state, &p);
         const double hold = hold_voltage(&p);
-        const struct chain_surroundings still = { 0.0, 293.15, 0.0, 0.0 };
+        const struct chain_surroundings still = { 0.0, 293.15, 0.0 };
         for (int k = 0; i % 2 && i % 3 < 2 && i % 5 < 4 && k < 20; k++)
             CHECK_CLOSE(chain_step(&chain, &state, hold, &still), 5.0, 1e-9);
         chain_reset(&chain, &state, &p);

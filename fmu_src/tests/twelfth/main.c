@@ -19,7 +19,7 @@ static void predict(const struct chain_parameters *p, const double *u, double *y
 int main(void)
 {
     static double u[TICKS], y[TICKS], up[TICKS], down[TICKS], zero[TICKS], by[TICKS * 25];
-    const struct chain_surroundings around = { 0.0, 293.15, 0.0, 0.0 }, none = { 0.0, 0.0, 0.0, 0.0 };
+    const struct chain_surroundings around = { 0.0, 293.15, 0.0 }, none = { 0.0, 0.0, 0.0 };
     const size_t place = offsetof(struct chain_parameters, tilt.gain);
     struct chain_parameters p;
     struct chain chain;

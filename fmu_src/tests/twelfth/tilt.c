@@ -14,7 +14,7 @@ static double tilt_rest(const void *constants, void *state, double y, const stru
     return ((struct tilt_state *)state)->x = y;
 }
 
-static double tilt_step(const void *constants, void *state, double x, const struct chain_surroundings *around)
+static double tilt_step(const void *constants, void *state, double x, const struct stage_surroundings *around)
 {
     struct tilt_state *s = state;
     const double y = x + ((const struct tilt *)constants)->gain * (x - s->x);
@@ -24,7 +24,7 @@ static double tilt_step(const void *constants, void *state, double x, const stru
 }
 
 static double tilt_inverse(const void *constants, void *state, double y,
-                           const struct chain_surroundings *around)
+                           const struct stage_surroundings *around)
 {
     const double gain = ((const struct tilt *)constants)->gain;
     struct tilt_state *s = state;
@@ -53,7 +53,7 @@ static double tilt_rest_tangent(const void *constants, const void *d_constants, 
 }
 
 static void tilt_tangent(const void *constants, const void *state, double x,
-                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                          int count, double *restrict d_state, double *restrict row)
 {
     (void)state, (void)x, (void)around, (void)d_around;
@@ -65,15 +65,15 @@ static void tilt_tangent(const void *constants, const void *state, double x,
 }
 
 static double tilt_by_parameters(const void *constants, const void *d_constants, const void *state, double x,
-                                 const struct chain_surroundings *around, double *d_state, int stride)
+                                 const struct stage_surroundings *around, double *d_state, int stride)
 {
     (void)constants, (void)around, (void)d_state, (void)stride;
     return ((const struct tilt *)d_constants)->gain * (x - ((const struct tilt_state *)state)->x);
 }
 
 static double tilt_inverse_tangent(const void *constants, const void *state, double x, void *d_state,
-                                   double d_y, const struct chain_surroundings *around,
-                                   const struct chain_surroundings *d_around)
+                                   double d_y, const struct stage_surroundings *around,
+                                   const struct stage_surroundings *d_around)
 {
     (void)state, (void)x, (void)around;
     return tilt_inverse(constants, d_state, d_y, d_around);

@@ -36,7 +36,8 @@ _TEXT = """\
  *         for (int k = 0; k < 100; k++) {{ // every {sample_time!r} s
  *             const real time = (real)k * IT2HYS_PARAMETERS.sampleTime;
  *             const real reference = start + REAL(0.005) * (real)k * stroke;
- *             const struct chain_surroundings around = {{ .temperature = REAL(293.15), .time = time }};
+ *             // force, temperature, time
+ *             const struct chain_surroundings around = {{ 0, REAL(293.15), time }};
  *             unsigned limits; // why the reference is out of reach (enum chain_limit), or 0
  *             const real voltage = chain_inverse(&chain, &inverse, reference, &around, &limits);
  *             const real displacement = chain_step(&chain, &plant, voltage, &around);

@@ -12,7 +12,6 @@ import numpy as np
 from it2hys.errors import InputError
 from it2hys.model import compiled
 from it2hys.model.chain import Chain
-from it2hys.model.effect import Surroundings
 from it2hys.model.own_effect import AT_REST, ENDS, OwnEffect, line_of, sample_values, symbols_of
 from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.records import Record
@@ -60,7 +59,7 @@ def signals_for(effect: OwnEffect, records: Sequence[Record]) -> list[Signals]:
         force = 0.0 if r.force is None else r.force[:_SAMPLES]
         temperature = AT_REST.temperature if r.temperature is None else r.temperature[:_SAMPLES]
         time = r.sample_time * np.arange(len(x))
-        channels = Surroundings(force, temperature, time, r.voltage[:_SAMPLES])
+        channels = (force, temperature, time, r.voltage[:_SAMPLES])
         around = np.array([np.broadcast_to(c, x.shape) for c in channels])
         found.append(Signals(r.name, r.sample_time, x, around))
     return found

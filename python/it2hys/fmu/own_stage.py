@@ -38,7 +38,7 @@ _CALLED = {
     ca.OP_ASINH: "asinh", ca.OP_ACOSH: "acosh", ca.OP_ATANH: "atanh", ca.OP_ATAN2: "atan2",
     ca.OP_LOG1P: "log1p", ca.OP_EXPM1: "expm1", ca.OP_HYPOT: "hypot", ca.OP_REMAINDER: "remainder",
 }  # fmt: skip
-_AROUND = "const struct chain_surroundings *around"
+_AROUND = "const struct stage_surroundings *around"
 _PARAMETERS = "const struct chain_parameters *p"
 _CONSTANTS, _STATE = "const void *constants", "const void *state"
 
@@ -454,7 +454,7 @@ class _Stage:
         used = sorted({j for _, j in there})
         return self._function(
             f"void {self.name}_tangent({_CONSTANTS}, {_STATE}, real x, {_AROUND}, "
-            f"const struct chain_surroundings *d_around, int count, real *restrict d_state, "
+            f"const struct stage_surroundings *d_around, int count, real *restrict d_state, "
             "real *restrict row)",
             self._reads(),
             "(void)x, (void)around, (void)d_around, (void)d_state;",
@@ -503,7 +503,7 @@ class _Stage:
         }
         head = (
             f"real {name}_inverse_tangent({_CONSTANTS}, {_STATE}, real x, void *d_state, "
-            f"real d_y, {_AROUND}, const struct chain_surroundings *d_around)"
+            f"real d_y, {_AROUND}, const struct stage_surroundings *d_around)"
         )
         aimed = self.effect.memory is Memory.AIMED
         body, (d_x_text,) = self._computed([d_x], more)

@@ -29,7 +29,8 @@ class Heat(OwnEffect):
         warm = state[0] + part * (speed * speed - state[0])
         loss = ca.sqrt(1.0 + (speed * around.voltage / 60.0) ** 2) - 1.0  # it warms the next tick
         swing = 1.0 + values["heat.room"] * (around.temperature - 293.15)
-        return zero + (x - zero) * swing + values["heat.gain"] * 1e-6 * ca.tanh(warm), [warm + part * loss, x]
+        y = zero + (x - zero) * swing + values["heat.gain"] * 1e-6 * ca.tanh(warm)
+        return y, [warm + part * loss, x]
 
 
 EFFECT = Heat()

@@ -137,7 +137,7 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
 /* --- forwards ---------------------------------------------------------------------------------- */
 
 real chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, real x,
-                const struct chain_surroundings *around)
+                const struct stage_surroundings *around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -149,16 +149,16 @@ real chain_walk(const struct chain *chain, int first, int end, struct chain_stat
 real chain_step_effects(const struct chain *chain, struct chain_state *state, real voltage,
                         const struct chain_surroundings *around)
 {
-    const real x = chain_walk(chain, 0, chain->before, state, voltage, around);
-    const real y = it2_step(&chain->core, &state->core, x);
-    const struct chain_surroundings driven = chain_driven(around, x);
+    struct stage_surroundings now = chain_around(around);
 
-    return chain_walk(chain, chain->before, chain->behind, state, y, &driven);
+    now.voltage = chain_walk(chain, 0, chain->before, state, voltage, &now);
+    const real y = it2_step(&chain->core, &state->core, now.voltage);
+    return chain_walk(chain, chain->before, chain->behind, state, y, &now);
 }
 
 real chain_measure_effects(const struct chain *chain, real displacement, real time)
 {
-    const struct chain_surroundings around = { .time = time };
+    const struct stage_surroundings around = { .time = time };
 
     return chain_walk(chain, chain->behind, chain->all, NULL, displacement, &around);
 }
@@ -221,7 +221,7 @@ static bool is_followed(const struct chain_place *place)
 
 /* Takes the plant's way on from `x` over the stages from number `first` to before `end`. */
 static real follow(const struct chain *chain, int first, int end, struct chain_state *state, real x,
-                   const struct chain_surroundings *around)
+                   const struct stage_surroundings *around)
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
@@ -235,11 +235,11 @@ static real follow(const struct chain *chain, int first, int end, struct chain_s
 
 /* The plant's way from what its amplifier lets through; returns whether it is where it was aimed at. */
 static bool follow_plant(const struct chain *chain, struct chain_state *state, real x,
-                         const struct chain_surroundings *around)
+                         const struct stage_surroundings *around)
 {
     x = follow(chain, 0, chain->before, state, x, around);
     const real y = it2_step(&chain->core, &state->reached.core, x);
-    const struct chain_surroundings driven = chain_driven(around, x);
+    const struct stage_surroundings driven = driven_by(around, x);
     follow(chain, chain->before, chain->behind, state, y, &driven);
     if (!is_back(chain, state))
         return false;
@@ -247,17 +247,15 @@ static bool follow_plant(const struct chain *chain, struct chain_state *state, r
     return true;
 }
 
-/* The plant's way where nothing is cut off: `input` is what each stage was aimed to get, x what the core was. */
-static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[], real x,
-                       const struct chain_surroundings *around)
+/* The plant's way where nothing is cut off: `input` is what each stage was aimed to get. */
+static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[],
+                       const struct stage_surroundings *around)
 {
-    const struct chain_surroundings driven = chain_driven(around, x);
-
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
         if (place->memory == CHAIN_LONG)
             place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
-                               &driven);
+                               around);
         arrive_at(place, state);
     }
     state->reached.core = state->core;
@@ -265,7 +263,7 @@ static void follow_aim(const struct chain *chain, struct chain_state *state, con
 
 /* Back over the stages that do not limit, from number `end` - 1 to `first`; notes what each is to get. */
 static real solve(const struct chain *chain, int first, int end, struct chain_state *state, real y,
-                  const struct chain_surroundings *around, real input[])
+                  const struct stage_surroundings *around, real input[])
 {
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
@@ -311,20 +309,21 @@ static real inverse_with_effects(const struct chain *chain, struct chain_state *
 {
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */
-    const struct chain_surroundings later = { around->force, around->temperature, around->time + chain->latency,
-                                              0 };
+    struct stage_surroundings now = chain_around(around), later = now;
     real input[CHAIN_STAGE_COUNT] = { 0 };
     real passed;
     unsigned cut = 0;
 
+    later.time += chain->latency;
     const real aim = solve(chain, chain->before, chain->behind, state, displacement, &later, input);
     const real x = it2_inverse(&chain->core, &state->core, aim);
-    const real wanted = solve(chain, 0, chain->before, state, x, around, input);
+    const real wanted = solve(chain, 0, chain->before, state, x, &now, input);
     const real voltage = within_limits(chain, state, wanted, &passed, &cut);
     *limits |= cut;
+    now.voltage = x;
     if (!astray && !cut)
-        follow_aim(chain, state, input, x, around);
-    else if (!follow_plant(chain, state, passed, around))
+        follow_aim(chain, state, input, &now);
+    else if (!follow_plant(chain, state, passed, &now))
         *limits |= CHAIN_RETURNING;
     return voltage;
 }
@@ -462,7 +461,7 @@ static void *copied(struct chain_state *copy, const struct chain_state *state, c
 }
 
 static real stage_tangent(const struct chain *chain, int i, const void *state, real x, void *d_state, real d_x,
-                          const struct chain_surroundings *around, const struct chain_surroundings *d_around)
+                          const struct stage_surroundings *around, const struct stage_surroundings *d_around)
 {
     const struct stage_analysis *analysis = chain_analysis(chain, i);
 
@@ -474,8 +473,8 @@ static real stage_tangent(const struct chain *chain, int i, const void *state, r
 
 /* Takes x on over the stages from number `first` to before `end`; advances `d`. */
 static struct both walk_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
-                                struct both x, const struct chain_surroundings *around, struct chain_state *d,
-                                const struct chain_surroundings *d_around)
+                                struct both x, const struct stage_surroundings *around, struct chain_state *d,
+                                const struct stage_surroundings *d_around)
 {
     struct chain_state copy;
 
@@ -502,14 +501,15 @@ struct chain_point chain_step_tangent(const struct chain *chain, const struct ch
                                       real d_voltage, const struct chain_surroundings *d_around)
 {
     struct chain_point d = { .state = d_state };
+    struct stage_surroundings now = chain_around(around), d_now = chain_around(d_around);
     struct both x = { voltage, d_voltage };
 
-    x = walk_tangent(chain, 0, chain->before, state, x, around, &d.state, d_around);
-    const struct chain_surroundings driven = chain_driven(around, x.value);
-    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
+    x = walk_tangent(chain, 0, chain->before, state, x, &now, &d.state, &d_now);
+    now.voltage = x.value;
+    d_now.voltage = x.d;
     x.d = core_tangent(chain, &state->core, x.value, &d.state.core, x.d);
     x.value = it2_evaluate(&chain->core, state->core.y, x.value);
-    x = walk_tangent(chain, chain->before, chain->behind, state, x, &driven, &d.state, &d_driven);
+    x = walk_tangent(chain, chain->before, chain->behind, state, x, &now, &d.state, &d_now);
     d.output = x.d;
     return d;
 }
@@ -537,8 +537,8 @@ static struct both within(struct it2_range limits, struct both x, real d_minimum
 
 /* Back over the stages that do not limit; as solve of chain.c. */
 static struct both solve_tangent(const struct chain *chain, int first, int end, const struct chain_state *state,
-                                 struct both y, const struct chain_surroundings *around, struct chain_state *d,
-                                 const struct chain_surroundings *d_around, struct both input[])
+                                 struct both y, const struct stage_surroundings *around, struct chain_state *d,
+                                 const struct stage_surroundings *d_around, struct both input[])
 {
     struct chain_state copy;
 
@@ -561,7 +561,7 @@ static struct both solve_tangent(const struct chain *chain, int first, int end, 
 static struct both within_limits_tangent(const struct chain *chain, const struct chain_state *state,
                                          struct both x, struct chain_state *d)
 {
-    static const struct chain_surroundings none = { 0, 0, 0, 0 };
+    static const struct stage_surroundings none = { 0, 0, 0, 0 };
     struct chain_state copy;
     bool followed = false;
 
@@ -588,8 +588,8 @@ static void arrive_tangent(struct chain_state *d)
 /* As follow of chain.c. */
 static struct both follow_tangent(const struct chain *chain, int first, int end,
                                   const struct chain_state *state, struct both x,
-                                  const struct chain_surroundings *around, struct chain_state *d,
-                                  const struct chain_surroundings *d_around)
+                                  const struct stage_surroundings *around, struct chain_state *d,
+                                  const struct stage_surroundings *d_around)
 {
     struct chain_state copy;
 
@@ -607,31 +607,27 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
 }
 
 static void follow_plant_tangent(const struct chain *chain, const struct chain_state *state, struct both x,
-                                 const struct chain_surroundings *around, struct chain_state *d,
-                                 const struct chain_surroundings *d_around)
+                                 const struct stage_surroundings *around, struct chain_state *d,
+                                 const struct stage_surroundings *d_around)
 {
     x = follow_tangent(chain, 0, chain->before, state, x, around, d, d_around);
     const real y = it2_evaluate(&chain->core, state->reached.core.y, x.value);
     const real d_y = core_tangent(chain, &state->reached.core, x.value, &d->reached.core, x.d);
-    const struct chain_surroundings driven = chain_driven(around, x.value);
-    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
+    const struct stage_surroundings driven = driven_by(around, x.value);
+    const struct stage_surroundings d_driven = driven_by(d_around, x.d);
     follow_tangent(chain, chain->before, chain->behind, state, (struct both){ y, d_y }, &driven, d, &d_driven);
 }
 
 static void follow_aim_tangent(const struct chain *chain, const struct chain_state *state,
-                               const struct both input[], struct both x,
-                               const struct chain_surroundings *around, struct chain_state *d,
-                               const struct chain_surroundings *d_around)
+                               const struct both input[], const struct stage_surroundings *around,
+                               struct chain_state *d, const struct stage_surroundings *d_around)
 {
-    const struct chain_surroundings driven = chain_driven(around, x.value);
-    const struct chain_surroundings d_driven = chain_driven(d_around, x.d);
-
     for (int i = 0; i < chain->behind; i++) {
         const struct chain_place *place = chain_active(chain, i);
         const void *own = chain_state_of((struct chain_state *)state, place);
         if (place->memory == CHAIN_LONG)
-            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, &driven,
-                          &d_driven);
+            stage_tangent(chain, i, own, input[i].value, chain_state_of(d, place), input[i].d, around,
+                          d_around);
     }
 }
 
@@ -641,20 +637,22 @@ static real inverse_with_effects_tangent(const struct chain *chain, const struct
                                          const struct chain_surroundings *around, struct chain_state *d,
                                          const struct chain_surroundings *d_around)
 {
-    const struct chain_surroundings later = { around->force, around->temperature, around->time + chain->latency,
-                                              0 };
+    struct stage_surroundings now = chain_around(around), later = now, d_now = chain_around(d_around);
     struct both input[CHAIN_STAGE_COUNT] = { { 0, 0 } };
 
+    later.time += chain->latency;
     const struct both aim =
-        solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, d_around, input);
+        solve_tangent(chain, chain->before, chain->behind, state, y, &later, d, &d_now, input);
     struct both x = { it2_solve(&chain->core, state->core.y, after->core.y), 0 };
     x.d = core_inverse_tangent(chain, &state->core, x.value, &d->core, aim.d);
-    const struct both wanted = solve_tangent(chain, 0, chain->before, state, x, around, d, d_around, input);
+    const struct both wanted = solve_tangent(chain, 0, chain->before, state, x, &now, d, &d_now, input);
     const struct both passed = within_limits_tangent(chain, state, wanted, d);
+    now.voltage = x.value;
+    d_now.voltage = x.d;
     if (chain_is_astray(state) || limits & (CHAIN_AMPLIFIER | CHAIN_VOLTAGE_RANGE))
-        follow_plant_tangent(chain, state, passed, around, d, d_around);
+        follow_plant_tangent(chain, state, passed, &now, d, &d_now);
     else
-        follow_aim_tangent(chain, state, input, x, around, d, d_around);
+        follow_aim_tangent(chain, state, input, &now, d, &d_now);
     if (!chain_is_astray(after))
         arrive_tangent(d);
     return within(chain->voltage, passed, 0, 0).d;
@@ -750,7 +748,7 @@ real chain_equilibrium_tangent(const struct chain *chain, const struct chain_sta
                                const struct chain_parameters *parameters,
                                const struct chain_parameters *d_parameters)
 {
-    static const struct chain_surroundings none = { 0, 0, 0, 0 };
+    static const struct stage_surroundings none = { 0, 0, 0, 0 };
     const real y = state->core.y;
     const real hold = it2_solve(&chain->core, y, y);
     struct chain d_chain;
@@ -857,7 +855,7 @@ static real creep_rest(const void *constants, void *state, real y, const struct 
     return creep->zero + x;
 }
 
-static real creep_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real creep_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct creep *creep = constants;
     struct creep_state *s = state;
@@ -880,7 +878,7 @@ static real creep_solve(const struct creep *creep, const struct creep_state *s, 
     return y * creep->per_slope;
 }
 
-static real creep_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
+static real creep_inverse(const void *constants, void *state, real y, const struct stage_surroundings *around)
 {
     const struct creep *creep = constants;
 
@@ -925,7 +923,7 @@ static real creep_rest_tangent(const void *constants, const void *d_constants, c
 }
 
 static void creep_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                           int count, real *restrict d_state, real *restrict row)
 {
     const struct creep *creep = constants;
@@ -947,7 +945,7 @@ static void creep_tangent(const void *constants, const void *state, real x,
 }
 
 static real creep_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                                const struct chain_surroundings *around, real *d_state, int stride)
+                                const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct creep *creep = constants, *d = d_constants;
     const struct creep_state *s = state;
@@ -968,8 +966,8 @@ static real creep_by_parameters(const void *constants, const void *d_constants, 
 }
 
 static real creep_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
-                                  const struct chain_surroundings *around,
-                                  const struct chain_surroundings *d_around)
+                                  const struct stage_surroundings *around,
+                                  const struct stage_surroundings *d_around)
 {
     (void)around, (void)state, (void)x, (void)d_around;
     return creep_solve(constants, d_state, d_y); /* it is linear */
@@ -1071,7 +1069,7 @@ static int delay_before(const struct delay *delay, int newest, int ticks)
     return place < needed ? place : place - needed;
 }
 
-static real delay_step(const void *constants, void *state, real u, const struct chain_surroundings *around)
+static real delay_step(const void *constants, void *state, real u, const struct stage_surroundings *around)
 {
     const struct delay *delay = constants;
     struct delay_state *s = state;
@@ -1106,7 +1104,7 @@ static real delay_rest_tangent(const void *constants, const void *d_constants, c
 }
 
 static void delay_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                           int count, real *restrict d_state, real *restrict row)
 {
     const struct delay *delay = constants;
@@ -1129,7 +1127,7 @@ static void delay_tangent(const void *constants, const void *state, real x,
 
 /* At a whole number of ticks the output has a corner; its derivative there is the mean of both sides. */
 static real delay_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                                const struct chain_surroundings *around, real *d_state, int stride)
+                                const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct delay *delay = constants, *d = d_constants;
     const struct delay_state *s = state;
@@ -1173,19 +1171,19 @@ static void drift_prepare(void *constants, const struct chain_parameters *p)
     *(struct drift *)constants = (struct drift){ p->drift.temperatureCoefficient, p->drift.rate };
 }
 
-static real drift_offset(const struct drift *drift, const struct chain_surroundings *around)
+static real drift_offset(const struct drift *drift, const struct stage_surroundings *around)
 {
     return drift->temperatureCoefficient * (around->temperature - DRIFT_REFERENCE_TEMPERATURE) +
            drift->rate * around->time;
 }
 
-static real drift_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real drift_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     (void)state;
     return x + drift_offset(constants, around);
 }
 
-static real drift_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
+static real drift_inverse(const void *constants, void *state, real y, const struct stage_surroundings *around)
 {
     (void)state;
     return y - drift_offset(constants, around);
@@ -1199,7 +1197,7 @@ static void drift_prepare_tangent(void *d_constants, const void *constants, cons
 }
 
 static void drift_tangent(const void *constants, const void *state, real x,
-                          const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                          const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                           int count, real *restrict d_state, real *restrict row)
 {
     const struct drift *drift = constants;
@@ -1210,15 +1208,15 @@ static void drift_tangent(const void *constants, const void *state, real x,
 }
 
 static real drift_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                                const struct chain_surroundings *around, real *d_state, int stride)
+                                const struct stage_surroundings *around, real *d_state, int stride)
 {
     (void)constants, (void)state, (void)x, (void)d_state, (void)stride;
     return drift_offset(d_constants, around);
 }
 
 static real drift_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
-                                  const struct chain_surroundings *around,
-                                  const struct chain_surroundings *d_around)
+                                  const struct stage_surroundings *around,
+                                  const struct stage_surroundings *d_around)
 {
     const struct drift *drift = constants;
 
@@ -1307,7 +1305,7 @@ static void hum_prepare(void *constants, const struct chain_parameters *p)
     *(struct hum *)constants = (struct hum){ p->hum.amplitude, p->hum.frequency, p->hum.phase };
 }
 
-static real hum_step(const void *constants, void *state, real y, const struct chain_surroundings *around)
+static real hum_step(const void *constants, void *state, real y, const struct stage_surroundings *around)
 {
     const struct hum *hum = constants;
 
@@ -1323,7 +1321,7 @@ static void hum_prepare_tangent(void *d_constants, const void *constants, const 
 }
 
 static real hum_by_parameters(const void *constants, const void *d_constants, const void *state, real y,
-                              const struct chain_surroundings *around, real *d_state, int stride)
+                              const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct hum *hum = constants, *d = d_constants;
     const real phase = TWO_PI * hum->frequency * around->time + hum->phase;
@@ -2299,7 +2297,7 @@ static real lag_rest(const void *constants, void *state, real y, const struct ch
     return s->y = y;
 }
 
-static real lag_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real lag_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct lag *lag = constants;
     struct lag_state *s = state;
@@ -2309,7 +2307,7 @@ static real lag_step(const void *constants, void *state, real x, const struct ch
     return s->y;
 }
 
-static real lag_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
+static real lag_inverse(const void *constants, void *state, real y, const struct stage_surroundings *around)
 {
     const struct lag *lag = constants;
     struct lag_state *s = state;
@@ -2340,7 +2338,7 @@ static real lag_rest_tangent(const void *constants, const void *d_constants, con
 }
 
 static void lag_tangent(const void *constants, const void *state, real x,
-                        const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                        const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                         int count, real *restrict d_state, real *restrict row)
 {
     const struct lag *lag = constants;
@@ -2353,7 +2351,7 @@ static void lag_tangent(const void *constants, const void *state, real x,
 }
 
 static real lag_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                              const struct chain_surroundings *around, real *d_state, int stride)
+                              const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct lag *d = d_constants;
     const struct lag_state *s = state;
@@ -2365,8 +2363,8 @@ static real lag_by_parameters(const void *constants, const void *d_constants, co
 }
 
 static real lag_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
-                                const struct chain_surroundings *around,
-                                const struct chain_surroundings *d_around)
+                                const struct stage_surroundings *around,
+                                const struct stage_surroundings *d_around)
 {
     (void)around, (void)state, (void)x;
     return lag_inverse(constants, d_state, d_y, d_around); /* it is linear */
@@ -2413,7 +2411,7 @@ static void load_prepare(void *constants, const struct chain_parameters *p)
     load->compliance = p->load.compliance;
 }
 
-static real load_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real load_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct load *load = constants;
 
@@ -2421,7 +2419,7 @@ static real load_step(const void *constants, void *state, real x, const struct c
     return x - load->compliance * around->force;
 }
 
-static real load_inverse(const void *constants, void *state, real y, const struct chain_surroundings *around)
+static real load_inverse(const void *constants, void *state, real y, const struct stage_surroundings *around)
 {
     const struct load *load = constants;
 
@@ -2437,7 +2435,7 @@ static void load_prepare_tangent(void *d_constants, const void *constants, const
 }
 
 static void load_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                          int count, real *restrict d_state, real *restrict row)
 {
     const struct load *load = constants;
@@ -2448,7 +2446,7 @@ static void load_tangent(const void *constants, const void *state, real x,
 }
 
 static real load_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                               const struct chain_surroundings *around, real *d_state, int stride)
+                               const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct load *d = d_constants;
 
@@ -2457,8 +2455,8 @@ static real load_by_parameters(const void *constants, const void *d_constants, c
 }
 
 static real load_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
-                                 const struct chain_surroundings *around,
-                                 const struct chain_surroundings *d_around)
+                                 const struct stage_surroundings *around,
+                                 const struct stage_surroundings *d_around)
 {
     (void)around, (void)state, (void)x;
     return load_inverse(constants, d_state, d_y, d_around); /* it is linear */
@@ -2567,7 +2565,7 @@ static void nonlinearity_prepare(void *constants, const struct chain_parameters 
 }
 
 static real nonlinearity_step(const void *constants, void *state, real x,
-                              const struct chain_surroundings *around)
+                              const struct stage_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
     const real z = clamp((x - curve->centre) * curve->per_half_range, -1, 1);
@@ -2620,7 +2618,7 @@ static real nonlinearity_search(const struct nonlinearity *curve, real aim)
 
 /* A curve that bends little takes a number of steps that is known before: nothing has to be decided. */
 static real nonlinearity_inverse(const void *constants, void *state, real y,
-                                 const struct chain_surroundings *around)
+                                 const struct stage_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
     const real aim = (y - curve->centre) * curve->per_half_range;
@@ -2662,8 +2660,8 @@ static real nonlinearity_derivative(const struct nonlinearity *curve, real x)
 }
 
 static void nonlinearity_tangent(const void *constants, const void *state, real x,
-                                 const struct chain_surroundings *around,
-                                 const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                                 const struct stage_surroundings *around,
+                                 const struct stage_surroundings *d_around, int count, real *restrict d_state,
                                  real *restrict row)
 {
     const real slope = nonlinearity_derivative(constants, x);
@@ -2674,7 +2672,7 @@ static void nonlinearity_tangent(const void *constants, const void *state, real 
 }
 
 static real nonlinearity_by_parameters(const void *constants, const void *d_constants, const void *state,
-                                       real x, const struct chain_surroundings *around, real *d_state,
+                                       real x, const struct stage_surroundings *around, real *d_state,
                                        int stride)
 {
     const struct nonlinearity *curve = constants, *d = d_constants;
@@ -2688,8 +2686,8 @@ static real nonlinearity_by_parameters(const void *constants, const void *d_cons
 }
 
 static real nonlinearity_inverse_tangent(const void *constants, const void *state, real x, void *d_state,
-                                         real d_y, const struct chain_surroundings *around,
-                                         const struct chain_surroundings *d_around)
+                                         real d_y, const struct stage_surroundings *around,
+                                         const struct stage_surroundings *d_around)
 {
     (void)around, (void)state, (void)d_state, (void)d_around;
     return d_y / nonlinearity_derivative(constants, x);
@@ -2802,7 +2800,7 @@ static size_t play_used(const void *constants)
     return (size_t)play->count * sizeof(real);
 }
 
-static real play_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real play_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct play *play = constants;
     struct play_state *s = state;
@@ -2835,7 +2833,7 @@ static real play_walk(const struct play *play, const struct play_state *s, real 
     return x;
 }
 
-static real play_inverse(const void *constants, void *state, real h, const struct chain_surroundings *around)
+static real play_inverse(const void *constants, void *state, real h, const struct stage_surroundings *around)
 {
     const struct play *play = constants;
     const struct play_state *s = state;
@@ -2931,7 +2929,7 @@ static real play_rest_tangent(const void *constants, const void *d_constants, co
 }
 
 static void play_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                          int count, real *restrict d_state, real *restrict row)
 {
     const struct play *play = constants;
@@ -2954,7 +2952,7 @@ static void play_tangent(const void *constants, const void *state, real x,
 }
 
 static real play_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                               const struct chain_surroundings *around, real *d_state, int stride)
+                               const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct play *play = constants, *d = d_constants;
     const struct play_state *s = state;
@@ -2971,8 +2969,8 @@ static real play_by_parameters(const void *constants, const void *d_constants, c
 }
 
 static real play_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_h,
-                                 const struct chain_surroundings *around,
-                                 const struct chain_surroundings *d_around)
+                                 const struct stage_surroundings *around,
+                                 const struct stage_surroundings *d_around)
 {
     const struct play *play = constants;
     const struct play_state *d = d_state;
@@ -3070,7 +3068,7 @@ static void resonance_advance(struct resonance_state *state, real x, real y)
     state->x1 = x;
 }
 
-static real resonance_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real resonance_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
@@ -3082,7 +3080,7 @@ static real resonance_step(const void *constants, void *state, real x, const str
 }
 
 static real resonance_inverse(const void *constants, void *state, real y,
-                              const struct chain_surroundings *around)
+                              const struct stage_surroundings *around)
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
@@ -3123,8 +3121,8 @@ static real resonance_rest_tangent(const void *constants, const void *d_constant
 }
 
 static void resonance_tangent(const void *constants, const void *state, real x,
-                              const struct chain_surroundings *around,
-                              const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                              const struct stage_surroundings *around,
+                              const struct stage_surroundings *d_around, int count, real *restrict d_state,
                               real *restrict row)
 {
     const struct resonance *resonance = constants;
@@ -3142,7 +3140,7 @@ static void resonance_tangent(const void *constants, const void *state, real x,
 }
 
 static real resonance_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                                    const struct chain_surroundings *around, real *d_state, int stride)
+                                    const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct resonance *d = d_constants;
     const struct resonance_state *s = state;
@@ -3154,8 +3152,8 @@ static real resonance_by_parameters(const void *constants, const void *d_constan
 }
 
 static real resonance_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
-                                      const struct chain_surroundings *around,
-                                      const struct chain_surroundings *d_around)
+                                      const struct stage_surroundings *around,
+                                      const struct stage_surroundings *d_around)
 {
     (void)around, (void)state, (void)x;
     return resonance_inverse(constants, d_state, d_y, d_around); /* it is linear */
@@ -3204,7 +3202,7 @@ static void saturation_prepare(void *constants, const struct chain_parameters *p
     *(struct saturation *)constants = (struct saturation){ p->saturation.minimum, p->saturation.maximum };
 }
 
-static real saturation_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real saturation_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct saturation *limits = constants;
 
@@ -3220,8 +3218,8 @@ static void saturation_prepare_tangent(void *d_constants, const void *constants,
 }
 
 static void saturation_tangent(const void *constants, const void *state, real x,
-                               const struct chain_surroundings *around,
-                               const struct chain_surroundings *d_around, int count, real *restrict d_state,
+                               const struct stage_surroundings *around,
+                               const struct stage_surroundings *d_around, int count, real *restrict d_state,
                                real *restrict row)
 {
     const struct saturation *limits = constants;
@@ -3234,7 +3232,7 @@ static void saturation_tangent(const void *constants, const void *state, real x,
 }
 
 static real saturation_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                                     const struct chain_surroundings *around, real *d_state, int stride)
+                                     const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct saturation *limits = constants, *d = d_constants;
 
@@ -3287,7 +3285,7 @@ static real slew_rest(const void *constants, void *state, real y, const struct c
     return s->y = y;
 }
 
-static real slew_step(const void *constants, void *state, real x, const struct chain_surroundings *around)
+static real slew_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct slew *slew = constants;
     struct slew_state *s = state;
@@ -3321,7 +3319,7 @@ static int slew_limited(const struct slew *slew, const struct slew_state *s, rea
 }
 
 static void slew_tangent(const void *constants, const void *state, real x,
-                         const struct chain_surroundings *around, const struct chain_surroundings *d_around,
+                         const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                          int count, real *restrict d_state, real *restrict row)
 {
     const bool limited = slew_limited(constants, state, x) != 0;
@@ -3332,7 +3330,7 @@ static void slew_tangent(const void *constants, const void *state, real x,
 }
 
 static real slew_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
-                               const struct chain_surroundings *around, real *d_state, int stride)
+                               const struct stage_surroundings *around, real *d_state, int stride)
 {
     const struct slew *d = d_constants;
     const real moved = (real)slew_limited(constants, state, x) * d->step;

@@ -401,14 +401,19 @@ static inline real it2_inverse(const struct it2 *stage, struct it2_state *state,
 
 struct chain_parameters;
 
-/* What acts on the chain beside its input, and what drives the core, which is noted on the way: behind the core,
- * next states of a stage may depend on it. */
-struct chain_surroundings {
+/* What acts on a stage beside its input. */
+struct stage_surroundings {
     real force;
     real temperature;
     real time;    /* of the tick */
-    real voltage; /* at the actuator */
+    real voltage; /* that drives the core; behind the core, next states may depend on it */
 };
+
+/* The same where another voltage drives the core. */
+static inline struct stage_surroundings driven_by(const struct stage_surroundings *around, real voltage)
+{
+    return (struct stage_surroundings){ around->force, around->temperature, around->time, voltage };
+}
 
 struct stage {
     bool limits; /* it loses what is beyond: its inverse gives the nearest */
@@ -423,11 +428,11 @@ struct stage {
     real (*rest)(const void *constants, void *state, real y, const struct chain_parameters *);
 
     /* Input to output; advances the state. */
-    real (*step)(const void *constants, void *state, real x, const struct chain_surroundings *);
+    real (*step)(const void *constants, void *state, real x, const struct stage_surroundings *);
 
     /* Output to input. A state of the memory AIMED or SHORT (stages.h) is advanced to what `step` would have
      * left, a long one stays. NULL: the stage has no part in the inverse. */
-    real (*inverse)(const void *constants, void *state, real y, const struct chain_surroundings *);
+    real (*inverse)(const void *constants, void *state, real y, const struct stage_surroundings *);
 
     /* How many bytes of the state are in use, from its beginning. NULL: all. */
     size_t (*used)(const void *constants);
@@ -453,18 +458,18 @@ struct stage_analysis {
     /* Of `step` by state, input and surroundings, along `count` directions at once: number i of the state has
      * its derivatives from d_state[i * count] on, d_around one for each; `row` goes from those of the input to
      * those of the output. */
-    void (*tangent)(const void *constants, const void *state, real x, const struct chain_surroundings *around,
-                    const struct chain_surroundings *d_around, int count, real *restrict d_state,
+    void (*tangent)(const void *constants, const void *state, real x, const struct stage_surroundings *around,
+                    const struct stage_surroundings *d_around, int count, real *restrict d_state,
                     real *restrict row);
 
     /* Of `step` by the constants alone: returns that of the output, and adds to d_state[i * stride]. */
     real (*by_parameters)(const void *constants, const void *d_constants, const void *state, real x,
-                          const struct chain_surroundings *, real *d_state, int stride);
+                          const struct stage_surroundings *, real *d_state, int stride);
 
     /* Of `inverse`, which has returned x, by state, output and surroundings. For a stage that limits it is
      * `tangent`. */
     real (*inverse_tangent)(const void *constants, const void *state, real x, void *d_state, real d_y,
-                            const struct chain_surroundings *around, const struct chain_surroundings *d_around);
+                            const struct stage_surroundings *around, const struct stage_surroundings *d_around);
 };
 
 /* Directions that a tangent takes at a time, where it has to keep their inputs. */
@@ -894,6 +899,13 @@ enum chain_limit {
     CHAIN_RETURNING = 8        /* it is not yet back from where one of these left it */
 };
 
+/* What acts on the chain beside its input. */
+struct chain_surroundings {
+    real force;
+    real temperature;
+    real time; /* of the tick */
+};
+
 /* A state and what the last step made of it, or their derivatives along one direction. */
 struct chain_point {
     struct chain_state state;
@@ -960,15 +972,15 @@ static inline real chain_step(const struct chain *chain, struct chain_state *sta
                           : it2_step(&chain->core, &state->core, voltage);
 }
 
-/* The surroundings of the stages behind the core, which x drives. */
-static inline struct chain_surroundings chain_driven(const struct chain_surroundings *around, real x)
+/* The same for a stage, at which nothing is known of what drives the core. */
+static inline struct stage_surroundings chain_around(const struct chain_surroundings *around)
 {
-    return (struct chain_surroundings){ around->force, around->temperature, around->time, x };
+    return (struct stage_surroundings){ around->force, around->temperature, around->time, 0 };
 }
 
 /* Walks the active stages from number `first` to before `end`. */
 real chain_walk(const struct chain *chain, int first, int end, struct chain_state *state, real x,
-                const struct chain_surroundings *around);
+                const struct stage_surroundings *around);
 
 /* The displacement with what is picked up on the way to the recorder. */
 real chain_measure_effects(const struct chain *chain, real displacement, real time);
@@ -1752,7 +1764,7 @@ bool actuator_check(const struct fmu_model *model, const void *parameters, char 
 
 static inline struct chain_surroundings actuator_surroundings(const double input[FMU_INPUTS], double time)
 {
-    return (struct chain_surroundings){ input[IN_FORCE], input[IN_TEMPERATURE], time, 0 };
+    return (struct chain_surroundings){ input[IN_FORCE], input[IN_TEMPERATURE], time };
 }
 
 /* The derivative of it; time is none of the knowns. */
