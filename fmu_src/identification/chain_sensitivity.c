@@ -71,10 +71,14 @@ size_t chain_predict(const struct chain_parameters *parameters, const struct cha
     begin(&walker, parameters);
     for (size_t k = 0; k < record->samples; k++) {
         const struct stage_surroundings around = at(parameters, record, k);
-        core_input[k] = chain_walk(chain, 0, chain->before, &walker.state, record->voltage[k], &around);
-        core_output[k] = it2_step(&chain->core, &walker.state.core, core_input[k]);
-        const struct stage_surroundings driven = driven_by(&around, core_input[k]);
-        measured[k] = chain_walk(chain, chain->before, chain->all, &walker.state, core_output[k], &driven);
+        const double x = chain_walk(chain, 0, chain->before, &walker.state, record->voltage[k], &around);
+        const double y = it2_step(&chain->core, &walker.state.core, x);
+        const struct stage_surroundings driven = driven_by(&around, x);
+        measured[k] = chain_walk(chain, chain->before, chain->all, &walker.state, y, &driven);
+        if (core_input) {
+            core_input[k] = x;
+            core_output[k] = y;
+        }
         if (!isfinite(measured[k]))
             return k;
     }

@@ -19,8 +19,8 @@ enum { CHAIN_MAX_KNOBS = 96 };
 
 HIDDEN_BEGIN
 
-/* The readings, and the core's input and output, begun by chain_reset as the plant FMU is. Returns the
- * number of samples computed: less than all if a reading is not finite. */
+/* The readings, and the core's input and output unless that is NULL, begun by chain_reset as the plant FMU is.
+ * Returns the number of samples computed: less than all if a reading is not finite. */
 size_t chain_predict(const struct chain_parameters *parameters, const struct chain_record *record,
                      double *measured, double *core_input, double *core_output);
 

@@ -42,6 +42,8 @@ EXPORT size_t it2core_chain_inverse(const void *parameters, const double *refere
 EXPORT double it2core_chain_equilibrium(const void *parameters);
 EXPORT size_t it2core_chain_predict(const void *parameters, const struct chain_record *record, double *measured,
                                     double *core_input, double *core_output);
+EXPORT bool it2core_chain_predict_each(const double *parameters, size_t stride,
+                                       const struct chain_record *records, size_t count, double *measured);
 EXPORT size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,
                                         const size_t *places, int count, double *measured, double *sensitivity);
 
@@ -240,6 +242,20 @@ size_t it2core_chain_predict(const void *parameters, const struct chain_record *
                              double *core_input, double *core_output)
 {
     return chain_predict(parameters, record, measured, core_input, core_output);
+}
+
+/* The readings of records, one after the other, from parameters that are `stride` numbers apart. Returns whether
+ * all are finite; nothing is computed after one that is not. */
+bool it2core_chain_predict_each(const double *parameters, size_t stride, const struct chain_record *records,
+                                size_t count, double *measured)
+{
+    for (size_t i = 0; i < count; i++) {
+        const void *own = parameters + i * stride;
+        if (chain_predict(own, &records[i], measured, NULL, NULL) < records[i].samples)
+            return false;
+        measured += records[i].samples;
+    }
+    return true;
 }
 
 size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,

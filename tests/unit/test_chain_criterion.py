@@ -209,6 +209,32 @@ def test_unpack_undoes_pack(seed, chosen):
     assert again.effects == model.effects
 
 
+@settings(max_examples=20)
+@given(st.integers(0, 2**32 - 1), st.lists(st.sampled_from(ALL), unique=True))
+def test_residuals_are_those_of_the_unpacked_model(seed, chosen):
+    """Whose runs are made record by record."""
+    traces = traces_of(3)
+    criterion = criterion_of(model_with(tuple(e for e in ALL if e in chosen), seed, 3), traces)
+    rng = np.random.default_rng(seed)
+    point = criterion.pack(criterion.model)
+    point = within(criterion, point + 1e-3 * rng.standard_normal(len(point)))
+    model, expected = criterion.unpack(point), []
+    for i, trace in enumerate(traces):
+        error = (model.predict(trace, i) - trace.y) / SCALING.y_unit
+        expected.append((trace.weight * error)[trace.weight > 0.0])
+    expected = np.concatenate(expected)
+    assert np.array_equal(criterion.residual(point)[: len(expected)], expected)
+
+
+def test_a_run_that_is_not_finite_has_no_residuals():
+    traces = traces_of(3)
+    criterion = criterion_of(model_with((), 7, 3), traces)
+    point = criterion.pack(criterion.model)
+    point[3 : criterion.rule_size : 6] = 40.0  # q1 of every rule: the core grows
+    assert not np.isfinite(criterion.unpack(point).predict(traces[0], 0)).all()
+    assert criterion.residual(point) is None and criterion.linearise(point) is None
+
+
 def test_what_is_held_does_not_move():
     criterion = criterion_of(model_with(("play", "creep"), 5, 2), traces_of(2)).holding(["rules"])
     rules = slice(0, criterion.rule_size)

@@ -234,6 +234,8 @@ class ChainCriterion:
         self.samples = sum(float(t.weight @ t.weight) for t in self.traces)
         self._guard: Guard | None = None
         self._places = self._layout()
+        self._shared = compiled.pack_chain(model.values)
+        self._drives = compiled.Drives([t.drive for t in self.traces])
         self.lower, self.upper = self._bounds()
         self._guess = self.pack(model)
         self._roughness = self._smoothness()
@@ -325,22 +327,56 @@ class ChainCriterion:
     def unpack(self, point: np.ndarray) -> Model:
         """Return the model of the coordinates."""
         scaling, places = self.scaling, self._places
-        rules = scaling.physical_rules(rule_coordinates.to_rules(point[places["rules"]]))
+        rules = scaling.physical_rules(self.rules(point))
         values = {
             **self.model.values,
             **dict(zip(_rule_names(len(rules)), rules.ravel().tolist(), strict=True)),
         }
         for c, value in zip(self.common, point[places["effects"]], strict=True):
             values[c.name] = c.value(value)
-        offsets = np.array(self.model.offsets, dtype=float)
-        offsets[self._with_offset] = point[places["offsets"]] * scaling.y_unit
         return Model(
             values,
             self.model.effects,
-            offsets,
+            self._offsets(point),
             {c.name: point[places[c.name]] * c.unit for c in self._own},
             self.model.smoothness,
         )
+
+    def _packed(self, point: np.ndarray) -> np.ndarray:
+        """Return what the model of the coordinates packs for each record, shape (R, ...)."""
+        places, packed = self._places, np.tile(self._shared, (len(self.traces), 1))
+        at_rules, at_common, at_own = self._packed_places
+        packed[:, at_rules] = self.scaling.physical_rules(self.rules(point)).ravel()
+        common = zip(self.common, point[places["effects"]], strict=True)
+        packed[:, at_common] = [c.value(value) for c, value in common]
+        for c, at in zip(self._own, at_own, strict=True):
+            packed[:, at] = point[places[c.name]] * c.unit
+        return packed
+
+    @cached_property
+    def _packed_places(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        names = _rule_names(self.rule_count), [c.name for c in self.common], [c.name for c in self._own]
+        rules, common, own = map(compiled.chain_places, names)
+        return rules, common, own
+
+    def _offsets(self, point: np.ndarray) -> np.ndarray:
+        """Return the constant of each record, m, shape (R,)."""
+        offsets = np.array(self.model.offsets, dtype=float)
+        offsets[self._with_offset] = point[self._places["offsets"]] * self.scaling.y_unit
+        return offsets
+
+    @cached_property
+    def _measured(self) -> np.ndarray:
+        """The measured displacement of all records, one after the other, m."""
+        return np.concatenate([t.y for t in self.traces])
+
+    @cached_property
+    def _fitted(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places in `_measured` that are fitted, and their weights."""
+        ends = np.cumsum(self._drives.lengths)
+        every = [np.arange(end - len(t.y), end) for t, end in zip(self.traces, ends, strict=True)]
+        places = [places[t.fitted] for places, t in zip(every, self.traces, strict=True)]
+        return np.concatenate(places), np.concatenate([t.weight[t.fitted] for t in self.traces])
 
     @np.errstate(over="ignore", invalid="ignore")
     def guarded(self, strength: float) -> ChainCriterion:
@@ -394,12 +430,16 @@ class ChainCriterion:
     @np.errstate(over="ignore", invalid="ignore")  # of runs on their way to infinity
     def residual(self, point: np.ndarray) -> np.ndarray | None:
         """Return the weighted residuals, or None where a run is no longer finite."""
-        model, parts = self.unpack(point), []
-        for i, trace in enumerate(self.traces):
-            error = (model.predict(trace, i) - trace.y) / self.scaling.y_unit
-            if not error @ error < _DIVERGED**2 * len(error):
-                return None
-            parts.append(trace.weight[trace.fitted] * error[trace.fitted])
+        lengths = self._drives.lengths
+        read = compiled.chain_predict_each(self._packed(point), self._drives)
+        if read is None:
+            return None
+        error = (read + np.repeat(self._offsets(point), lengths) - self._measured) / self.scaling.y_unit
+        squares = np.add.reduceat(error * error, np.cumsum(lengths) - lengths)
+        if not np.all(squares < _DIVERGED**2 * lengths):
+            return None
+        places, weight = self._fitted
+        parts = [weight * error[places]]
         held = self._prior > 0.0
         parts.append((self._prior * (point - self._guess))[held])
         if len(self._roughness):
@@ -504,7 +544,7 @@ class ChainCriterion:
             yield by_rules, penalties, every[: self.rule_size]
 
     def _record_blocks(self, point: np.ndarray) -> Iterator[Block | None]:
-        model, places = self.unpack(point), self._places
+        packed, offsets, places = self._packed(point), self._offsets(point), self._places
         common = point[places["effects"]]
         names = [c.name for c in (*self.common, *self._own)]
         to_point = self._by_coordinates(point)
@@ -513,8 +553,8 @@ class ChainCriterion:
             weight = trace.weight[rows, None]
             if not len(weight):
                 continue
-            run, by = compiled.chain_sensitivity(model.packed(trace, i), trace.drive, names)
-            residual = (run + model.offsets[i] - trace.y) / self.scaling.y_unit
+            run, by = compiled.chain_sensitivity(packed[i], trace.drive, names)
+            residual = (run + offsets[i] - trace.y) / self.scaling.y_unit
             if not (residual @ residual < _DIVERGED**2 * len(residual) and np.isfinite(by[-1]).all()):
                 yield None
                 return

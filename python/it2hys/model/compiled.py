@@ -119,10 +119,14 @@ def _loaded(path: Path) -> ctypes.CDLL:
     library.it2core_chain_predict.argtypes = [
         _DOUBLES, ctypes.POINTER(_Record), *[ctypes.c_void_p] * 3,
     ]  # fmt: skip
+    library.it2core_chain_predict_each.restype = ctypes.c_bool
+    library.it2core_chain_predict_each.argtypes = [
+        _DOUBLES, ctypes.c_size_t, ctypes.POINTER(_Record), ctypes.c_size_t, ctypes.c_void_p,
+    ]  # fmt: skip
     library.it2core_chain_sensitivity.restype = ctypes.c_size_t
     library.it2core_chain_sensitivity.argtypes = [
         _DOUBLES, ctypes.POINTER(_Record), ctypes.POINTER(ctypes.c_size_t), ctypes.c_int,
-        _DOUBLES, _DOUBLES,
+        ctypes.c_void_p, ctypes.c_void_p,
     ]  # fmt: skip
     return library
 
@@ -332,6 +336,19 @@ def _places_in(library: ctypes.CDLL) -> dict[str, tuple[int, bool]]:
         places[name.value.decode()] = (offset, bool(integer.value))
 
 
+def chain_places(names: Sequence[str]) -> np.ndarray:
+    """Return where Real parameters are in what `pack_chain` returns, shape (P,)."""
+    places = _places()
+    return np.array([places[name][0] // 8 for name in names], dtype=int)
+
+
+@cache
+def _offsets_in(library: ctypes.CDLL, names: tuple[str, ...]) -> ctypes.Array:
+    """Return the offsets of parameters in bytes, as C takes them."""
+    places = _places_in(library)
+    return (ctypes.c_size_t * len(names))(*(places[name][0] for name in names))
+
+
 def pack_chain(
     parameters: Mapping[str, float | int | bool], others: np.ndarray | None = None
 ) -> np.ndarray:
@@ -510,6 +527,50 @@ class Drive:
         return _Record(*(c.ctypes.data for c in channels), 0, len(self.voltage))
 
 
+class Drives:
+    """The inputs of the chain over several records, as one call takes them.
+
+    Parameters
+    ----------
+    drives : sequence of Drive
+        R of them, of N samples together.
+    """
+
+    def __init__(self, drives: Sequence[Drive]) -> None:
+        self._drives = tuple(drives)
+        self.lengths = np.array([len(d.voltage) for d in self._drives])
+
+    def __reduce__(self) -> tuple:
+        """Leave the addresses behind when another process gets the channels."""
+        return Drives, (self._drives,)
+
+    @cached_property
+    def _structs(self) -> ctypes.Array:
+        return (_Record * len(self._drives))(*(d._struct for d in self._drives))
+
+
+def chain_predict_each(packed: np.ndarray, drives: Drives) -> np.ndarray | None:
+    """Simulate records as `chain_predict` does, in one call.
+
+    Parameters
+    ----------
+    packed : ndarray, shape (R, ...)
+        Parameters of each record, from `pack_chain`.
+    drives : Drives
+
+    Returns
+    -------
+    ndarray, shape (N,), or None
+        The readings in m, record after record; None if one is not finite.
+    """
+    measured = np.empty(int(drives.lengths.sum()))
+    count, stride = packed.shape
+    finite = _library().it2core_chain_predict_each(
+        packed, stride, drives._structs, count, measured.ctypes.data
+    )
+    return measured if finite else None
+
+
 def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Simulate the chain from rest at the first voltage of a record, its core being (10) everywhere.
 
@@ -560,13 +621,12 @@ def chain_sensitivity(
         Derivatives by the rules' parameters, row by row, and these. NaN from the sample on at which
         the run is no longer finite.
     """
-    places = _places()
-    rows = int(packed.view(np.int32)[places["ruleCount"][0] // 4])
+    rows = int(packed.view(np.int32)[_places()["ruleCount"][0] // 4])
     columns = 6 * rows + len(names)
-    offsets = (ctypes.c_size_t * len(names))(*(places[name][0] for name in names))
+    offsets = _offsets_in(_library(), tuple(names))
     measured, sensitivity = np.empty(len(drive.voltage)), np.empty((len(drive.voltage), columns))
     done = _library().it2core_chain_sensitivity(
-        packed, drive._struct, offsets, len(names), measured, sensitivity
+        packed, drive._struct, offsets, len(names), measured.ctypes.data, sensitivity.ctypes.data
     )
     measured[done:] = sensitivity[done:] = np.nan
     return measured, sensitivity
