@@ -2,129 +2,107 @@
 
     PYTHONPATH=tests python tests/modelica/figures.py [EXAMPLE...]
 
-Run it when an example changes, and look at what it draws; first `reference.py`, whose stored results
-some are drawn from. rumoca does not call external C: where an example compares with an FMU, the FMU's C
-core is run over the same inputs.
+Run it when an example changes, and look at what it draws. A picture has the curves of the figures
+that the class itself declares, for Modelica tools to draw: test_figures compares. rumoca does not call
+external C: where an example compares with an FMU, the FMU's C core is run over the same inputs.
 """
 
 import sys
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
-from library import LIBRARY, stored_result
+from library import LIBRARY
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 from test_components import simulate
 
 from it2hys.model import compiled
 from it2hys.model.parameters import table_1
-from it2hys.reports.figures import MEASURED, MODEL, STYLE, UM, png
+from it2hys.reports.figures import MEASURED, MODEL, STYLE, png
 from it2hys.support.files import write_atomically
 
-TIME, MICROMETRES, VOLTS = "time in s", "displacement in µm", "voltage in V"
-EXAMPLES = "IT2Hysteresis.Examples"
-THIRD = {"color": "tab:green", "lw": 1.0}
+MICROMETRES, VOLTS = "displacement in µm", "voltage in V"
+STYLES = (MEASURED, MODEL, {"color": "tab:green", "lw": 1.0})
+SCALES = {"µm": 1e6, "mA": 1e3}
 
 
-def draw(panels: list[tuple], example: str, height: float = 4.6, columns: int = 1) -> None:
-    """Draw panels: x label, y label, curves of (x, y, legend or None)."""
-    with rc_context(STYLE):
-        figure = Figure(figsize=(6.4 if columns == 1 else 7.2, height))
-        axes = figure.subplots(-(-len(panels) // columns), columns, squeeze=False).ravel()
-        for axis, (x_label, y_label, curves) in zip(axes, panels, strict=True):
-            for (x, y, legend), style in zip(curves, (MEASURED, MODEL, THIRD), strict=False):
-                axis.plot(x, y, label=legend, **style)
-            axis.set(xlabel=x_label, ylabel=y_label)
-            if any(legend for _, _, legend in curves):
-                axis.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1)
-        write_atomically(LIBRARY / f"Resources/Images/Examples/{example}.png", png(figure))
-        print(example)
+@dataclass(frozen=True)
+class Panel:
+    """A label with its unit, legends by variable (none where there is one), x axis, where y is 0."""
+
+    label: str
+    curves: dict[str, str]
+    x: str = "time"
+    x_label: str = "time in s"
+    zero: float = 0.0
 
 
-def feedforward_feedback() -> None:
-    """Errors with and without feedback, and the correction."""
-    r = simulate("FeedforwardFeedback")
-    t = np.asarray(r.time)
-    errors = [
-        (t, r["errorFeedforward.y"] * UM, "feedforward"),
-        (t, r["errorClosed.y"] * UM, "feedforward and PI"),
-    ]
-    correction = [(t, r["controller.y"], None)]
-    draw([(TIME, "error in µm", errors), (TIME, "correction in V", correction)], "FeedforwardFeedback")
+def loop(voltage: str, displacement: str) -> Panel:
+    """Return a panel of a displacement over a voltage."""
+    return Panel(MICROMETRES, {displacement: ""}, voltage, VOLTS)
 
 
-def flexure_stage() -> None:
-    """Displacement, voltage and current over time, and the loop."""
-    r = simulate("FlexureStage")
-    t = np.asarray(r.time)
-    moved = (r["platform.s"] - 18e-3) * UM
-    draw(
-        [
-            (TIME, MICROMETRES, [(t, r["actuator.s_rel"] * UM, "stack"), (t, moved, "platform")]),
-            (VOLTS, MICROMETRES, [(r["actuator.v"], r["actuator.s_rel"] * UM, None)]),
-            (TIME, VOLTS, [(t, r["actuator.v"], None)]),
-            (TIME, "current in mA", [(t, r["actuator.i"] * 1e3, None)]),
-        ],
-        "FlexureStage",
-        height=5.2,
-        columns=2,
-    )
+def scaled(values: np.ndarray, label: str) -> np.ndarray:
+    """Return values in the unit that a label ends with."""
+    return np.asarray(values) * SCALES.get(label.rsplit(" ", 1)[-1], 1.0)
 
 
-def disturbance_force() -> None:
-    """Draw reference and displacement, correction and force."""
-    r = simulate("DisturbanceForce")
-    t = np.asarray(r.time)
-    tracked = [(t, r["reference.y"] * UM, "reference"), (t, r["actuator.s_rel"] * UM, "displacement")]
-    draw(
-        [
-            (TIME, MICROMETRES, tracked),
-            (TIME, "correction in V", [(t, r["controller.y"], None)]),
-            (TIME, "force in N", [(t, r["pulse.y"], None)]),
-        ],
-        "DisturbanceForce",
-        height=5.6,
-    )
-
-
-def at_ticks(result, sample_time: float = 1e-4) -> np.ndarray:
+def at_ticks(time: np.ndarray, sample_time: float = 1e-4) -> np.ndarray:
     """Return the rows of a result that hold after the event of each tick."""
-    time = np.asarray(result.time)
     ticks = round(time[-1] / sample_time)
-    return np.searchsorted(time, (np.arange(ticks) + 0.1) * sample_time) - 1
+    # events of what compares an example with its stored result follow 0.05 of a tick later
+    return np.searchsorted(time, (np.arange(ticks) + 0.02) * sample_time) - 1
 
 
-def hysteresis_loop() -> None:
-    """Draw the loop at the ticks: held in between, it would have stairs."""
-    r = simulate("HysteresisLoop")
-    rows = at_ticks(r)
-    loop = [(np.asarray(r["held.y"])[rows], np.asarray(r["plant.displacement"])[rows] * UM, None)]
-    draw([(VOLTS, MICROMETRES, loop)], "HysteresisLoop", height=4.0)
+def draw(example: str, panels: tuple[Panel, ...]) -> None:
+    """Simulate an example and draw its panels: loops at the ticks, between which they have stairs."""
+    result = simulate(example)
+    signals = {name: np.asarray(result[name]) for p in panels for name in p.curves}
+    signals |= {p.x: np.asarray(result[p.x]) for p in panels if p.x != "time"}
+    signals["time"] = np.asarray(result.time)
+    ticks = at_ticks(signals["time"])
+    if example == "FMUAgainstPureModelica":
+        signals = {name: values[ticks] for name, values in signals.items()} | by_the_fmus(result, ticks)
+        ticks = np.arange(len(ticks))
+    columns = 2 if len(panels) > 3 else 1
+    rows = -(-len(panels) // columns)
+    with rc_context(STYLE):
+        figure = Figure(figsize=(6.4 if columns == 1 else 7.2, 1.9 + 1.9 * rows if rows > 1 else 4.0))
+        axes = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axis, panel in zip(axes, panels, strict=False):
+            chosen = slice(None) if panel.x == "time" else ticks
+            x = scaled(signals[panel.x][chosen], panel.x_label)
+            for (name, legend), style in zip(panel.curves.items(), STYLES, strict=False):
+                axis.plot(
+                    x,
+                    scaled(signals[name][chosen] - panel.zero, panel.label),
+                    label=legend or None,
+                    **style,
+                )
+            axis.set(xlabel=panel.x_label, ylabel=panel.label)
+            if any(panel.curves.values()):
+                axis.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1)
+        for axis in axes[len(panels) :]:
+            axis.set_axis_off()
+        write_atomically(LIBRARY / f"Resources/Images/Examples/{example}.png", png(figure))
+    print(example)
 
 
-def fmu_against_pure_modelica() -> None:
-    """Draw both realisations, and how far they are apart."""
-    r = simulate("FMUAgainstPureModelica")
-    rows = at_ticks(r)
-    t = np.asarray(r.time)[rows]
-    voltage, force, pure, inverse = (
-        np.asarray(r[n])[rows]
-        for n in ("voltage.y", "force.y", "plantPure.displacement", "inversePure.voltage")
-    )
+def by_the_fmus(result, ticks: np.ndarray) -> dict[str, np.ndarray]:
+    """Return what the FMUs give at the ticks of FMUAgainstPureModelica, and the differences."""
+    at = {n: np.asarray(result[f"{n}.y"])[ticks] for n in ("voltage", "force", "reference")}
     stage = table_1().replace(**ALL_EFFECTS)
-    fmu, _ = compiled.chain_free_run(stage, voltage, force)
-    fmu_inverse, _ = compiled.chain_inverse_run(stage, np.asarray(r["reference.y"])[rows], force)
-    draw(
-        [
-            (TIME, MICROMETRES, [(t, fmu * UM, "FMU"), (t, pure * UM, "pure Modelica")]),
-            (TIME, "difference in µm", [(t, (pure - fmu) * UM, None)]),
-            (TIME, VOLTS, [(t, fmu_inverse, "FMU"), (t, inverse, "pure Modelica")]),
-            (TIME, "difference in V", [(t, inverse - fmu_inverse, None)]),
-        ],
-        "FMUAgainstPureModelica",
-        height=5.2,
-        columns=2,
+    plant, _ = compiled.chain_free_run(stage, at["voltage"], at["force"])
+    inverse, _ = compiled.chain_inverse_run(stage, at["reference"], at["force"])
+    pure, voltage = (
+        np.asarray(result[n])[ticks] for n in ("plantPure.displacement", "inversePure.voltage")
     )
+    return {
+        "plantFMU.displacement": plant,
+        "plantDifference.y": plant - pure,
+        "inverseFMU.voltage": inverse,
+        "inverseDifference.y": inverse - voltage,
+    }
 
 
 #: What FMUAgainstPureModelica.stage changes in Table 1.
@@ -159,43 +137,48 @@ ALL_EFFECTS = {
 }
 
 
-def integral_feedback() -> None:
-    """Draw both loops."""
-    r = simulate("IntegralFeedback")
-    t = np.asarray(r.time)
-    first = [
-        (t, r["reference.y"] * UM, "reference"),
-        (t, r["ringing.displacement"] * UM, "proportional and integral"),
-    ]
-    second = [(t, r["reference.y"] * UM, "reference"), (t, r["plant.displacement"] * UM, "integral")]
-    draw([(TIME, MICROMETRES, first), (TIME, MICROMETRES, second)], "IntegralFeedback")
-
-
-def stored(example: str, *panels: tuple[str, dict[str, str]]) -> None:
-    """Draw signals of a stored result: a label with its factor, and legends by signal."""
-    t, signals = stored_result(f"{EXAMPLES}.{example}")
-    drawn = [
-        (
-            TIME,
-            label,
-            [(t, signals[s] * (UM if "µm" in label else 1.0), text) for s, text in of.items()],
-        )
-        for label, of in panels
-    ]
-    draw(drawn, example)
-
-
 FIGURES = {
-    "HysteresisLoop": hysteresis_loop,
-    "FeedforwardFeedback": feedforward_feedback,
-    "IntegralFeedback": integral_feedback,
-    "FlexureStage": flexure_stage,
-    "DisturbanceForce": disturbance_force,
-    "FMUAgainstPureModelica": fmu_against_pure_modelica,
-    "SlowCreep": partial(
-        stored,
-        "SlowCreep",
-        (
+    "HysteresisLoop": (loop("held.y", "plant.displacement"),),
+    "FeedforwardTracking": (
+        Panel(MICROMETRES, {"inverse.reference": "reference", "plant.displacement": "displacement"}),
+        Panel(VOLTS, {"inverse.voltage": ""}),
+        loop("plant.voltage", "plant.displacement"),
+    ),
+    "FeedforwardFeedback": (
+        Panel(
+            "error in µm",
+            {"errorFeedforward.y": "feedforward", "errorClosed.y": "feedforward and PI"},
+        ),
+        Panel("correction in V", {"controller.y": ""}),
+    ),
+    "IntegralFeedback": (
+        Panel(
+            MICROMETRES,
+            {"reference.y": "reference", "ringing.displacement": "with a proportional part"},
+        ),
+        Panel(MICROMETRES, {"reference.y": "reference", "plant.displacement": "integral part alone"}),
+        Panel(VOLTS, {"first.y": "with a proportional part", "second.y": "integral part alone"}),
+    ),
+    "FlexureStage": (
+        Panel(MICROMETRES, {"gauge.y": "gauge", "actuator.s_rel": "stack"}),
+        loop("actuator.v", "actuator.s_rel"),
+        Panel("platform above 18 mm in µm", {"platform.s": ""}, zero=18e-3),
+        Panel("current in mA", {"actuator.i": ""}),
+        Panel(VOLTS, {"actuator.v": ""}),
+    ),
+    "DisturbanceForce": (
+        Panel(MICROMETRES, {"reference.y": "reference", "actuator.s_rel": "displacement"}),
+        Panel("correction in V", {"controller.y": ""}),
+        Panel("force in N", {"pulse.y": ""}),
+    ),
+    "FMUAgainstPureModelica": (
+        Panel(MICROMETRES, {"plantFMU.displacement": "FMU", "plantPure.displacement": "pure Modelica"}),
+        Panel("difference in µm", {"plantDifference.y": ""}),
+        Panel(VOLTS, {"inverseFMU.voltage": "FMU", "inversePure.voltage": "pure Modelica"}),
+        Panel("difference in V", {"inverseDifference.y": ""}),
+    ),
+    "SlowCreep": (
+        Panel(
             MICROMETRES,
             {
                 "reference.y": "reference",
@@ -203,43 +186,43 @@ FIGURES = {
                 "plant.displacement": "with creep",
             },
         ),
-        ("voltage with creep in V", {"inverse.voltage": None}),
+        Panel(VOLTS, {"without.voltage": "without creep", "inverse.voltage": "with creep"}),
     ),
-    "TemperatureDrift": partial(
-        stored,
-        "TemperatureDrift",
-        (
+    "TemperatureDrift": (
+        Panel(
             MICROMETRES,
             {
+                "reference.y": "reference",
                 "drifting.displacement": "temperature not known",
                 "plant.displacement": "temperature known",
             },
         ),
-        ("temperature in K", {"frame.T": None}),
+        Panel("temperature in K", {"frame.T": ""}),
     ),
-    "FMUStage": partial(
-        stored,
-        "FMUStage",
-        (
+    "FMUStage": (
+        Panel(MICROMETRES, {"reference.y": "reference", "gauge.y": "strain gauge"}),
+        Panel("platform in µm", {"sensor.y": ""}),
+        Panel(VOLTS, {"amplifier.v": ""}),
+    ),
+    "MeasuredRecord": (
+        Panel(
             MICROMETRES,
-            {"reference.y": "reference", "actuator.s_rel": "stack", "sensor.y": "platform"},
+            {
+                "measurement.y[2]": "measured",
+                "before.displacement": "before",
+                "after.displacement": "after",
+            },
         ),
-        (VOLTS, {"inverse.voltage": None}),
+        Panel("error in µm", {"errorBefore.y": "before", "errorAfter.y": "after"}),
     ),
-    "MeasuredRecord": partial(
-        stored,
-        "MeasuredRecord",
-        (MICROMETRES, {"before.displacement": "before", "after.displacement": "after"}),
-        ("error in µm", {"errorBefore.y": "before", "errorAfter.y": "after"}),
-    ),
-    "TwoStages": partial(
-        stored,
-        "TwoStages",
-        (MICROMETRES, {"sensor.y": "tip", "coarse.s_rel": "coarse stack", "fine.s_rel": "fine stack"}),
-        ("current of the fine stack in A", {"fine.i": None}),
+    "TwoStages": (
+        Panel(
+            MICROMETRES, {"sensor.y": "tip", "coarse.s_rel": "coarse stack", "fine.s_rel": "fine stack"}
+        ),
+        Panel(VOLTS, {"coarse.v": "coarse stack", "fine.v": "fine stack"}),
     ),
 }
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or FIGURES:
-        FIGURES[name]()
+        draw(name, FIGURES[name])

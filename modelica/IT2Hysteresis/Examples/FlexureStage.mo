@@ -94,6 +94,7 @@ with 16 bits and 5 nm of noise.
           preferred=true,
           plots={
             Plot(curves={Curve(y=actuator.s_rel, legend="Stack"), Curve(y=gauge.y, legend="Gauge")}),
+            Plot(curves={Curve(y=platform.s, legend="Position of the platform")}),
             Plot(curves={Curve(y=actuator.v, legend="Voltage")}),
             Plot(curves={Curve(y=actuator.i, legend="Current")})}),
         Figure(
