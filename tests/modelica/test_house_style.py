@@ -186,3 +186,41 @@ def test_every_resource_is_used():
     signals = REFERENCE.rglob("*.txt")
     assert sorted(".".join(s.parent.relative_to(REFERENCE).parts) for s in signals) == sorted(EXAMPLES)
     assert sorted(REFERENCE.rglob("*.csv")) == sorted(map(stored_path, EXAMPLES))
+
+
+EXTENT = r"\{\{(-?\d+),(-?\d+)\},\{(-?\d+),(-?\d+)\}\}"
+COMPONENTS = [n for n in CLASSES if ".Components." in n and kind(n) != "package"]
+
+
+def corners(found: tuple[str, ...]) -> tuple[int, int, int, int]:
+    """Return the least and greatest x and y of an extent."""
+    x1, y1, x2, y2 = map(int, found)
+    return min(x1, x2), max(x1, x2), min(y1, y2), max(y1, y2)
+
+
+@pytest.mark.parametrize("name", COMPONENTS)
+def test_a_components_icon_shows_its_name_and_a_value(name):
+    """A parameter of it, by name: of several in a diagram one sees which is which."""
+    text = CLASSES[name].read_text(encoding="utf-8")
+    shown = re.findall(r"%(\w+)", " ".join(re.findall(r'textString="([^"]*)"', text)))
+    assert "name" in shown
+    values = set(shown) - {"name"}
+    assert values
+    assert all(re.search(rf"\bparameter [\w.]+ {value}\b", text) for value in values)
+
+
+@pytest.mark.parametrize("name", COMPONENTS)
+def test_no_text_of_an_icon_lies_on_a_connector_or_between_two_of_a_side(name):
+    text = CLASSES[name].read_text(encoding="utf-8")
+    placed = [
+        corners(m.groups())
+        for m in re.finditer(rf"Placement\(transformation\(\s*extent={EXTENT}\)\)", text)
+    ]
+    texts = [corners(m.groups()) for m in re.finditer(rf"Text\(\s*extent={EXTENT}", text)]
+    assert texts and (placed or "PartialElementary" in text)
+    for left, right, bottom, top in texts:
+        for x1, x2, y1, y2 in placed:
+            assert x2 <= left or x1 >= right or y2 <= bottom or y1 >= top
+        # the pins of the top edge: a name between them would be crossed by their wires
+        pins = [x1 for x1, _, y1, y2 in placed if y1 < 100 <= y2]
+        assert len(pins) < 2 or top < 90 or right < min(pins) or left > max(pins)

@@ -54,6 +54,9 @@ equation
           extent={{-58,28},{20,-28}},
           textString="Q"),
         Text(
+          extent={{-150,-110},{150,-140}},
+          textString="k=%k"),
+        Text(
           extent={{-150,150},{150,110}},
           textString="%name",
           textColor={0,0,255})}),

@@ -47,6 +47,9 @@ equation
           fillPattern=FillPattern.Solid),
         Line(points={{0,-100},{0,-60}}, color={0,0,127}),
         Text(
+          extent={{10,-66},{150,-96}},
+          textString="%bandwidth"),
+        Text(
           extent={{-150,100},{150,60}},
           textString="%name",
           textColor={0,0,255})}),
