@@ -5,8 +5,9 @@
 Run it where omc (1.25 or later), a C compiler and the Modelica Standard Library 4.0.0 or 4.1.0 are; MSL
 may also be a directory that holds Modelica/package.mo. It checks every class with unit checking on,
 simulates the examples and compares them with the stored results, compares plant and inverse with the
-reference run that the FMUs carry, provokes the messages of bad input, and builds models from defaults
-only. test_omc.py runs the same in pytest. Exit code 0, or 1 with what was found.
+reference run that the FMUs carry, drives plants by their inverses at three rates in one model, provokes
+the messages of bad input, builds models from defaults only, and times a tick. test_omc.py runs the same
+in pytest. Exit code 0, or 1 with what was found.
 """
 
 import argparse
@@ -174,9 +175,11 @@ def tick_settings(ticks: int, sample_time: float) -> str:
 
 
 def check_classes(session: Session) -> Iterator[str]:
-    """Check every class, with unit checking on."""
+    """Check every class of the library and of its test package, with unit checking on."""
     session.directory.mkdir(parents=True, exist_ok=True)
-    commands = {name: f"checkModel({name});" for name in CLASSES}
+    tests = re.findall(r"^  (?:function|block|model) (\w+)", PACKAGE.read_text(encoding="utf-8"), re.M)
+    classes = [*CLASSES, *(f"{PACKAGE.parent.name}.{name}" for name in tests)]
+    commands = {name: f"checkModel({name});" for name in classes}
     for name, said in session.run(commands, "--unitChecking").items():
         if f"Check of {name} completed successfully" not in said or LOUD.search(said):
             yield f"checkModel({name}): {said.strip()}"
@@ -253,6 +256,58 @@ def unequal(
                 yield f"{label}: {name} differs at {np.count_nonzero(found != expected[1:])} ticks"
         elif not apart <= EQUAL:
             yield f"{label}: {name} is {apart:.2g} of its span from the reference run"
+
+
+#: Sample times of three pairs of inverse and plant in one model, and how long it runs.
+RATES, PERIOD = (1e-4, 2e-4, 5e-4), 0.05
+
+
+def pairs_source(inverse: str, plant: str) -> str:
+    """Return a model of three pairs with effects, at different rates: the inverse drives the plant."""
+    records, declarations, equations = "", "", ""
+    for k, sample_time in enumerate(RATES, 1):
+        parameters = with_effects(
+            ("lag", "play", "creep", "resonance"), seed=11, sampleTime=sample_time
+        )
+        records += format_record(parameters, f"Mine{k}")
+        declarations += (
+            f"parameter Mine{k} p{k}; {inverse} inverse{k}(parameters=p{k}); "
+            f"{plant} plant{k}(parameters=p{k}); "
+        )
+        equations += (
+            f"inverse{k}.reference = p{k}.initialDisplacement + 1e-6*(1 - cos(40*time))^2; "
+            f"connect(inverse{k}.voltage, plant{k}.voltage); "
+        )
+    return records + model(declarations, equations)
+
+
+def pairs_apart(at: Callable[[float], Callable[[str], np.ndarray]]) -> Iterator[str]:
+    """Compare reference and displacement of the three pairs at their ticks."""
+    for k, sample_time in enumerate(RATES, 1):
+        signal = at(sample_time)
+        reference = signal(f"inverse{k}.reference")
+        apart = np.abs(signal(f"plant{k}.displacement") - reference).max() / np.ptp(reference)
+        if signal(f"inverse{k}.saturated").any() or not apart <= EQUAL:
+            yield f"at {sample_time:g} s: displacement is {apart:.2g} of its span from the reference"
+
+
+def identity(session: Session) -> Iterator[str]:
+    """Drive plants by their inverses, FMU and pure in all pairs, at three rates in one model."""
+    session.directory.mkdir(parents=True, exist_ok=True)
+    for inverse in (FMU_INVERSE, INVERSE):
+        for plant in (FMU_PLANT, PLANT):
+            ticks = round(PERIOD / RATES[0]) + 1
+            said, path = session.simulate(
+                pairs_source(inverse, plant), "M", tick_settings(ticks, RATES[0])
+            )
+            if path is None:
+                yield f"{inverse} and {plant}: {said.strip()[-600:]}"
+                continue
+            result = read_result(path)
+            for finding in pairs_apart(
+                lambda sample_time, r=result: at_ticks(r, round(PERIOD / sample_time), sample_time)
+            ):
+                yield f"{inverse} and {plant}, {finding}"
 
 
 def messages(session: Session) -> Iterator[str]:
@@ -395,6 +450,7 @@ PARTS_OF_ACCEPTANCE = {
     "examples": simulate_examples,
     "test package": compare_examples,
     "equality": equal_fmu,
+    "identity": identity,
     "messages": messages,
     "defaults": defaults,
     "modifications": modifications,

@@ -3,8 +3,8 @@
     PYTHONPATH=tests python tests/modelica/speed.py [TICKS]
 
 The models run in turns, in processor time; quoted are medians. rumoca interprets what other tools
-compile: its figures compare two versions of a block and say nothing of another tool. `omc_acceptance.py
---only speed` measures OpenModelica, where the aim is 3 us.
+compile, and makes no code of sampled models: its figures compare two versions of a block and say
+nothing of another tool. `omc_acceptance.py --only speed` measures OpenModelica, where the aim is 3 us.
 """
 
 import statistics

@@ -7,14 +7,19 @@ from pathlib import Path
 import numpy as np
 import omc_acceptance
 import pytest
-from library import CLASSES, EXAMPLES, stored_result
+from library import CLASSES, EXAMPLES, INVERSE, PLANT, stored_result
 from omc_acceptance import (
     OMC,
     PARTS_OF_ACCEPTANCE,
+    PERIOD,
+    RATES,
     VERSIONS,
     MissingError,
     Session,
+    at_ticks,
     findings,
+    pairs_apart,
+    pairs_source,
     read_result,
 )
 
@@ -29,6 +34,24 @@ def test_openmodelica_finds_nothing(msl, part, tmp_path):
     except MissingError as missing:
         pytest.skip(str(missing))
     assert not found, "\n".join(found)
+
+
+def test_the_pairs_of_the_acceptance_are_the_identity_in_rumoca():
+    """What OpenModelica is asked is a model, and the comparison finds a plant that is another."""
+    rumoca = pytest.importorskip("test_simulation", reason="rumoca is not installed")
+    result = rumoca.compile_model(pairs_source(INVERSE, PLANT)).simulate(
+        t=(0.0, PERIOD), dt=RATES[0], config=rumoca.rumoca.SimConfig(solver="rk-like")
+    )
+    signals = {n: np.asarray(result[n]) for n in result.names if "." in n}
+    signals["time"] = np.asarray(result.time)
+
+    def at(sample_time: float):
+        return at_ticks(signals, round(PERIOD / sample_time), sample_time)
+
+    assert not list(pairs_apart(at))
+    signals["plant2.displacement"] = signals["plant2.displacement"] + 1e-17
+    (found,) = pairs_apart(at)
+    assert found.startswith("at 0.0002 s: displacement is ")
 
 
 #: As much of omc as shows what the script makes of its answers: what it prints, and its MAT files, are

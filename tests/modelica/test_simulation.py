@@ -11,6 +11,7 @@ So the check of a parameter set, and what it alone needs, is left out of the ove
 for it: `checked`.
 """
 
+import math
 import re
 import shutil
 import tempfile
@@ -522,6 +523,28 @@ def test_delays_of_whole_and_broken_ticks(ticks):
     at, _ = run_block(PLANT, parameters, "52.5 + 42*sin(250*time)", ticks=150)
     expected, _ = compiled.chain_free_run(parameters, at("voltage"))
     assert relative(at("displacement"), expected) < RTOL
+
+
+def scalars_of_an_event(block: str, changes: str) -> int:
+    """Return how many numbers a block's event computes."""
+    kind = block.rsplit(".", 1)[-1].lower()
+    signal = "voltage" if kind == "plant" else "reference"
+    source = model(f"{block} {kind}(parameters({changes}));", f"{kind}.{signal} = 1e-6;")
+    found = compile_model(source).to_dict("flat")["variables"].values()
+    discrete = [
+        v for v in found if isinstance(v["variability"], dict) and "Discrete" in v["variability"]
+    ]
+    return sum(math.prod(v["dims"]) for v in discrete)
+
+
+def test_an_event_computes_no_more_than_what_the_set_has():
+    """It shifted 65 voltages, whatever the delay: 82 numbers, and three times the time."""
+    paper = "sampleTime=1e-4"
+    assert scalars_of_an_event(PLANT, paper) <= 15
+    assert scalars_of_an_event(PLANT, "delayTime=3e-4") == scalars_of_an_event(PLANT, paper) + 3
+    assert scalars_of_an_event(INVERSE, "delayTime=3e-4") == scalars_of_an_event(INVERSE, paper)
+    creep = "creepGain={0.03,0.05}, creepTimeConstant={4e-3,6e-2}"
+    assert scalars_of_an_event(PLANT, creep) == scalars_of_an_event(PLANT, paper) + 2
 
 
 # --- blocks around the FMUs: wiring and sampling ---------------------------------------------------
