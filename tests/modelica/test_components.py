@@ -10,6 +10,7 @@ from library import EXAMPLES as EXAMPLED
 from library import PREAMBLE, comparison_signals, differences, experiment, model, stored_result
 from scipy.linalg import expm
 from test_simulation import compile_model, relative, rumoca, run
+from units import faults
 
 from it2hys.cli import main
 from it2hys.model import compiled
@@ -48,6 +49,7 @@ def simulate(example: str, package: str = "IT2HysteresisTest") -> "rumoca.Result
     stop, interval = experiment(f"{EXAMPLES}.{example}")
     compiled_model = compile_model(f"model M {PREAMBLE} extends {package}.{example}; end M;")
     assert compiled_model.structure().is_balanced
+    assert not faults(compiled_model.to_dict("flat")), "units do not fit"
     return compiled_model.simulate(
         t=(0.0, stop), dt=interval, config=rumoca.SimConfig(solver="rk-like")
     )
