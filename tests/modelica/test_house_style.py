@@ -46,6 +46,13 @@ def test_links_resolve(name):
             assert path.is_file() if "/" in target else target in CLASSES, link
 
 
+@each_example
+def test_a_picture_fits_into_the_pane_that_shows_the_text(name):
+    roots = [etree.fromstring(text) for text in html(CLASSES[name], "info")]
+    widths = [width for root in roots for width in root.xpath("//img/@width")]
+    assert widths == ["640"]
+
+
 @pytest.mark.parametrize("directory", [f.parent for f in FILES if f.name == "package.mo"], ids=str)
 def test_package_order_agrees_with_the_files(directory):
     listed = (directory / "package.order").read_text(encoding="utf-8").split("\n")

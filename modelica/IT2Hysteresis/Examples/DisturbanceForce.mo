@@ -102,7 +102,7 @@ Before the force, the controller has to correct only what inverse and amplifier 
 lag, which the parameter set of the inverse does not hold.
 </p>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/DisturbanceForce.png\" alt=\"Reference and displacement, correction and force over time\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/DisturbanceForce.png\" width=\"640\" alt=\"Reference and displacement, correction and force over time\"/>
 </p>
 </html>", revisions="<html>
 <ul>

@@ -90,7 +90,7 @@ those of rounding, below 10<sup>-12</sup> of the range.
 The voltage goes beyond the amplifier's slew limit and saturation, so that these act too.
 </p>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FMUAgainstPureModelica.png\" alt=\"Displacement of both plants and voltage of both inverses over time\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FMUAgainstPureModelica.png\" width=\"640\" alt=\"Displacement of both plants and voltage of both inverses over time\"/>
 </p>
 </html>", revisions="<html>
 <ul>

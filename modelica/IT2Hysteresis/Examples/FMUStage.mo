@@ -67,7 +67,7 @@ the stroke, the ratio of its stiffness to that of the stack, and makes three tim
 sensor the platform.
 </p>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FMUStage.png\" alt=\"Reference and strain gauge, platform, and voltage over time\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FMUStage.png\" width=\"640\" alt=\"Reference and strain gauge, platform, and voltage over time\"/>
 </p>
 </html>", revisions="<html>
 <ul>

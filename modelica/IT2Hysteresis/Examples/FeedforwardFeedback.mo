@@ -65,7 +65,7 @@ Both stages are driven by the same inverse; <code>errorFeedforward.y</code> and 
 while the displacement is held.
 </p>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FeedforwardFeedback.png\" alt=\"Tracking errors with and without feedback over time, and the correction\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FeedforwardFeedback.png\" width=\"640\" alt=\"Tracking errors with and without feedback over time, and the correction\"/>
 </p>
 </html>", revisions="<html>
 <ul>

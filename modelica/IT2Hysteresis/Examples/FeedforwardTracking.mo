@@ -45,7 +45,7 @@ model Mine
 end Mine;
 </pre>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FeedforwardTracking.png\" alt=\"Reference and displacement over time, and displacement over voltage\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FeedforwardTracking.png\" width=\"640\" alt=\"Reference and displacement over time, and displacement over voltage\"/>
 </p>
 </html>",
       revisions="<html>

@@ -45,7 +45,7 @@ would draw stairs, since it is held from tick to tick. The first period starts a
 <code>initialDisplacement</code> = 0 and closes on the loop that all later ones follow.
 </p>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/HysteresisLoop.png\" alt=\"Displacement over voltage: a large loop with a small one inside\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/HysteresisLoop.png\" width=\"640\" alt=\"Displacement over voltage: a large loop with a small one inside\"/>
 </p>
 </html>",
       revisions="<html>

@@ -63,7 +63,7 @@ controller's default gain makes it ring for long after every step, and the defau
 alone falls with the frequency: at 400 Hz its loop has a gain below 1, and the displacement settles.
 </p>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/IntegralFeedback.png\" alt=\"Displacement in both loops, and both voltages, over time\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/IntegralFeedback.png\" width=\"640\" alt=\"Displacement in both loops, and both voltages, over time\"/>
 </p>
 </html>", revisions="<html>
 <ul>

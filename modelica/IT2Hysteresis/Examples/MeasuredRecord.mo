@@ -52,7 +52,7 @@ For a record of yours, write time in s, voltage in V and displacement in m as th
 <code>measurement.fileName</code>, and redeclare <code>Stage</code>.
 </p>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/MeasuredRecord.png\" alt=\"Errors of the model before and after a diagnosis, and the displacement, over time\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/MeasuredRecord.png\" width=\"640\" alt=\"Errors of the model before and after a diagnosis, and the displacement, over time\"/>
 </p>
 </html>", revisions="<html>
 <ul>

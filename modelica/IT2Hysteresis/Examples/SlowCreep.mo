@@ -47,7 +47,7 @@ Runs over minutes are made with a set that was identified at a low rate. Here it
 terms: at rest, the sample time does not matter. The reference rises in 50 ticks, because no amplifier makes a step within one.
 </p>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/SlowCreep.png\" alt=\"Displacement with and without knowledge of the creep, and both voltages, over 300 s\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/SlowCreep.png\" width=\"640\" alt=\"Displacement with and without knowledge of the creep, and both voltages, over 300 s\"/>
 </p>
 </html>", revisions="<html>
 <ul>

@@ -71,7 +71,7 @@ The actuator with pins and flanges takes the temperature of its heat port, see
 <a href=\"modelica://IT2Hysteresis.Components.PiezoActuator\">PiezoActuator</a>.
 </p>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/TemperatureDrift.png\" alt=\"Displacement with and without knowledge of the temperature, and the temperature, over 300 s\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/TemperatureDrift.png\" width=\"640\" alt=\"Displacement with and without knowledge of the temperature, and the temperature, over 300 s\"/>
 </p>
 </html>", revisions="<html>
 <ul>

@@ -73,7 +73,7 @@ Two stacks in series: a coarse one moves a fine one, which moves a tip. Each has
 where both go together. The fine stack shakes the coarse one by the force that moves it, which is small beside the stiffness.
 </p>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/TwoStages.png\" alt=\"Travel of both stacks and of the tip, and both voltages, over time\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/TwoStages.png\" width=\"640\" alt=\"Travel of both stacks and of the tip, and both voltages, over time\"/>
 </p>
 </html>", revisions="<html>
 <ul>

@@ -21,6 +21,8 @@ compute, stops the pure blocks with the name of the block to take.</li>
 <li>The pure plant takes a third of the time: it remembers as many voltages as its delay is long.</li>
 <li>Parameter records count by their vectors: <code>parameters(playThreshold={2,8}, playWeight={0.05,0.04})</code> has two play
 operators, and nothing else says so. Vectors that belong together must be of one length.</li>
+<li>The examples' pictures show all curves that their texts name, every component's icon shows a value, and
+<a href=\"modelica://IT2Hysteresis.Blocks.PureModelica\">PureModelica</a> says what a tick costs.</li>
 <li>Controller and strain gauge take their sample time from the parameter set.</li>
 <li>Parameter records, generated from the table of variables that the FMUs are generated from.</li>
 </ul>

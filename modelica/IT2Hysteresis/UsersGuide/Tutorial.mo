@@ -39,8 +39,8 @@ reference. <code>saturated</code> is true where voltage or range do not allow it
 Put a <a href=\"modelica://IT2Hysteresis.Components.PiezoActuator\">PiezoActuator</a> in the place of the plant: <code>p</code> and
 <code>n</code> to a <a href=\"modelica://IT2Hysteresis.Components.VoltageAmplifier\">VoltageAmplifier</a> with <code>k=1</code> and a ground at <code>n</code>,
 <code>flange_a</code> to a <code>Modelica.Mechanics.Translational.Components.Fixed</code>, <code>flange_b</code> to a
-<a href=\"modelica://IT2Hysteresis.Components.FlexureGuide\">FlexureGuide</a>. It begins at rest at 0 V. To begin elsewhere, set
-<code>actuator.vStart</code>, and <code>amplifier(vStart=actuator.vStart)</code>. See
+<a href=\"modelica://IT2Hysteresis.Components.FlexureGuide\">FlexureGuide</a>. Hand the actuator the record as <code>stage</code>: it begins at rest where
+<code>initialDisplacement</code> is, which is 0 V by default. Let the amplifier begin there, too: <code>vStart=actuator.vStart</code>. See
 <a href=\"modelica://IT2Hysteresis.Examples.FMUStage\">FMUStage</a>.
 </p>
 <h4>5. A closed loop</h4>
