@@ -15,6 +15,7 @@ import math
 import re
 import shutil
 import tempfile
+from collections import Counter
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -60,7 +61,6 @@ WRAPPERS = {
     "record": "model M {pre} {name} item; end M;",
     "block": "block M {pre} extends {name}; {rest} end M;",
     "model": "model M {pre} extends {name}; end M;",
-    "function": "model M {pre} {rest} end M;",
 }
 CENTRES = "p.ruleSigmaLower, p.ruleSigmaUpper, p.ruleCentre"
 RULES = f"{CENTRES}, p.ruleQ1, p.ruleQ2, p.ruleQ3"
@@ -243,14 +243,27 @@ def relative(actual: np.ndarray, expected: np.ndarray) -> float:
 # --- every class -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", [name for name in CLASSES if name not in EXAMPLES])
+CALLED = [name for name in CLASSES if kind(name) == "function"]
+
+
+@pytest.mark.parametrize("name", [name for name in CLASSES if name not in {*EXAMPLES, *CALLED}])
 def test_every_class_is_instantiated_and_balanced(name):
     """The examples are simulated, in test_components."""
-    rest = use(name) if kind(name) == "function" else REST.get(name, "")
+    rest = REST.get(name, "")
     if name.endswith("Object"):
         rest = f"= {construct(name)}"
     source = WRAPPERS[kind(name)].format(pre=PREAMBLE, name=name, rest=rest)
     assert compile_model(source, checked=True).structure().is_balanced
+
+
+def test_every_function_is_called():
+    """All in one model; those without outputs check something at the initialization."""
+    uses = [use(name).replace("Real y ", f"Real y{k} ") for k, name in enumerate(CALLED)]
+    declared = " ".join(text for text in uses if text.startswith("Real"))
+    sections = " ".join(text for text in uses if not text.startswith("Real"))
+    compiled_model = compile_model(f"model M {PREAMBLE} {declared} {sections} end M;", checked=True)
+    assert compiled_model.structure().is_balanced
+    assert set(CALLED) <= set(compiled_model.to_dict("flat")["functions"])
 
 
 @pytest.mark.parametrize(
@@ -525,26 +538,23 @@ def test_delays_of_whole_and_broken_ticks(ticks):
     assert relative(at("displacement"), expected) < RTOL
 
 
-def scalars_of_an_event(block: str, changes: str) -> int:
-    """Return how many numbers a block's event computes."""
-    kind = block.rsplit(".", 1)[-1].lower()
-    signal = "voltage" if kind == "plant" else "reference"
-    source = model(f"{block} {kind}(parameters({changes}));", f"{kind}.{signal} = 1e-6;")
-    found = compile_model(source).to_dict("flat")["variables"].values()
-    discrete = [
-        v for v in found if isinstance(v["variability"], dict) and "Discrete" in v["variability"]
-    ]
-    return sum(math.prod(v["dims"]) for v in discrete)
-
-
 def test_an_event_computes_no_more_than_what_the_set_has():
     """It shifted 65 voltages, whatever the delay: 82 numbers, and three times the time."""
-    paper = "sampleTime=1e-4"
-    assert scalars_of_an_event(PLANT, paper) <= 15
-    assert scalars_of_an_event(PLANT, "delayTime=3e-4") == scalars_of_an_event(PLANT, paper) + 3
-    assert scalars_of_an_event(INVERSE, "delayTime=3e-4") == scalars_of_an_event(INVERSE, paper)
-    creep = "creepGain={0.03,0.05}, creepTimeConstant={4e-3,6e-2}"
-    assert scalars_of_an_event(PLANT, creep) == scalars_of_an_event(PLANT, paper) + 2
+    delay, creep = "delayTime=3e-4", "creepGain={0.03,0.05}, creepTimeConstant={4e-3,6e-2}"
+    blocks = {"paper": "", "delayed": delay, "crept": creep}
+    declared = " ".join(
+        f"{PLANT} {name}Plant(parameters({changes})); {INVERSE} {name}Inverse(parameters({changes}));"
+        for name, changes in blocks.items()
+    )
+    equations = " ".join(f"{n}Plant.voltage = 1; {n}Inverse.reference = 1e-6;" for n in blocks)
+    computed = Counter()
+    for name, entry in compile_model(model(declared, equations)).to_dict("flat")["variables"].items():
+        if isinstance(entry["variability"], dict) and "Discrete" in entry["variability"]:
+            computed[name.split(".")[0]] += math.prod(entry["dims"])
+    assert computed["paperPlant"] <= 15
+    assert computed["delayedPlant"] == computed["paperPlant"] + 3
+    assert computed["delayedInverse"] == computed["paperInverse"]
+    assert computed["creptPlant"] == computed["paperPlant"] + 2
 
 
 # --- blocks around the FMUs: wiring and sampling ---------------------------------------------------
