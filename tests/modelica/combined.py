@@ -1,7 +1,8 @@
 """Models of the library's parts with their defaults only, as drag and drop makes them.
 
-Every connected combination of two or three parts is built: an input takes the first output of its unit,
-or 0; pins go to pins, a flange to the next one, sensors lie between the frame and what moves.
+Every connected combination of two or three parts is built, with two actuators, too: an input takes the
+first output of its unit, or 0; pins go to pins, a flange to the next one, sensors lie between the frame
+and what moves.
 """
 
 from collections.abc import Callable
@@ -38,6 +39,7 @@ PARTS = (
     Part("amplifier", f"{COMPONENTS}.VoltageAmplifier", (("u", "V"),), pins="source"),
     Part("charger", f"{COMPONENTS}.ChargeAmplifier", (("u", "V"),), pins="source"),
     Part("actuator", f"{COMPONENTS}.PiezoActuator", pins="load", flanges="through"),
+    Part("stack", f"{COMPONENTS}.PiezoActuator", pins="load", flanges="through"),
     Part("guide", f"{COMPONENTS}.FlexureGuide", flanges="through"),
     Part("gauge", f"{COMPONENTS}.StrainGauge", outputs=(("y", "m"),), flanges="across"),
     Part("sensor", f"{COMPONENTS}.PositionSensor", outputs=(("y", "m"),), flanges="across"),
@@ -60,9 +62,11 @@ def wires(parts: tuple[Part, ...]) -> tuple[list[str], list[tuple[str, str]], li
         for source in (p for p in parts if p.pins == "source"):
             connections += [f"connect({source.name}.{pin}, {load.name}.{pin});" for pin in "pn"]
             joined.append((source.name, load.name))
-    if any(p.pins for p in parts):
-        grounded = next(p for p in parts if p.pins)
-        connections.append(f"connect({grounded.name}.n, ground.p);")
+    electrical = [p for p in parts if p.pins]
+    if electrical:
+        connections.append(f"connect({electrical[0].name}.n, ground.p);")
+    for one, other in pairwise(p for p in electrical if all(q.pins == "load" for q in electrical)):
+        connections += [f"connect({one.name}.{pin}, {other.name}.{pin});" for pin in "pn"]
     through = [p for p in parts if p.flanges == "through"]
     if through and through[0].name == "actuator":
         connections.append("connect(frame.flange, actuator.flange_a);")
@@ -85,7 +89,7 @@ def fits(parts: tuple[Part, ...]) -> bool:
     if sources > 1 or (sources and "actuator" not in names):
         return False  # two amplifiers on one stack, or one on nothing
     if any(p.flanges for p in parts) and "actuator" not in names:
-        return False  # nothing moves them
+        return False  # nothing moves them, or says where they are; a stack is the second actuator
     reached, joined = {parts[0].name}, wires(parts)[1]
     for _ in parts:
         reached |= set(chain.from_iterable(pair for pair in joined if reached & set(pair)))
@@ -116,6 +120,9 @@ def assert_physical(parts: tuple[Part, ...], at: Callable[[str], np.ndarray]) ->
         assert np.abs(s - s[0]).max() < (1e-9 if "controller" not in names else 1e-7)
         assert np.abs(at("actuator.f")).max() < 1.0
         assert np.abs(at("actuator.v")).max() < 1.0
+    if "stack" in names:
+        assert np.ptp(at("stack.s_rel")) < 1e-9
+        assert np.abs(at("stack.f")).max() < 1.0
     if "guide" in names:
         assert at("guide.stackForce") == pytest.approx(200.0, abs=1.0)
     if "plant" in names:

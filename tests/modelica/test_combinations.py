@@ -11,6 +11,7 @@ def test_there_are_all_that_fit():
     assert len(found) == len(COMBINATIONS) > 20
     assert {"amplifier-actuator", "inverse-plant", "charger-actuator-guide"} <= found
     assert {"inverse-amplifier-actuator", "controller-plant", "actuator-guide-sensor"} <= found
+    assert {"actuator-stack", "amplifier-actuator-stack", "actuator-stack-guide"} <= found
 
 
 @pytest.mark.slow
