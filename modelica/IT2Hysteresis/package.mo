@@ -5,7 +5,7 @@ package IT2Hysteresis "Hysteresis of piezoelectric actuators and its inverse"
     preferredView="info",
     version="0.1.0",
     versionDate="2026-11-22",
-    dateModified="2026-11-22 18:00:00Z",
+    dateModified="2026-11-23 08:00:00Z",
     uses(Modelica(version="4.0.0")),
     Icon(
       coordinateSystem(preserveAspectRatio=true, extent={{-100,-100},{100,100}}),
