@@ -469,12 +469,22 @@ def findings(part: str, session: Session) -> list[str]:
     return found
 
 
+def version() -> str:
+    """Return what omc says that it is."""
+    done = subprocess.run([OMC, "--version"], capture_output=True, encoding="utf-8", check=False)
+    return done.stdout.strip() or f"no version: {done.stderr.strip()}"
+
+
 def main() -> int:
     """Run all parts, and print what was found."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--msl", action="append", help="version or directory; default: 4.0.0 and 4.1.0")
     parser.add_argument("--only", choices=PARTS_OF_ACCEPTANCE, action="append")
     arguments = parser.parse_args()
+    if not OMC:
+        print("skipped: no omc, OpenModelica's compiler, on the path; it must be 1.25 or later")
+        return 0
+    print(f"{OMC}: {version()}", flush=True)
     failed = False
     for msl in arguments.msl or VERSIONS:
         for part in arguments.only or PARTS_OF_ACCEPTANCE:
@@ -485,9 +495,8 @@ def main() -> int:
                     print(f"MSL {msl}, {part}: skipped, {missing}")
                     continue
             failed |= bool(found)
-            print(
-                f"MSL {msl}, {part}: {'passed' if not found else f'{len(found)} findings'}", flush=True
-            )
+            outcome = f"{len(found)} finding{'s' * (len(found) > 1)}" if found else "passed"
+            print(f"MSL {msl}, {part}: {outcome}", flush=True)
             for finding in found:
                 print("  " + finding.replace("\n", "\n    "))
     return int(failed)

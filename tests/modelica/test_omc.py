@@ -117,6 +117,8 @@ def simulate(name, prefix):
     said += (WARNING if FAULT == "warns" else "") + SUCCESS.format("simulation", "")
     return RECORD.format(f"{prefix}_res.mat", said)
 
+if sys.argv[1] == "--version":
+    sys.exit(print("OpenModelica 1.26.0"))
 for line in open(sys.argv[1], encoding="utf-8").read().splitlines():
     if match := re.match(r'print\("(.*)\\n"\);', line):
         print(match[1])
@@ -196,6 +198,18 @@ def test_a_slow_tick_is_a_finding(tmp_path, monkeypatch):
     omc_of_paper(tmp_path, monkeypatch, fault="slow")
     (found,) = findings("speed", Session("4.0.0", tmp_path / "work"))
     assert found == f"{omc_acceptance.PLANT}: a tick takes 3.50 us beyond its event"
+
+
+def test_the_script_says_why_it_skips_and_which_omc_it_asks(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["omc_acceptance.py", "--only", "classes", "--msl", "4.0.0"])
+    monkeypatch.setattr(omc_acceptance, "OMC", None)
+    assert omc_acceptance.main() == 0
+    assert capsys.readouterr().out.startswith("skipped: no omc")
+    omc_of_paper(tmp_path, monkeypatch)
+    assert omc_acceptance.main() == 1
+    first, second, *_ = capsys.readouterr().out.splitlines()
+    assert first == f"{tmp_path / 'omc'}: OpenModelica 1.26.0"
+    assert second == "MSL 4.0.0, classes: 1 finding"
 
 
 def test_what_omc_does_not_answer_is_a_finding(tmp_path, monkeypatch):
