@@ -80,7 +80,7 @@ The amplifier's current is what charges the capacitance and moves the stack; it 
 with 16 bits and 5 nm of noise.
 </p>
 <p>
-<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FlexureStage.png\" width=\"640\" alt=\"Displacement, voltage and current over time, and displacement over voltage\"/>
+<img src=\"modelica://IT2Hysteresis/Resources/Images/Examples/FlexureStage.png\" width=\"640\" alt=\"Displacement of stack and platform, voltage and current over time, and displacement over voltage\"/>
 </p>
 </html>", revisions="<html>
 <ul>
