@@ -54,11 +54,8 @@ STUB = LIBRARY.parents[1] / "tests" / "modelica" / "stub"
 TABLE_1 = "IT2Hysteresis.Parameters.Table1"
 RTOL = 1e-12
 
-# how a class of each kind is instantiated in a model M
+# how a block or a model is instantiated in a model M
 WRAPPERS = {
-    "package": "package P {pre} extends {name}; end P; model M end M;",
-    "class": "model M {pre} {name} item {rest}; end M;",
-    "record": "model M {pre} {name} item; end M;",
     "block": "block M {pre} extends {name}; {rest} end M;",
     "model": "model M {pre} extends {name}; end M;",
 }
@@ -244,16 +241,26 @@ def relative(actual: np.ndarray, expected: np.ndarray) -> float:
 
 
 CALLED = [name for name in CLASSES if kind(name) == "function"]
+PASSIVE = [name for name in CLASSES if kind(name) in ("package", "class", "record")]
 
 
-@pytest.mark.parametrize("name", [name for name in CLASSES if name not in {*EXAMPLES, *CALLED}])
-def test_every_class_is_instantiated_and_balanced(name):
+@pytest.mark.parametrize("name", [n for n in CLASSES if n not in {*EXAMPLES, *CALLED, *PASSIVE}])
+def test_every_block_and_model_is_instantiated_and_balanced(name):
     """The examples are simulated, in test_components."""
-    rest = REST.get(name, "")
-    if name.endswith("Object"):
-        rest = f"= {construct(name)}"
-    source = WRAPPERS[kind(name)].format(pre=PREAMBLE, name=name, rest=rest)
+    source = WRAPPERS[kind(name)].format(pre=PREAMBLE, name=name, rest=REST.get(name, ""))
     assert compile_model(source, checked=True).structure().is_balanced
+
+
+def test_every_package_class_and_record_is_instantiated():
+    """All in one model: they have no equations."""
+    inside = [
+        f"package P{k} extends {name}; end P{k};"
+        if kind(name) == "package"
+        else f"{name} item{k}{f'={construct(name)}' if name.endswith('Object') else ''};"
+        for k, name in enumerate(PASSIVE)
+    ]
+    assert compile_model(model(" ".join(inside)), checked=True).structure().is_balanced
+    assert {"package", "class", "record"} == {kind(name) for name in PASSIVE}
 
 
 def test_every_function_is_called():
@@ -496,24 +503,30 @@ def run_block(block: str, parameters: ParameterSet, signal: str, ticks: int = 40
 
 
 @pytest.mark.parametrize("effects", EFFECT_SETS, ids="-".join)
-def test_the_plant_with_effects_is_the_c_core(effects):
+def test_plant_and_inverse_with_effects_are_the_c_core(effects):
+    """Each under a signal of its own, in one model."""
     parameters = with_effects(effects, seed=11)
-    at, around = run_block(PLANT, parameters, "52.5 + 42*sin(250*time) + 10*sin(1700*time)")
-    displacement, measured = compiled.chain_free_run(parameters, at("voltage"), *around)
-    assert relative(at("displacement"), displacement) < RTOL
-    assert relative(at("measured"), measured) < RTOL
-    outside = compiled.chain_out_of_range(parameters, at("voltage"), *around)
-    assert np.array_equal(at("outOfRange").astype(bool), outside)
-
-
-@pytest.mark.parametrize("effects", EFFECT_SETS, ids="-".join)
-def test_the_inverse_with_effects_is_the_c_core(effects):
-    parameters = with_effects(effects, seed=11)
-    signal = "5e-6 + (1 - exp(-1e6*time^2))*(2e-6*sin(250*time) + 0.5e-6*sin(1700*time))"
-    at, around = run_block(INVERSE, parameters, signal)
-    voltage, saturated = compiled.chain_inverse_run(parameters, at("reference"), *around)
-    assert relative(at("voltage"), voltage) < RTOL
-    assert np.array_equal(at("saturated").astype(bool), saturated)
+    source = format_record(parameters, "Stage") + model(
+        "parameter Stage p; Real f; Real T; "
+        + " ".join(
+            f"{block} {name}(parameters=p, useForce=true, useTemperature=true);"
+            for name, block in (("plant", PLANT), ("inverse", INVERSE))
+        ),
+        f"{SURROUNDINGS} plant.force = f; plant.temperature = T; inverse.force = f; "
+        "inverse.temperature = T; plant.voltage = 52.5 + 42*sin(250*time) + 10*sin(1700*time); "
+        "inverse.reference = "
+        "5e-6 + (1 - exp(-1e6*time^2))*(2e-6*sin(250*time) + 0.5e-6*sin(1700*time));",
+    )
+    at = run(source, 400)
+    around = (at("f"), at("T"))
+    displacement, measured = compiled.chain_free_run(parameters, at("plant.voltage"), *around)
+    assert relative(at("plant.displacement"), displacement) < RTOL
+    assert relative(at("plant.measured"), measured) < RTOL
+    outside = compiled.chain_out_of_range(parameters, at("plant.voltage"), *around)
+    assert np.array_equal(at("plant.outOfRange").astype(bool), outside)
+    voltage, saturated = compiled.chain_inverse_run(parameters, at("inverse.reference"), *around)
+    assert relative(at("inverse.voltage"), voltage) < RTOL
+    assert np.array_equal(at("inverse.saturated").astype(bool), saturated)
 
 
 @pytest.mark.parametrize("effects", EFFECT_SETS, ids="-".join)

@@ -60,8 +60,8 @@ def test_the_tutorial_has_five_steps_that_say_what_is_tried_here():
 
 def test_a_plant_draws_a_loop():
     source = f"{PLANT} plant; Modelica.Blocks.Sources.Sine sine(amplitude=45, offset=50, f=20);"
-    at = run(model(source, "connect(sine.y, plant.voltage);"), 2000)
-    voltage, displacement = at("plant.voltage")[1000:], at("plant.displacement")[1000:]
+    at = run(model(source, "connect(sine.y, plant.voltage);"), 1000)
+    voltage, displacement = at("plant.voltage")[500:], at("plant.displacement")[500:]
     rising = np.gradient(voltage) > 0
     middle = np.abs(voltage - 50.0) < 2.0
     assert displacement[middle & ~rising].mean() - displacement[middle & rising].mean() > 1e-6
@@ -86,7 +86,7 @@ def test_the_displacement_is_the_reference():
 
 
 def test_a_machine_begins_at_rest_and_a_closed_loop_follows_better():
-    open_loop = run(RECORD + model(MACHINE, f"{WIRES} connect(inverse.voltage, amplifier.u);"), 1000)
+    open_loop = run(RECORD + model(MACHINE, f"{WIRES} connect(inverse.voltage, amplifier.u);"), 600)
     assert open_loop("actuator.s_rel")[0] == pytest.approx(1e-6, rel=1e-3)
     assert open_loop("actuator.v")[0] == pytest.approx(open_loop("inverse.voltage")[0], abs=0.1)
     assert open_loop("actuator.f")[0] == pytest.approx(0.0, abs=1e-6)
@@ -101,9 +101,9 @@ def test_a_machine_begins_at_rest_and_a_closed_loop_follows_better():
         "connect(actuator.flange_b, gauge.flange_b); connect(gauge.y, controller.measured); "
         f"controller.reference = {REFERENCE};"
     )
-    closed = run(RECORD + model(f"{MACHINE} {parts}", f"{WIRES} {loop}"), 1000)
+    closed = run(RECORD + model(f"{MACHINE} {parts}", f"{WIRES} {loop}"), 600)
     errors = [
-        np.sqrt(np.mean((at("actuator.s_rel") - at("inverse.reference"))[500:] ** 2))
+        np.sqrt(np.mean((at("actuator.s_rel") - at("inverse.reference"))[100:] ** 2))
         for at in (open_loop, closed)
     ]
     assert errors[1] < 0.5 * errors[0]
