@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from it2hys.identification.starts import (
     with_histories,
 )
 from it2hys.model.compiled import Drive
-from it2hys.model.stages import EFFECTS
+from it2hys.model.stages import EFFECTS, STAGES
 from it2hys.model.variables import load_table, off_values
 from it2hys.policy import NOISE
 from it2hys.records.clues import Extent
@@ -103,6 +104,30 @@ def extended(model: Model, effect: str, extent: Extent) -> Model | None:
     """Return the model with more elements of an effect; None where that is no variant of it."""
     more = EVIDENCE[effect].extended(model.values, extent)
     return None if more is None else replace(model, values={**model.values, **more})
+
+
+def in_other_roles(model: Model) -> list[Model]:
+    """Return the model with what two effects have alike exchanged, for every such pair.
+
+    Two that ring behind one another answer nearly alike in either order, and no descent leads from
+    the one to the other.
+    """
+    values = model.values
+    pairs = [_alike(*pair) for pair in combinations(model.effects, 2)]
+    exchanged = [{to: values[of] for a, b in names for of, to in ((a, b), (b, a))} for names in pairs]
+    return [replace(model, values={**values, **changed}) for changed in exchanged if changed]
+
+
+def _alike(one: str, other: str) -> list[tuple[str, str]]:
+    """Return the parameters of like name and unit of two effects on one side of the core."""
+    if STAGES[one] is not STAGES[other]:
+        return []
+    single = {n: p for n, p in load_table().parameters().items() if p.group is None}
+    first, second = (
+        {(n.rpartition(".")[2], p.type.unit): n for n, p in single.items() if p.effect == effect}
+        for effect in (one, other)
+    )
+    return [(name, second[key]) for key, name in first.items() if key in second]
 
 
 def with_another_rule(model: Model, rule: int, distance: float) -> Model:

@@ -17,6 +17,7 @@ from it2hys.diagnosis.fitting import (
     Bench,
     Errors,
     extended,
+    in_other_roles,
     is_delay,
     is_sampling,
     without_effect,
@@ -171,7 +172,7 @@ class Search:
         """Search; return the model that was chosen."""
         self.root = _node(self.bench, frozenset(), self.bench.fit(model, FINISHING))
         if not self.bench.leaves_noise(self.root.fit):
-            self.root = _resolved(self.bench, self.root)
+            self.root = _resolved(self.bench, _with_roles(self.bench, self.root))
         self._keep(self.root)
         beam = [self.root]
         for _ in range(DEPTH):
@@ -448,13 +449,23 @@ def _finished(bench: Bench, base: frozenset[str], addition: str, fit: ChainFit, 
 
 
 def _sharpened(bench: Bench, node: Node) -> Node:
-    """Return the model with its rules sought anew unless it is as good as the noise allows."""
+    """Return the model with roles exchanged and rules sought anew, unless it leaves but noise."""
     if bench.leaves_noise(node.fit):
         return node
+    node = _with_roles(bench, node)
     fit = bench.preferred([node.fit, bench.reshaped(node.fit.model)])
     if fit is not node.fit:
         node = _node(bench, node.added, fit)
     return _resolved(bench, node)
+
+
+def _with_roles(bench: Bench, node: Node) -> Node:
+    """Return the model with the roles of effects that are alike exchanged where that fits better."""
+    for model in in_other_roles(node.fit.model):
+        fit = bench.preferred([node.fit, bench.fit(model, FINISHING)])
+        if fit is not node.fit:
+            node = _node(bench, node.added, fit)
+    return node
 
 
 def _resolved(bench: Bench, node: Node) -> Node:
