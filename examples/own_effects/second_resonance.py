@@ -10,9 +10,9 @@ FREQUENCIES = (80.0, 120.0, 180.0, 270.0, 400.0, 600.0)  # Hz
 
 
 class SecondResonance(OwnEffect):
-    """The base gives way to the stage's inertia: y = x - gain (x - r), where r rings about x.
+    """The base gives way to the stage's inertia: y = x - gain q, where q rings and x'' drives it.
 
-    r is the base's answer, through its spring and damper, to what is held for a tick.
+    q'' + 2 D w q' + w^2 q = x''. x jumps or bends where a tick begins; to its end q rings freely.
     """
 
     name = "second_resonance"
@@ -26,21 +26,24 @@ class SecondResonance(OwnEffect):
         OwnParameter("gain", "1", -0.8, 0.8, (0.1,), "Moved mass over the base's"),
         OwnParameter("frequency", "Hz", 10.0, 2000.0, FREQUENCIES, "Natural frequency of the mount"),
         OwnParameter("damping", "1", 1e-3, 0.5, (0.03,), "Damping of the mount"),
+        OwnParameter("straight", "1", 0.0, 1.0, (0.5,), "0: x is held for a tick; 1: it runs straight"),
     )
 
     def step(self, values, state, x, around):
-        """Return the displacement, the last two of what rings, and what it rings about."""
+        """Return the displacement; and q, its speed less that of x, and x."""
         own = {p.name: values[f"{self.name}.{p.name}"] for p in self.parameters}
-        decay = 2 * math.pi * own["frequency"] * own["damping"] * values["sampleTime"]
-        angle = decay * ca.sqrt(own["damping"] ** -2 - 1)
-        a1, a2 = 2 * ca.exp(-decay) * ca.cos(angle), -ca.exp(-2 * decay)
-        b1 = 1 - ca.exp(-decay) * (ca.cos(angle) - decay / angle * ca.sin(angle))
-        r = a1 * state[0] + a2 * state[1] + b1 * x + (1 - a1 - a2 - b1) * state[2]
-        return x - own["gain"] * (x - r), [r, state[0], x]
+        w = 2 * math.pi * own["frequency"] * values["sampleTime"]  # speeds and angles are per tick
+        decay, angle = own["damping"] * w, ca.sqrt(1 - own["damping"] ** 2) * w
+        cos, sin = ca.exp(-decay) * ca.cos(angle), ca.exp(-decay) * ca.sin(angle) / angle
+        slope = own["straight"] * (x - state[2])
+        jump = x - state[2] - slope
+        q, speed = state[0] + jump, state[1] + slope - 2 * decay * jump
+        speed, q = (cos - decay * sin) * speed - w**2 * sin * q, (cos + decay * sin) * q + sin * speed
+        return x - own["gain"] * q, [q, speed - slope, x]
 
     def rest(self, values, y):
         """Return input and states at rest."""
-        return y, [y, y, y]
+        return y, [0, 0, y]
 
 
 EFFECT = SecondResonance()

@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 from diagnosis.cases import Case, short
 from diagnosis.own_cases import FILES, LOOKED_AT, PHYSICS, TRAINING, OwnCase, run, with_physics
+from diagnosis.own_physics import Mount
+from diagnosis.simulator import Grid, Surroundings
 
 from it2hys.diagnosis import Diagnosis, diagnose
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.errors import InputError
 from it2hys.fmu.own_library import use_effects
+from it2hys.model.own_loading import load_effect
 from it2hys.model.stages import EFFECTS, own_effects
 
 #: The built-in lag, written again as a user would.
@@ -58,6 +61,21 @@ def unseen_over_noise(found: Diagnosis, case: Case) -> float:
     return float(np.sqrt(np.mean(np.square(errors)))) / case.noise_rms
 
 
+@pytest.mark.parametrize("straight", [False, True], ids=["held", "straight"])
+def test_the_second_resonance_is_exact_for_what_is_held_and_what_runs_straight(straight):
+    effect = load_effect(FILES / "second_resonance.py")
+    grid = Grid(1e-4, straight=straight)
+    walk = np.random.default_rng(1).standard_normal((1, 300)).cumsum(axis=1)
+    physics = Mount(ratio=0.2, frequency=400.0, damping=0.03)
+    truth = grid.sample(physics.apply(grid.refine(walk), Surroundings(grid, np.zeros_like(walk))))[0]
+    own = {"gain": 0.2, "frequency": 400.0, "damping": 0.03, "straight": float(straight)}
+    values = {"sampleTime": 1e-4, **{f"second_resonance.{n}": v for n, v in own.items()}}
+    _, state = effect.rest(values, walk[0, 0])
+    for x, wanted in zip(walk[0], truth, strict=True):
+        y, state = effect.step(values, state, x, None)
+        assert float(y) == pytest.approx(wanted, abs=1e-9)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("declared", [False, True], ids=["found", "declared"])
 def test_a_second_resonance_is_named_and_measured(given, declared):
@@ -68,7 +86,7 @@ def test_a_second_resonance_is_named_and_measured(given, declared):
     found = diagnosed(case, *(([], own) if declared else ([*own, "resonance"],)))
     assert {*found.effects, *found.declared} == {*own}
     assert not found.unexplained, found.left_over
-    assert unseen_over_noise(found, case) < 1.5
+    assert unseen_over_noise(found, case) < 1.3
     mount = case.plant.effects[PHYSICS["second_resonance"]]
     truth = {"gain": mount.ratio, "frequency": mount.frequency, "damping": mount.damping}
     for name, value in truth.items():
@@ -84,7 +102,7 @@ def test_a_second_resonance_is_named_and_measured(given, declared):
 
 @pytest.mark.slow
 def test_two_resonances_close_together_are_told_apart(given):
-    """317 Hz and the user's 337 Hz; the first alone has no core that makes a pair."""
+    """317 Hz and the user's 337 Hz; with their roles exchanged a fit ends at 17 times the noise."""
     given([FILES / "second_resonance.py"])
     case = with_physics("second_resonance", LOOKED_AT + 1005, ("resonance",))
     found = diagnosed(case, ["resonance", "second_resonance"])
@@ -92,7 +110,9 @@ def test_two_resonances_close_together_are_told_apart(given):
     assert found.stages[0].label == "before" and found.stages[-1].label == " + ".join(found.effects)
     for name, physics in (("resonance", "resonance"), ("second_resonance", "second resonance")):
         frequency = found.parameters[f"{name}.frequency"]
-        assert frequency == pytest.approx(case.plant.effects[physics].frequency, rel=0.01), name
+        assert frequency == pytest.approx(case.plant.effects[physics].frequency, rel=0.001), name
+    assert not found.unexplained, found.left_over
+    assert unseen_over_noise(found, case) < 1.3
 
 
 @pytest.mark.slow
