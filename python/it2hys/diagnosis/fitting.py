@@ -226,7 +226,8 @@ class Bench(Starts):
         ChainFit or None
             None where the records cannot show the effect, or every guess diverges.
         """
-        fit = self._best(model, self._guessed(model, effect))
+        by_shape = EVIDENCE[effect].guessed_by_shape
+        fit = self._best(model, self._guessed(model, effect), by_shape)
         if fit is None:
             return None
         fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
@@ -314,9 +315,9 @@ class Bench(Starts):
         rules = range(int(model.values["ruleCount"]))
         return self._best(model, [with_another_rule(model, i, distance) for i in rules])
 
-    def _best(self, model: Model, trials: list[Model]) -> ChainFit | None:
+    def _best(self, model: Model, trials: list[Model], by_shape: bool = False) -> ChainFit | None:
         if len(trials) > _FOLLOWED:
-            costs = self._projected_costs(model, trials)
+            costs = self._projected_costs(model, trials, by_shape)
             trials = [trials[i] for i in np.argsort(costs)[:_FOLLOWED]]
         fits = [self._rough_fit(trial, _SIFTING) for trial in trials]
         fits = [fit for fit in fits if np.isfinite(fit.minimum.cost)]
@@ -331,24 +332,32 @@ class Bench(Starts):
         return with_histories(model, self.traces)
 
     @np.errstate(over="ignore", invalid="ignore")
-    def _projected_costs(self, model: Model, trials: list[Model]) -> np.ndarray:
+    def _projected_costs(self, model: Model, trials: list[Model], by_shape: bool) -> np.ndarray:
         """Return for each trial the cost that is left once the model's own parameters adapt, linearly.
 
         No trial is fitted for this: the residual's part in the span of the model's Jacobian is what
-        those parameters can take up.
+        those parameters can take up. By shape, what a trial changes may have any size and sign.
         """
         criterion = self.criterion(model)
         jacobian, _ = criterion.jacobian(criterion.pack(model))
         step = max(1, len(jacobian) // _ROWS)
         basis, _ = np.linalg.qr(jacobian[::step])
-        costs = []
-        for trial in trials:
+
+        def left_by(trial: Model) -> np.ndarray:
             errors = [
                 (t.weight * (trial.predict(t, i) - t.y))[t.fitted] for i, t in enumerate(self.traces)
             ]
             residual = np.concatenate(errors)[::step] / self.scaling.y_unit
-            left = residual @ residual - np.sum((basis.T @ residual) ** 2)
-            costs.append(left if np.isfinite(left) else np.inf)
+            return residual - basis @ (basis.T @ residual)
+
+        costs, before = [], left_by(model)
+        for trial in trials:
+            left = left_by(trial)
+            if by_shape:
+                change = left - before
+                left = before - (before @ change) / (change @ change) * change
+            cost = left @ left
+            costs.append(cost if np.isfinite(cost) else np.inf)
         return np.array(costs)
 
     def reshaped(self, model: Model) -> ChainFit:

@@ -52,6 +52,9 @@ class EffectEvidence(ABC):
         Whether a controller's slow correction looks like it.
     by_its_signature : bool
         Whether it takes a part of any error, so that its signature always has to be there.
+    guessed_by_shape : bool
+        Whether a guess does not say how strong the effect is, so that the size and sign of what it
+        changes do not count when guesses are compared.
     """
 
     meaning: str
@@ -61,6 +64,7 @@ class EffectEvidence(ABC):
     of_any_loop: bool = False
     of_a_controller: bool = False
     by_its_signature: bool = False
+    guessed_by_shape: bool = False
 
     # --- what has to be there ----------------------------------------------------------------------
 

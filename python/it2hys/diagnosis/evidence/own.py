@@ -41,6 +41,8 @@ class OwnEvidence(EffectEvidence):
     effect : OwnEffect
     """
 
+    guessed_by_shape = True  # of a strength there is one guess in most files
+
     def __init__(self, effect: OwnEffect):
         self._effect = effect
         self.meaning = effect.description or effect.name
