@@ -26,7 +26,7 @@ class SecondResonance(OwnEffect):
         OwnParameter("gain", "1", -0.8, 0.8, (0.1,), "Moved mass over the base's"),
         OwnParameter("frequency", "Hz", 10.0, 2000.0, FREQUENCIES, "Natural frequency of the mount"),
         OwnParameter("damping", "1", 1e-3, 0.5, (0.03,), "Damping of the mount"),
-        OwnParameter("straight", "1", 0.0, 1.0, (0.5,), "0: x is held for a tick; 1: it runs straight"),
+        OwnParameter("straight", "1", 0.0, 1.0, (0.5,), "0: x is held; 1: it runs straight", True),
     )
 
     def step(self, values, state, x, around):

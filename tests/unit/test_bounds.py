@@ -1,6 +1,7 @@
 """A named effect whose fit rests on a bound is said so; one that does not, is not."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from it2hys.identification.effect_coordinates import Coordinate
 from it2hys.identification.inverse import References
 from it2hys.identification.scaling import Scaling
 from it2hys.model import compiled
+from it2hys.model.own_loading import load_effect
 from it2hys.model.parameters import table_1
 from it2hys.model.stages import EFFECTS
 from it2hys.policy import PHYSICS
@@ -23,7 +25,7 @@ SAMPLES, NOISE = 3000, 0.005 * UM
 EXTENT = Extent(TS, SAMPLES * TS, (0.0, 100.0), (0.0, 16 * UM))
 
 
-def fitted_creep(gain: float, time_constant: float) -> ChainFit:
+def fitted_creep(gain: float, time_constant: float, of_sampling: bool = False) -> ChainFit:
     """Return the fit of one term of creep to a stage that creeps by one, its rules known."""
     known = {**table_1(), "creepCount": 1}
     truth = {**known, "creep[1].gain": gain, "creep[1].timeConstant": time_constant}
@@ -40,7 +42,9 @@ def fitted_creep(gain: float, time_constant: float) -> ChainFit:
     trace = replace(empty, y=model.predict(empty, 0) + NOISE * rng.standard_normal(SAMPLES))
     starts = EFFECTS["creep"].starts(EXTENT, 1)
     guess = {name: s.value for name, s in starts.items() if name != "initialCreep"}
-    fitted = [Coordinate.of(name, start) for name, start in starts.items()]
+    fitted = [
+        Coordinate.of(name, start._replace(of_sampling=of_sampling)) for name, start in starts.items()
+    ]
     fitted.append(Coordinate("initialDisplacement", (0.0, 16 * UM), logarithmic=False))
     start = replace(model, values={**known, **guess})
     criterion = ChainCriterion([trace], start, fitted, Scaling(8 * UM, 8 * UM, 50.0, 50.0))
@@ -66,3 +70,18 @@ def test_an_addition_that_presses_another_effect_against_its_bound_is_seen():
     within, beyond = (Node(frozenset(), fitted_creep(gain, 0.03), None) for gain in (0.02, 0.2))
     assert overdriven_by(within, beyond) == ("creep",)
     assert overdriven_by(beyond, beyond) == overdriven_by(beyond, within) == ()
+
+
+def test_how_signals_were_sampled_may_rest_on_a_bound():
+    """It is no size of a stage: neither said, nor a reason to refuse an addition."""
+    within, beyond = (Node(frozenset(), fitted_creep(gain, 0.03, True), None) for gain in (0.02, 0.2))
+    assert bound_sentences(beyond.fit, ("creep",)) == []
+    assert overdriven_by(within, beyond) == ()
+
+
+def test_what_tells_of_sampling_says_so():
+    starts = {n: s for e in EFFECTS.values() for n, s in e.starts(EXTENT).items()}
+    assert [n for n, s in starts.items() if s.of_sampling] == ["resonance.samplingZero"]
+    example = load_effect(Path(__file__).parents[2] / "examples/own_effects/second_resonance.py")
+    of_example = [n for n, s in example.starts(EXTENT).items() if s.of_sampling]
+    assert of_example == ["second_resonance.straight"]

@@ -17,8 +17,9 @@ _TOUCHES = 1e-6
 def resting_on_bounds(fit: ChainFit, effects: Sequence[str]) -> dict[str, list[str]]:
     """Return by effect the parameters of a fit that the records press against a bound other than 0.
 
-    A gain or weight of 0 is a term that is not needed. What does nothing at its bound is not pressed
-    there: the time constant of such a term, the limit that no voltage reaches.
+    A gain or weight of 0 is a term that is not needed. How signals were sampled is nothing of a stage,
+    and may rest on any bound. What does nothing at its bound is not pressed there: the time constant of
+    such a term, the limit that no voltage reaches.
 
     Parameters
     ----------
@@ -37,7 +38,8 @@ def resting_on_bounds(fit: ChainFit, effects: Sequence[str]) -> dict[str, list[s
     high = (criterion.upper - point)[place] < _TOUCHES
     rests = (low & (pressed < -PHYSICS.pressed)) | (high & (pressed > PHYSICS.pressed))
     known, values = load_table().parameters(), fit.model.values
-    names = [c.name for c, at in zip(criterion.common, rests, strict=True) if at and values[c.name]]
+    at_bound = [c for c, at in zip(criterion.common, rests, strict=True) if at and not c.of_sampling]
+    names = [c.name for c in at_bound if values[c.name]]
     by_effect = {e: [n for n in names if known[n].effect == e] for e in effects}
     return {effect: names for effect, names in by_effect.items() if names}
 

@@ -41,16 +41,19 @@ class Coordinate:
         In SI units.
     logarithmic : bool
         Whether the coordinate is the logarithm.
+    of_sampling : bool
+        Whether it tells how signals were sampled, and nothing of the stage.
     """
 
     name: str
     bounds: tuple[float, float]
     logarithmic: bool
+    of_sampling: bool = False
 
     @classmethod
     def of(cls, name: str, start: Start) -> Coordinate:
         """Return the coordinate of a parameter with these bounds."""
-        return cls(name, (start.low, start.high), start.low > 0.0)
+        return cls(name, (start.low, start.high), start.low > 0.0, start.of_sampling)
 
     @property
     def unit(self) -> float:

@@ -45,11 +45,15 @@ Bounds = tuple[np.ndarray, np.ndarray]
 
 
 class Start(NamedTuple):
-    """Where a fit of one parameter begins, and its bounds, in SI units."""
+    """Where a fit of one parameter begins, and its bounds, in SI units.
+
+    `of_sampling` says that it tells how signals were sampled: its bounds are not the stage's.
+    """
 
     value: float
     low: float
     high: float
+    of_sampling: bool = False
 
 
 class History(NamedTuple):

@@ -67,6 +67,9 @@ class OwnParameter:
         Values within the bounds that a fit begins at.
     description : str
         For readers.
+    of_sampling : bool
+        Whether it tells how signals were sampled: a fit may then rest on its bounds, which say nothing
+        of the stage.
     """
 
     name: str
@@ -75,6 +78,7 @@ class OwnParameter:
     high: float = 1.0
     guesses: tuple[float, ...] = ()
     description: str = ""
+    of_sampling: bool = False
 
 
 class OwnEffect(Effect):
@@ -152,7 +156,10 @@ class OwnEffect(Effect):
 
     def starts(self, extent: Extent) -> dict[str, Start]:
         """Start at the first guesses."""
-        return {f"{self.name}.{p.name}": Start(p.guesses[0], p.low, p.high) for p in self.parameters}
+        return {
+            f"{self.name}.{p.name}": Start(p.guesses[0], p.low, p.high, p.of_sampling)
+            for p in self.parameters
+        }
 
     def rest(self, values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
         """Return input and states at rest at the output y.

@@ -59,7 +59,7 @@ class Resonance(Effect):
         return {
             "resonance.frequency": Start(0.25 * nyquist, 1e-3 * nyquist, 0.98 * nyquist),
             "resonance.damping": Start(0.05, 1e-3, 0.95),
-            "resonance.samplingZero": Start(STRAIGHT, LOWEST_ZERO, 0.0),
+            "resonance.samplingZero": Start(STRAIGHT, LOWEST_ZERO, 0.0, of_sampling=True),
         }
 
 
