@@ -128,6 +128,17 @@ def test_heat_of_the_power_at_the_actuator_is_measured(given):
 
 
 @pytest.mark.slow
+def test_how_the_first_resonance_is_sampled_does_not_keep_the_second_out(given):
+    """Its zero rests on a bound when the second comes in, and is fitted anew behind it."""
+    given([FILES / "second_resonance.py"])
+    case = with_physics("second_resonance", LOOKED_AT + 1106, ("resonance",))
+    found = diagnosed(case, ["resonance", "second_resonance"])
+    assert {*found.effects} == {"resonance", "second_resonance"}
+    assert not found.unexplained, found.left_over
+    assert unseen_over_noise(found, case) < 1.3
+
+
+@pytest.mark.slow
 def test_a_guess_of_another_size_and_a_tenth_off_is_the_one_that_is_followed(given):
     """Of 0.07 and 111 Hz, at 120 Hz: there 0.1 rings out of step, and is worse than at 600 Hz."""
     given([FILES / "second_resonance.py"])

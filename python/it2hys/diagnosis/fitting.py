@@ -55,6 +55,20 @@ def _shifted(model: Model, share: float) -> Model:
     return replace(model, values={**model.values, SHIFT: shift})
 
 
+def _sampled_otherwise(fit: ChainFit, effect: str) -> list[Model]:
+    """Return the model with what tells of others' sampling on the bound that it is farther from.
+
+    It was fitted while the effect was missing. A zero and a delay that make up for a part of each other
+    are an optimum of their own; half a sample, by which what is held and what runs straight differ,
+    leads out of it.
+    """
+    known, values = load_table().parameters(), fit.model.values
+    found = [c for c in fit.criterion.common if c.of_sampling and known[c.name].effect != effect]
+    other = {c.name: max(c.bounds, key=lambda b, c=c: abs(b - values[c.name])) for c in found}
+    halfway = _shifted(fit.model, 0.5)
+    return [replace(halfway, values={**halfway.values, **other})] if other else []
+
+
 def is_sampling(model: Model, effect: str) -> bool:
     """Return whether an effect beside another fast one may be no more than how signals were sampled.
 
@@ -232,7 +246,10 @@ class Bench(Starts):
             return None
         fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
         if EFFECTS[effect].sampled and shifts(fit.model):
-            fits += [self._rough_fit(_shifted(fit.model, share), _SETTLING) for share in _SHIFTS]
+            shifted = [_shifted(fit.model, share) for share in _SHIFTS]
+            fits += [
+                self._rough_fit(m, _SETTLING) for m in (*shifted, *_sampled_otherwise(fit, effect))
+            ]
         return self.preferred([f for f in fits if f])
 
     def preferred(self, fits: Sequence[ChainFit]) -> ChainFit:
