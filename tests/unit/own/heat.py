@@ -27,7 +27,7 @@ class Heat(OwnEffect):
         speed = (x - state[1]) / 1e-6
         part = values["sampleTime"] / values["heat.time"]
         warm = state[0] + part * (speed * speed - state[0])
-        loss = ca.sqrt(1.0 + (speed * around.voltage / 60.0) ** 2) - 1.0  # it warms the next tick
+        loss = 0.5 * (speed * around.voltage / 60.0) ** 2  # it warms the next tick
         swing = 1.0 + values["heat.room"] * (around.temperature - 293.15)
         y = zero + (x - zero) * swing + values["heat.gain"] * 1e-6 * ca.tanh(warm)
         return y, [warm + part * loss, x]
