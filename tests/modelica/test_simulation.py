@@ -40,6 +40,7 @@ from library import (
     model,
     values_of,
 )
+from units import faults
 
 from it2hys.export.modelica import format_record
 from it2hys.model import compiled
@@ -264,13 +265,15 @@ def test_every_package_class_and_record_is_instantiated():
 
 
 def test_every_function_is_called():
-    """All in one model; those without outputs check something at the initialization."""
+    """All in one model, with units; those without outputs check something at the initialization."""
     uses = [use(name).replace("Real y ", f"Real y{k} ") for k, name in enumerate(CALLED)]
     declared = " ".join(text for text in uses if text.startswith("Real"))
     sections = " ".join(text for text in uses if not text.startswith("Real"))
     compiled_model = compile_model(f"model M {PREAMBLE} {declared} {sections} end M;", checked=True)
     assert compiled_model.structure().is_balanced
-    assert set(CALLED) <= set(compiled_model.to_dict("flat")["functions"])
+    flat = compiled_model.to_dict("flat")
+    assert set(CALLED) <= set(flat["functions"])
+    assert not faults(flat), "units do not fit"
 
 
 @pytest.mark.parametrize(

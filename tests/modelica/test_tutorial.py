@@ -86,7 +86,7 @@ def test_the_displacement_is_the_reference():
 
 
 def test_a_machine_begins_at_rest_and_a_closed_loop_follows_better():
-    open_loop = run(RECORD + model(MACHINE, f"{WIRES} connect(inverse.voltage, amplifier.u);"), 600)
+    open_loop = run(RECORD + model(MACHINE, f"{WIRES} connect(inverse.voltage, amplifier.u);"), 400)
     assert open_loop("actuator.s_rel")[0] == pytest.approx(1e-6, rel=1e-3)
     assert open_loop("actuator.v")[0] == pytest.approx(open_loop("inverse.voltage")[0], abs=0.1)
     assert open_loop("actuator.f")[0] == pytest.approx(0.0, abs=1e-6)
@@ -101,7 +101,7 @@ def test_a_machine_begins_at_rest_and_a_closed_loop_follows_better():
         "connect(actuator.flange_b, gauge.flange_b); connect(gauge.y, controller.measured); "
         f"controller.reference = {REFERENCE};"
     )
-    closed = run(RECORD + model(f"{MACHINE} {parts}", f"{WIRES} {loop}"), 600)
+    closed = run(RECORD + model(f"{MACHINE} {parts}", f"{WIRES} {loop}"), 400)
     errors = [
         np.sqrt(np.mean((at("actuator.s_rel") - at("inverse.reference"))[100:] ** 2))
         for at in (open_loop, closed)
