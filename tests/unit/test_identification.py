@@ -255,7 +255,10 @@ def test_bent_steps_follow_a_curved_valley():
 
 @pytest.mark.parametrize("seed", range(12))
 def test_steps_along_bounds_are_as_long_as_the_bounds_allow(seed):
-    """A linear problem with bounds: with steps that are only cut off there, it took up to 21."""
+    """A linear problem with bounds, in 12 steps: those that are only cut off there took up to 21.
+
+    When it then ends is a matter of the last digits.
+    """
     rng = np.random.default_rng(seed)
     mixed = np.linalg.qr(rng.standard_normal((8, 8)))[0]
     jacobian = rng.standard_normal((40, 8)) @ np.diag(np.geomspace(1.0, 1e-3, 8)) @ mixed
@@ -268,11 +271,10 @@ def test_steps_along_bounds_are_as_long_as_the_bounds_allow(seed):
     def linearise(p: np.ndarray) -> Linearisation:
         return Linearisation(jacobian.T @ jacobian, jacobian.T @ residual(p), lambda v: jacobian.T @ v)
 
-    found = levenberg_marquardt(residual, linearise, 0.0 * bound, -bound, bound)
+    found = levenberg_marquardt(residual, linearise, 0.0 * bound, -bound, bound, max_iterations=12)
     best = lsq_linear(jacobian, measured, (-bound, bound), tol=1e-14)
     assert np.all(np.abs(found.coordinates) <= 1.0)
     assert found.cost == pytest.approx(best.cost, rel=1e-9)
-    assert found.iterations <= 12
 
 
 def test_projected_gradient_agrees_with_finite_differences():
