@@ -157,6 +157,20 @@ def test_the_documentation_has_its_own_pins_and_takes_nothing_into_the_product()
     assert set(site) & set(tools) == {"docutils"}
 
 
+@pytest.mark.parametrize("part", ["", "-dev", "-docs"])
+def test_every_pin_installs_with_the_python_of_debian(part, tmp_path):
+    """Which is 3.11.2: the newest of a package may ask for a later one."""
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "pip", "install", "--dry-run", "--no-deps", "--ignore-installed"),
+            *("--python-version", "3.11.2", "--only-binary", ":all:", "--target", tmp_path / "site"),
+            *("-r", ROOT / f"requirements{part}.lock"),
+        ],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0 and "yanked" not in done.stderr, done.stderr
+
+
 def test_developers_build_with_the_tools_of_an_isolated_build():
     both = pins("requirements.lock") | pins("requirements-dev.lock")
     for text in PROJECT["build-system"]["requires"]:
