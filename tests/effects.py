@@ -69,6 +69,8 @@ def with_effects(effects: tuple[str, ...], seed: int, **changes: float) -> Param
     values = {**table_1(), "initialDisplacement": 5 * UM, "displacementZero": 0.3 * UM}
     for effect in effects:
         values.update({name: float(v) for name, v in _values(effect, rng).items()})
+    if {"delay", "resonance"} <= {*effects}:  # no inverse makes up for this one, either
+        values["resonance.samplingDelay"] = rng.uniform(0.0, 2.0) * TS
     for group in ("play", "creep"):
         del values[f"{group}Count"]
     return ParameterSet({**values, **changes}, ", ".join(effects)).validate()

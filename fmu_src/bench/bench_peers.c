@@ -298,7 +298,7 @@ static struct chain_parameters all_effects(void)
     p.creepCount = 2;
     p.creep[0] = (struct creep_element){ 0.02, 0.1 };
     p.creep[1] = (struct creep_element){ 0.02, 10.0 };
-    p.resonance = (resonance_parameters){ 900.0, 0.05, -0.25 };
+    p.resonance = (resonance_parameters){ 900.0, 0.05, -0.25, 5e-5 };
     p.slew.rate = 1e6;
     p.saturation = (saturation_parameters){ -50.0, 200.0 };
     p.delay.time = 5e-4;

@@ -3,7 +3,10 @@
  *
  * resonance.frequency is the undamped one. z is resonance.samplingZero, which a sampled resonance has where
  * its input runs straight between samples: -0.27, beside 0.79 of a tick of delay. Where it is held, half a
- * tick of delay does. Above -1 the inverse is stable; with z = 0 it has no memory. Linear. */
+ * tick of delay does. Above -1 the inverse is stable; with z = 0 it has no memory. Linear.
+ *
+ * The output is y resonance.samplingDelay ago, straight between ticks; the inverse does not make up for that.
+ * The chain's delay cannot stand for it: that delays what drives the core, which is not linear. */
 #ifndef IT2HYS_RESONANCE_H
 #define IT2HYS_RESONANCE_H
 
@@ -13,7 +16,11 @@ typedef struct resonance_parameters {
     real frequency; /* Hz; 0: none */
     real damping;   /* of critical */
     real samplingZero;
+    real samplingDelay; /* s, up to RESONANCE_MAX_TICKS */
 } resonance_parameters;
+
+/* Ticks of delay that the state can give. */
+enum { RESONANCE_MAX_TICKS = 2 };
 
 struct resonance {
     real a1;
@@ -21,6 +28,8 @@ struct resonance {
     real b0;     /* (1 - a1 - a2) / (1 - z) */
     real b1;     /* -z b0 */
     real per_b0; /* 1 / b0, without derivatives: an inverse waits for a division */
+    real ticks;  /* of delay */
+    real delay;  /* the same in s */
 };
 
 struct resonance_state {

@@ -60,7 +60,10 @@ static inline void add_effects(uint64_t *seed, struct chain_parameters *p, unsig
     if (effects & CHAIN_RESONANCE)
         p->resonance =
             (struct resonance_parameters){ random_between(seed, 300.0, 4500.0), random_between(seed, 0.02, 0.9),
-                                           random_between(seed, -0.6, 0.0) };
+                                           random_between(seed, -0.6, 0.0), 0.0 };
+    /* no inverse makes up for this one, either */
+    if (effects & CHAIN_RESONANCE && effects & CHAIN_DELAY)
+        p->resonance.samplingDelay = 1e-4 * random_between(seed, 0.0, 2.0);
     if (effects & CHAIN_DRIFT)
         p->drift =
             (struct drift_parameters){ random_between(seed, -0.02, 0.02), random_between(seed, -2.0, 2.0) };

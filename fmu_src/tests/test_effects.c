@@ -763,6 +763,10 @@ static void checks(void)
             "resonance.samplingZero");
     REFUSED((p.resonance.frequency = 500.0, p.resonance.damping = 0.1, p.resonance.samplingZero = 0.1),
             "resonance.samplingZero");
+    REFUSED((p.resonance.frequency = 500.0, p.resonance.damping = 0.1, p.resonance.samplingDelay = -1e-5),
+            "resonance.samplingDelay");
+    REFUSED((p.resonance.frequency = 500.0, p.resonance.damping = 0.1, p.resonance.samplingDelay = 2.1e-4),
+            "2 ticks");
     REFUSED(p.voltageMax = -50.0, "voltageMin");
     REFUSED((p.nonlinearity.quadratic = 9.0, p.nonlinearity.maximum = 16.0), "nonlinearity.quadratic");
     REFUSED(p.nonlinearity.quadratic = 9.0, "nonlinearity.minimum");

@@ -81,7 +81,8 @@ def test_how_signals_were_sampled_may_rest_on_a_bound():
 
 def test_what_tells_of_sampling_says_so():
     starts = {n: s for e in EFFECTS.values() for n, s in e.starts(EXTENT).items()}
-    assert [n for n, s in starts.items() if s.of_sampling] == ["resonance.samplingZero"]
+    of_sampling = [n for n, s in starts.items() if s.of_sampling]
+    assert of_sampling == ["resonance.samplingZero", "resonance.samplingDelay"]
     example = load_effect(Path(__file__).parents[2] / "examples/own_effects/second_resonance.py")
     of_example = [n for n, s in example.starts(EXTENT).items() if s.of_sampling]
     assert of_example == ["second_resonance.straight"]

@@ -24,6 +24,7 @@ function check "Stops with the reason where a parameter set makes no usable mode
   input Modelica.Units.SI.Frequency resonanceFrequency "Undamped natural frequency";
   input Real resonanceDamping(final unit="1") "Damping, of critical";
   input Real resonanceSamplingZero(final unit="1") "Zero of the sampled resonance";
+  input Modelica.Units.SI.Time resonanceSamplingDelay "Delay that goes with the resonance";
   input Modelica.Units.SI.Length curve[5] "Coefficients of the static curve";
   input Modelica.Units.SI.Length nonlinearityMinimum "Lower end of the curve, from displacementZero";
   input Modelica.Units.SI.Length nonlinearityMaximum "Upper end of the curve, from displacementZero";
@@ -35,6 +36,7 @@ protected
   constant Integer grid=256 "Intervals of a grid over the static curve";
   constant Real farthest=4.0 "How far beyond the range a run may begin, in lengths of the range";
   constant Integer longestDelay=64 "In ticks";
+  constant Integer longestRinging=2 "Ticks of delay that go with a resonance";
   constant Real rounding=1e-9 "Ticks: a time that is a whole number of them but for rounding is taken as whole";
   constant Real slowestLag=1e9 "Sample times: a slower pole would leave too few digits for the inverse";
   constant Real lowestZero=-0.95 "Nearer to -1 the inverse would ring for long";
@@ -110,6 +112,10 @@ algorithm
   assert(resonanceFrequency <= 0 or resonanceSamplingZero >= lowestZero and resonanceSamplingZero <= 0, name
     + ": resonanceSamplingZero is " + String(resonanceSamplingZero, significantDigits=6) + "; it must be "
     + String(lowestZero, significantDigits=6) + " to 0.");
+  assert(resonanceFrequency <= 0 or resonanceSamplingDelay >= 0 and resonanceSamplingDelay <= longestRinging*
+    sampleTime*(1 + rounding), name + ": resonanceSamplingDelay is " + String(resonanceSamplingDelay,
+    significantDigits=6) + " s; at a sampleTime of " + String(sampleTime, significantDigits=6) + " s it must be 0 to "
+    + String(longestRinging*sampleTime, significantDigits=6) + " s, " + String(longestRinging) + " ticks.");
   assert(max(abs(curve)) <= 0 or nonlinearityMinimum < nonlinearityMaximum, name + ": nonlinearityMinimum, "
     + String(nonlinearityMinimum, significantDigits=6) + " m, must be below nonlinearityMaximum, "
     + String(nonlinearityMaximum, significantDigits=6) + " m.");

@@ -174,6 +174,11 @@ block Constants "What follows from a parameter set: constants of the stages, and
       parameters.resonanceSamplingZero,
       parameters.sampleTime)
     else {0,0,1,0} "Coefficients of the resonance; without one it passes its input on";
+  final parameter Modelica.Units.SI.Time resonanceDelay=
+    if defined and parameters.resonanceFrequency > 0 then parameters.resonanceSamplingDelay else 0
+    "Delay that goes with the resonance";
+  final parameter Real resonanceTicks=if defined then min(resonanceDelay/parameters.sampleTime, 2) else 0
+    "The same in ticks";
   annotation (Documentation(info="<html>
 <p>
 The constants of the chain's <a href=\"modelica://IT2Hysteresis.UsersGuide.Effects\">effects</a>, and the states that hold the chain

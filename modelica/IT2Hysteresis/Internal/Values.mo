@@ -9,7 +9,7 @@ record Values "All parameters of a set as one vector"
     nominal=1e-05)=parameters.initialDisplacement
     "Displacement before the first tick, which a block may choose";
   final parameter Real vector[
-    41 +
+    42 +
     size(parameters.ruleSigmaLower, 1) +
     size(parameters.ruleSigmaUpper, 1) +
     size(parameters.ruleCentre, 1) +
@@ -57,6 +57,7 @@ record Values "All parameters of a set as one vector"
         parameters.resonanceFrequency,
         parameters.resonanceDamping,
         parameters.resonanceSamplingZero,
+        parameters.resonanceSamplingDelay,
         parameters.driftTemperatureCoefficient,
         parameters.driftRate,
         parameters.nonlinearityQuadratic,
@@ -75,7 +76,7 @@ record Values "All parameters of a set as one vector"
         parameters.nonlinearitySextic})
     "Numbers in SI units";
   final parameter Integer needed=
-    41 +
+    42 +
     6*size(parameters.ruleSigmaLower, 1) +
     2*size(parameters.playThreshold, 1) +
     2*size(parameters.creepGain, 1)

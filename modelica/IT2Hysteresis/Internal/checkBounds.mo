@@ -125,53 +125,56 @@ algorithm
   assert(values[25 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.95 and values[25 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.0,
     name + ": resonanceSamplingZero is " + String(values[25 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -0.95 to 0.");
-  assert(values[26 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.001 and values[26 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.001,
-    name + ": driftTemperatureCoefficient is " + String(values[26 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
-    + "; it must be -0.001 to 0.001.");
+  assert(values[26 + 6*ruleCount + 2*playCount + 2*creepCount] >= 0.0 and values[26 + 6*ruleCount + 2*playCount + 2*creepCount] <= 1000000.0,
+    name + ": resonanceSamplingDelay is " + String(values[26 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    + "; it must be 0 to 1e+06.");
   assert(values[27 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.001 and values[27 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.001,
-    name + ": driftRate is " + String(values[27 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    name + ": driftTemperatureCoefficient is " + String(values[27 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -0.001 to 0.001.");
-  assert(values[28 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[28 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
-    name + ": nonlinearityQuadratic is " + String(values[28 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
-    + "; it must be -0.1 to 0.1.");
+  assert(values[28 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.001 and values[28 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.001,
+    name + ": driftRate is " + String(values[28 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    + "; it must be -0.001 to 0.001.");
   assert(values[29 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[29 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
-    name + ": nonlinearityCubic is " + String(values[29 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    name + ": nonlinearityQuadratic is " + String(values[29 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -0.1 to 0.1.");
   assert(values[30 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[30 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
-    name + ": nonlinearityQuartic is " + String(values[30 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    name + ": nonlinearityCubic is " + String(values[30 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -0.1 to 0.1.");
   assert(values[31 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[31 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
-    name + ": humAmplitude is " + String(values[31 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    name + ": nonlinearityQuartic is " + String(values[31 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -0.1 to 0.1.");
-  assert(values[32 + 6*ruleCount + 2*playCount + 2*creepCount] >= 0.0 and values[32 + 6*ruleCount + 2*playCount + 2*creepCount] <= 1000000000.0,
-    name + ": humFrequency is " + String(values[32 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+  assert(values[32 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[32 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
+    name + ": humAmplitude is " + String(values[32 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    + "; it must be -0.1 to 0.1.");
+  assert(values[33 + 6*ruleCount + 2*playCount + 2*creepCount] >= 0.0 and values[33 + 6*ruleCount + 2*playCount + 2*creepCount] <= 1000000000.0,
+    name + ": humFrequency is " + String(values[33 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be 0 to 1e+09.");
-  assert(values[33 + 6*ruleCount + 2*playCount + 2*creepCount] >= -100.0 and values[33 + 6*ruleCount + 2*playCount + 2*creepCount] <= 100.0,
-    name + ": humPhase is " + String(values[33 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+  assert(values[34 + 6*ruleCount + 2*playCount + 2*creepCount] >= -100.0 and values[34 + 6*ruleCount + 2*playCount + 2*creepCount] <= 100.0,
+    name + ": humPhase is " + String(values[34 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -100 to 100.");
-  assert(values[34 + 6*ruleCount + 2*playCount + 2*creepCount] >= -2000.0 and values[34 + 6*ruleCount + 2*playCount + 2*creepCount] <= 2000.0,
-    name + ": initialDemagnetisation is " + String(values[34 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
-    + "; it must be -2000 to 2000.");
   assert(values[35 + 6*ruleCount + 2*playCount + 2*creepCount] >= -2000.0 and values[35 + 6*ruleCount + 2*playCount + 2*creepCount] <= 2000.0,
-    name + ": initialExcursion is " + String(values[35 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    name + ": initialDemagnetisation is " + String(values[35 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -2000 to 2000.");
-  assert(values[36 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[36 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
-    name + ": initialCreep is " + String(values[36 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
-    + "; it must be -0.1 to 0.1.");
+  assert(values[36 + 6*ruleCount + 2*playCount + 2*creepCount] >= -2000.0 and values[36 + 6*ruleCount + 2*playCount + 2*creepCount] <= 2000.0,
+    name + ": initialExcursion is " + String(values[36 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    + "; it must be -2000 to 2000.");
   assert(values[37 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[37 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
-    name + ": nonlinearityMinimum is " + String(values[37 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    name + ": initialCreep is " + String(values[37 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -0.1 to 0.1.");
   assert(values[38 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[38 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
-    name + ": nonlinearityMaximum is " + String(values[38 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    name + ": nonlinearityMinimum is " + String(values[38 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -0.1 to 0.1.");
   assert(values[39 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[39 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
-    name + ": displacementZero is " + String(values[39 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    name + ": nonlinearityMaximum is " + String(values[39 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -0.1 to 0.1.");
   assert(values[40 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[40 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
-    name + ": nonlinearityQuintic is " + String(values[40 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    name + ": displacementZero is " + String(values[40 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -0.1 to 0.1.");
   assert(values[41 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[41 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
-    name + ": nonlinearitySextic is " + String(values[41 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    name + ": nonlinearityQuintic is " + String(values[41 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    + "; it must be -0.1 to 0.1.");
+  assert(values[42 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[42 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
+    name + ": nonlinearitySextic is " + String(values[42 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -0.1 to 0.1.");
   annotation (
     Documentation(info="<html>

@@ -191,6 +191,13 @@ record Base "Parameters of plant and inverse"
     nominal=0.3)=0.0
     "Zero of the sampled resonance: -0.27 where its input runs straight between samples; 0 for none"
     annotation (Dialog(tab="Effects", group="Resonance"));
+  parameter Modelica.Units.SI.Time resonanceSamplingDelay(
+    displayUnit="ms",
+    min=0.0,
+    max=1000000.0,
+    nominal=0.001)=0.0
+    "Delay behind the resonance, up to two ticks: half a tick where its input is held; the inverse does not make up for it"
+    annotation (Dialog(tab="Effects", group="Resonance"));
   parameter Real driftTemperatureCoefficient(
     final quantity="TemperatureCoefficient",
     final unit="m/K",

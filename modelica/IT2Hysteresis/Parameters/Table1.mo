@@ -16,6 +16,7 @@ record Table1 "Parameter set Table 1"
     resonanceFrequency=0.0,
     resonanceDamping=0.0,
     resonanceSamplingZero=0.0,
+    resonanceSamplingDelay=0.0,
     driftTemperatureCoefficient=0.0,
     driftRate=0.0,
     nonlinearityQuadratic=0.0,

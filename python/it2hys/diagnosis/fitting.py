@@ -20,6 +20,7 @@ from it2hys.identification.starts import (
     SHIFT,
     SHIFTING,
     Starts,
+    sampling_delay,
     shifts,
     with_histories,
 )
@@ -49,10 +50,9 @@ UNLIMITED = {
 }  # fmt: skip
 
 
-def _shifted(model: Model, share: float) -> Model:
-    """Return the model with a delay of a share of a sample."""
-    shift = share * model.values["sampleTime"]
-    return replace(model, values={**model.values, SHIFT: shift})
+def _shifted(model: Model, name: str, share: float) -> Model:
+    """Return the model with a delay of a share of a sample, which this parameter is."""
+    return replace(model, values={**model.values, name: share * model.values["sampleTime"]})
 
 
 def _sampled_otherwise(fit: ChainFit, effect: str) -> list[Model]:
@@ -65,7 +65,8 @@ def _sampled_otherwise(fit: ChainFit, effect: str) -> list[Model]:
     known, values = load_table().parameters(), fit.model.values
     found = [c for c in fit.criterion.common if c.of_sampling and known[c.name].effect != effect]
     other = {c.name: max(c.bounds, key=lambda b, c=c: abs(b - values[c.name])) for c in found}
-    halfway = _shifted(fit.model, 0.5)
+    name = sampling_delay(fit.model, effect)
+    halfway = _shifted(fit.model, name, 0.5) if name else fit.model
     return [replace(halfway, values={**halfway.values, **other})] if other else []
 
 
@@ -84,7 +85,8 @@ def is_delay(model: Model, effect: str) -> bool:
 
     It is if it has done most of its work in that delay.
     """
-    return shifts(model) and EVIDENCE[effect].is_done_within(model.values, model.values[SHIFT])
+    name = sampling_delay(model, effect)
+    return bool(name) and EVIDENCE[effect].is_done_within(model.values, model.values[name])
 
 
 def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Model:
@@ -96,8 +98,9 @@ def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Mo
             own[name] = np.broadcast_to(guess.get(name, 0.0), model.offsets.shape).copy()
     values = {**model.values, **{n: v for n, v in guess.items() if n not in by_record()}}
     result = replace(model, values=values, effects=(*model.effects, effect), own=own)
-    if shifts(result) and not values[SHIFT]:
-        values[SHIFT] = 0.5 * extent.sample_time
+    name = sampling_delay(result, effect)
+    if name and not values[name]:
+        values[name] = 0.5 * extent.sample_time
     return result
 
 
@@ -245,8 +248,9 @@ class Bench(Starts):
         if fit is None:
             return None
         fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
-        if EFFECTS[effect].sampled and shifts(fit.model):
-            shifted = [_shifted(fit.model, share) for share in _SHIFTS]
+        name = sampling_delay(fit.model, effect)
+        if EFFECTS[effect].sampled and name:
+            shifted = [_shifted(fit.model, name, share) for share in _SHIFTS]
             fits += [
                 self._rough_fit(m, _SETTLING) for m in (*shifted, *_sampled_otherwise(fit, effect))
             ]

@@ -39,7 +39,13 @@ def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
 
 def shifts(model: Model) -> bool:
     """Return whether a delay of up to a sample belongs to a model without it being an effect."""
-    return SHIFTING not in model.effects and any(EFFECTS[e].sampled for e in model.effects)
+    waits = [EFFECTS[e] for e in model.effects if EFFECTS[e].sampled and not EFFECTS[e].sampling_delay]
+    return SHIFTING not in model.effects and bool(waits)
+
+
+def sampling_delay(model: Model, effect: str) -> str | None:
+    """Return the parameter that is the part of a sample beside an effect of a model, if there is one."""
+    return EFFECTS[effect].sampling_delay or (SHIFT if shifts(model) else None)
 
 
 @dataclass(frozen=True, eq=False)

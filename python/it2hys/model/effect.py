@@ -94,7 +94,9 @@ class Effect(ABC):
         voltage tells.
     sampled : bool
         Whether its sampled form may differ from the truth by a part of a sample: how the voltage is
-        held and when the reading is taken is not in the records. A part of `shift` goes with it.
+        held and when the reading is taken is not in the records. A part of a sample goes with it.
+    sampling_delay : str or None
+        Parameter of a sampled effect that is that part; where there is none, a part of `shift` is.
     shift : str or None
         Parameter that shifts the voltage, up to a sample of which belongs to a sampled effect. The
         effect that has one waits, as a slow core does.
@@ -106,6 +108,7 @@ class Effect(ABC):
     words: ClassVar[str | None] = None
     per_record: ClassVar[tuple[str, ...]] = ()
     sampled: ClassVar[bool] = False
+    sampling_delay: ClassVar[str | None] = None
     shift: ClassVar[str | None] = None
 
     @abstractmethod

@@ -108,6 +108,7 @@ initial algorithm
     parameters.resonanceFrequency,
     parameters.resonanceDamping,
     parameters.resonanceSamplingZero,
+    parameters.resonanceSamplingDelay,
     chain.curve,
     parameters.nonlinearityMinimum,
     parameters.nonlinearityMaximum,
@@ -128,7 +129,7 @@ equation
       parameters.driftTemperatureCoefficient,
       parameters.driftRate,
       temperatureInternal,
-      time + parameters.delayTime);
+      time + parameters.delayTime + chain.resonanceDelay);
     resonatedBefore = pre(resonated);
     crept = if resonates then IT2Hysteresis.Functions.Effects.resonanceInverse(
       chain.ringing,

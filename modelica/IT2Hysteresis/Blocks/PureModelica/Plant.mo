@@ -48,6 +48,8 @@ protected
   discrete Modelica.Units.SI.Length resonated(start=chain.straightRest, fixed=true) "Behind the resonance";
   discrete Modelica.Units.SI.Length resonatedBefore(start=chain.straightRest, fixed=true)
     "The same at the tick before";
+  discrete Modelica.Units.SI.Length resonatedLater(start=chain.straightRest, fixed=true)
+    "The same behind the delay that goes with the resonance";
   discrete Modelica.Units.SI.Length straight(start=chain.straightRest, fixed=true) "Behind the drift";
   discrete Boolean left(start=false, fixed=true) "The range that the parameters are valid for was left";
 initial algorithm
@@ -81,6 +83,7 @@ initial algorithm
     parameters.resonanceFrequency,
     parameters.resonanceDamping,
     parameters.resonanceSamplingZero,
+    parameters.resonanceSamplingDelay,
     chain.curve,
     parameters.nonlinearityMinimum,
     parameters.nonlinearityMaximum,
@@ -128,7 +131,12 @@ equation
       pre(crept),
       crept) else crept;
     resonatedBefore = pre(resonated);
-    straight = resonated + IT2Hysteresis.Functions.Effects.drift(
+    resonatedLater = if chain.resonanceTicks > 0 then IT2Hysteresis.Functions.Effects.resonanceDelayed(
+      chain.resonanceTicks,
+      resonated,
+      pre(resonated),
+      pre(resonatedBefore)) else resonated;
+    straight = resonatedLater + IT2Hysteresis.Functions.Effects.drift(
       parameters.driftTemperatureCoefficient,
       parameters.driftRate,
       temperatureInternal,

@@ -3011,6 +3011,8 @@ const struct stage_analysis play_analysis = {
 #define RESONANCE_SLOWEST REAL(1e-5) /* per sample time */
 /* Nearer to -1 the inverse would ring for long. */
 #define RESONANCE_LOWEST_ZERO REAL(-0.95)
+/* A delay that is the longest but for rounding is taken as that. */
+#define RESONANCE_ROUNDING REAL(1e-9)
 
 static bool resonance_check(const struct chain_parameters *p, char *message, size_t size)
 {
@@ -3031,6 +3033,12 @@ static bool resonance_check(const struct chain_parameters *p, char *message, siz
     if (!(p->resonance.samplingZero >= RESONANCE_LOWEST_ZERO && p->resonance.samplingZero <= 0))
         return refuse(message, size, "resonance.samplingZero is %g; it must be %g to 0",
                       (double)p->resonance.samplingZero, (double)RESONANCE_LOWEST_ZERO);
+    const real longest = RESONANCE_MAX_TICKS * sample_time;
+    if (!(p->resonance.samplingDelay >= 0 && p->resonance.samplingDelay <= longest * (1 + RESONANCE_ROUNDING)))
+        return refuse(message, size,
+                      "resonance.samplingDelay is %g s; at a sampleTime of %g s it must be 0 to %g s, %d ticks",
+                      (double)p->resonance.samplingDelay, (double)sample_time, (double)longest,
+                      RESONANCE_MAX_TICKS);
     return true;
 }
 
@@ -3051,6 +3059,15 @@ static void resonance_prepare(void *constants, const struct chain_parameters *p)
     resonance->b0 = (1 - resonance->a1 - resonance->a2) / (1 - p->resonance.samplingZero);
     resonance->b1 = -p->resonance.samplingZero * resonance->b0;
     resonance->per_b0 = 1 / resonance->b0;
+    resonance->delay = p->resonance.samplingDelay;
+    resonance->ticks = real_fmin(resonance->delay / p->sampleTime, RESONANCE_MAX_TICKS);
+}
+
+static real resonance_latency(const void *constants)
+{
+    const struct resonance *resonance = constants;
+
+    return resonance->delay;
 }
 
 static real resonance_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
@@ -3068,15 +3085,22 @@ static void resonance_advance(struct resonance_state *state, real x, real y)
     state->x1 = x;
 }
 
+/* What y was so many ticks ago. */
+static real resonance_before(real ticks, real y, real y1, real y2)
+{
+    return ticks > 1 ? y1 + (ticks - 1) * (y2 - y1) : y + ticks * (y1 - y);
+}
+
 static real resonance_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct resonance *resonance = constants;
     struct resonance_state *s = state;
     const real y = resonance->a1 * s->y1 + resonance->a2 * s->y2 + resonance->b0 * x + resonance->b1 * s->x1;
+    const real later = resonance->ticks > 0 ? resonance_before(resonance->ticks, y, s->y1, s->y2) : y;
 
     (void)around;
     resonance_advance(s, x, y);
-    return y;
+    return later;
 }
 
 static real resonance_inverse(const void *constants, void *state, real y,
@@ -3110,6 +3134,8 @@ static void resonance_prepare_tangent(void *d_constants, const void *constants,
     const real past = 1 - p->resonance.samplingZero;
     result->b0 = (-result->a1 - result->a2 + at->b0 * d->resonance.samplingZero) / past;
     result->b1 = -d->resonance.samplingZero * at->b0 - p->resonance.samplingZero * result->b0;
+    result->delay = d->resonance.samplingDelay;
+    result->ticks = d->resonance.samplingDelay / p->sampleTime;
 }
 
 static real resonance_rest_tangent(const void *constants, const void *d_constants, const void *state,
@@ -3131,24 +3157,39 @@ static void resonance_tangent(const void *constants, const void *state, real x,
 
     (void)around, (void)state, (void)x, (void)d_around;
     for (int c = 0; c < count; c++) {
-        const real d_y = resonance->a1 * d_state[c] + resonance->a2 * d_y2[c] + resonance->b0 * row[c] +
-                         resonance->b1 * d_x1[c];
-        d_y2[c] = d_state[c];
+        const real d_y1 = d_state[c], d_before = d_y2[c];
+        const real d_y =
+            resonance->a1 * d_y1 + resonance->a2 * d_before + resonance->b0 * row[c] + resonance->b1 * d_x1[c];
+        d_y2[c] = d_y1;
         d_x1[c] = row[c];
-        d_state[c] = row[c] = d_y;
+        d_state[c] = d_y;
+        row[c] = resonance_before(resonance->ticks, d_y, d_y1, d_before);
     }
+}
+
+/* Of `resonance_before` by the ticks; at a whole one, where it has a corner, the mean of both sides. */
+static real resonance_by_ticks(real ticks, real y, real y1, real y2)
+{
+    if (ticks == 1)
+        return REAL(0.5) * (y2 - y);
+    return ticks > 1 ? y2 - y1 : y1 - y;
 }
 
 static real resonance_by_parameters(const void *constants, const void *d_constants, const void *state, real x,
                                     const struct stage_surroundings *around, real *d_state, int stride)
 {
-    const struct resonance *d = d_constants;
+    const struct resonance *resonance = constants, *d = d_constants;
     const struct resonance_state *s = state;
     const real moved = d->a1 * s->y1 + d->a2 * s->y2 + d->b0 * x + d->b1 * s->x1;
+    const real ticks = resonance->ticks;
 
-    (void)constants, (void)around, (void)stride;
+    (void)around, (void)stride;
     d_state[0] += moved;
-    return moved;
+    const real later = resonance_before(ticks, moved, 0, 0);
+    if (d->ticks == 0)
+        return later;
+    const real y = resonance->a1 * s->y1 + resonance->a2 * s->y2 + resonance->b0 * x + resonance->b1 * s->x1;
+    return later + d->ticks * resonance_by_ticks(ticks, y, s->y1, s->y2);
 }
 
 static real resonance_inverse_tangent(const void *constants, const void *state, real x, void *d_state, real d_y,
@@ -3165,6 +3206,7 @@ const struct stage resonance_stage = {
     .rest = resonance_rest,
     .step = resonance_step,
     .inverse = resonance_inverse,
+    .latency = resonance_latency,
 };
 
 const struct stage_analysis resonance_analysis = {
@@ -5286,6 +5328,7 @@ const struct fmu_variable actuator_table[] = {
     { "resonance.frequency", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, resonance.frequency), 0, 1000000000.0, 0, 0, 0 },
     { "resonance.damping", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, resonance.damping), 0, 1.0, 0, 0, 0 },
     { "resonance.samplingZero", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, resonance.samplingZero), -0.95, 0, 0, 0, 0 },
+    { "resonance.samplingDelay", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, resonance.samplingDelay), 0, 1000000.0, 0, 0, 0 },
     { "drift.temperatureCoefficient", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, drift.temperatureCoefficient), -0.001, 0.001, 0, 0, 0 },
     { "drift.rate", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, drift.rate), -0.001, 0.001, 0, 0, 0 },
     { "nonlinearity.quadratic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.quadratic), -0.1, 0.1, 0, 0, 0 },
@@ -5324,8 +5367,8 @@ bool actuator_settle(void *constants)
 /* --- fmu_table_hash.h --- */
 
 /* Generated from variables.toml by codegen.py. */
-#define FMU_TABLE_HASH_PLANT 0x03423d02d2f73cfcu
-#define FMU_TABLE_HASH_INVERSE 0x192256de9a16efeau
+#define FMU_TABLE_HASH_PLANT 0x12e9d421297dd165u
+#define FMU_TABLE_HASH_INVERSE 0x4ece8711261d5fa0u
 
 enum plant_finding { PLANT_VOLTAGE_RANGE = 1, PLANT_DISPLACEMENT_RANGE = 2 };
 

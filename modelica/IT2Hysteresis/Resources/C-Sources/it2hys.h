@@ -717,13 +717,20 @@ HIDDEN_END
  *
  * resonance.frequency is the undamped one. z is resonance.samplingZero, which a sampled resonance has where
  * its input runs straight between samples: -0.27, beside 0.79 of a tick of delay. Where it is held, half a
- * tick of delay does. Above -1 the inverse is stable; with z = 0 it has no memory. Linear. */
+ * tick of delay does. Above -1 the inverse is stable; with z = 0 it has no memory. Linear.
+ *
+ * The output is y resonance.samplingDelay ago, straight between ticks; the inverse does not make up for that.
+ * The chain's delay cannot stand for it: that delays what drives the core, which is not linear. */
 
 typedef struct resonance_parameters {
     real frequency; /* Hz; 0: none */
     real damping;   /* of critical */
     real samplingZero;
+    real samplingDelay; /* s, up to RESONANCE_MAX_TICKS */
 } resonance_parameters;
+
+/* Ticks of delay that the state can give. */
+enum { RESONANCE_MAX_TICKS = 2 };
 
 struct resonance {
     real a1;
@@ -731,6 +738,8 @@ struct resonance {
     real b0;     /* (1 - a1 - a2) / (1 - z) */
     real b1;     /* -z b0 */
     real per_b0; /* 1 / b0, without derivatives: an inverse waits for a division */
+    real ticks;  /* of delay */
+    real delay;  /* the same in s */
 };
 
 struct resonance_state {
@@ -1738,7 +1747,7 @@ HIDDEN_END
 #define OUT_DISPLACEMENT 0
 #define OUT_MEASURED 1
 #define OUT_OUT_OF_RANGE 0
-#define FMU_TABLE_ROWS 203
+#define FMU_TABLE_ROWS 204
 #define FMU_PLANT_INPUT_START { 0.0, 0.0, 293.15 }
 #define FMU_INVERSE_INPUT_START { 0.0, 0.0, 293.15 }
 

@@ -1,8 +1,10 @@
-"""Mechanical resonance, exact poles and at most one zero.
+"""Mechanical resonance, exact poles, at most one zero, and a delay of up to two ticks.
 
 A resonance whose input runs straight between samples has, sampled, the zero -0.27 (of a double
 integrator: -2 + sqrt(3)) and another one, which a delay of 0.79 ticks makes up for. For one whose input
-is held, half a tick of delay makes up for all. Which is true of a record is not known: it is fitted.
+is held, half a tick of delay makes up for all, and one more where a tick's reading is taken before its
+voltage acts. Which is true of a record is not known: it is fitted. That delay is behind the core: what
+drives the core, which is not linear, comes on time.
 """
 
 import math
@@ -17,6 +19,8 @@ ca = Lazy("casadi")
 STRAIGHT = -2.0 + math.sqrt(3.0)
 #: A fit goes no lower: there is no reason to, and the inverse decays by this factor a tick.
 LOWEST_ZERO = -0.4
+#: Ticks of delay that the states can give; one to begin a fit with.
+MAX_TICKS, HELD = 2, 0.5
 
 
 class Resonance(Effect):
@@ -24,6 +28,7 @@ class Resonance(Effect):
 
     memory = Memory.AIMED
     sampled = True
+    sampling_delay = "resonance.samplingDelay"
 
     def is_on(self, parameters: Values) -> bool:
         """Return whether there is a resonance."""
@@ -43,7 +48,10 @@ class Resonance(Effect):
         """Return the resonating displacement, and the next states."""
         a1, a2, b0, b1 = _coefficients(values)
         y = a1 * state[0] + a2 * state[1] + b0 * x + b1 * state[2]
-        return y, [y, state[0], x]
+        ticks = values["resonance.samplingDelay"] / values["sampleTime"]
+        first, second = ca.fmin(ticks, 1.0), ca.fmax(ca.fmin(ticks, MAX_TICKS) - 1.0, 0.0)
+        later = y + first * (state[0] - y) + second * (state[1] - state[0])
+        return later, [y, state[0], x]
 
     def inverse(
         self, values: Values, state: list[Scalar], y: Scalar, around: Surroundings
@@ -53,6 +61,10 @@ class Resonance(Effect):
         x = (y - a1 * state[0] - a2 * state[1] - b1 * state[2]) / b0
         return x, [y, state[0], x]
 
+    def latency(self, values: Values) -> Scalar:
+        """Return the delay."""
+        return values["resonance.samplingDelay"]
+
     def starts(self, extent: Extent) -> dict[str, Start]:
         """Start at a quarter of the Nyquist frequency; the peak of the spectrum is better."""
         nyquist = 0.5 / extent.sample_time
@@ -60,6 +72,9 @@ class Resonance(Effect):
             "resonance.frequency": Start(0.25 * nyquist, 1e-3 * nyquist, 0.98 * nyquist),
             "resonance.damping": Start(0.05, 1e-3, 0.95),
             "resonance.samplingZero": Start(STRAIGHT, LOWEST_ZERO, 0.0, of_sampling=True),
+            "resonance.samplingDelay": Start(
+                HELD * extent.sample_time, 0.0, MAX_TICKS * extent.sample_time, of_sampling=True
+            ),
         }
 
 
