@@ -176,7 +176,7 @@ class _Check:
             )
         if effect.states and effect.has_inverse and effect.memory not in (Memory.AIMED, Memory.LONG):
             self._refuse(None, f"memory is {effect.memory}; it must be Memory.AIMED or Memory.LONG")
-        for name in ("limits", "per_record", "shift"):
+        for name in ("limits", "per_record", "shift", "sampling_delay"):
             if getattr(effect, name):
                 self._refuse(None, f"an effect of your own cannot have {name}; remove it")
         if not effect.parameters:

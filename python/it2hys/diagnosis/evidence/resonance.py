@@ -1,4 +1,4 @@
-"""Mechanical resonance, exact poles and no zeros.
+"""Ringing of the mechanics.
 
 Its signature is ringing at one frequency after steps and corners, and a coherent peak of the residual's
 transfer from the voltage there, at every amplitude; below it, the residual grows with the square of
