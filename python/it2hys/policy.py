@@ -42,6 +42,12 @@ class Search:
         "gain from which on an addition is accepted whatever its share of the excess (the error above "
         "the noise)",
     )  # fmt: skip
+    indispensable: float = _number(
+        0.5, "share of the error",
+        "gain above which an addition is accepted though another effect's fit rests on its bounds then",
+        "the larger part; 0.2 on a measured stage, where it was an artefact, and 0.94 on seed 63001, "
+        "where it was a resonance",
+    )  # fmt: skip
     least_share: float = _number(
         0.25, "share of the excess",
         "least share of the excess (the error above the noise) that an addition must remove",

@@ -68,15 +68,20 @@ def test_an_effect_that_was_not_named_is_not_said():
 
 def test_an_addition_that_presses_another_effect_against_its_bound_is_seen():
     within, beyond = (Node(frozenset(), fitted_creep(gain, 0.03), None) for gain in (0.02, 0.2))
-    assert overdriven_by(within, beyond) == ("creep",)
-    assert overdriven_by(beyond, beyond) == overdriven_by(beyond, within) == ()
+    assert overdriven_by(within, beyond, 0.2) == ("creep",)
+    assert overdriven_by(beyond, beyond, 0.2) == overdriven_by(beyond, within, 0.2) == ()
+
+
+def test_an_addition_that_explains_most_of_the_error_may_press_others():
+    within, beyond = (Node(frozenset(), fitted_creep(gain, 0.03), None) for gain in (0.02, 0.2))
+    assert overdriven_by(within, beyond, 0.94) == ()
 
 
 def test_how_signals_were_sampled_may_rest_on_a_bound():
     """It is no size of a stage: neither said, nor a reason to refuse an addition."""
     within, beyond = (Node(frozenset(), fitted_creep(gain, 0.03, True), None) for gain in (0.02, 0.2))
     assert bound_sentences(beyond.fit, ("creep",)) == []
-    assert overdriven_by(within, beyond) == ()
+    assert overdriven_by(within, beyond, 0.2) == ()
 
 
 def test_what_tells_of_sampling_says_so():

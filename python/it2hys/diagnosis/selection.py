@@ -229,7 +229,7 @@ class Search:
             cost = max(node.fit.minimum.cost, np.finfo(float).tiny)  # 0 of a record that is matched
             fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / cost))
             accepted = not sampling and self._accepts(node, child, addition, gains, fitted)
-            overdriven = overdriven_by(node, child) if accepted else ()
+            overdriven = overdriven_by(node, child, gains.free.gain) if accepted else ()
             accepted = accepted and not overdriven
             trial = Trial(
                 node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted,
@@ -415,11 +415,14 @@ class Search:
         return one is not other and self._improves(other, one)
 
 
-def overdriven_by(node: Node, child: Node) -> tuple[str, ...]:
+def overdriven_by(node: Node, child: Node, gain: float) -> tuple[str, ...]:
     """Return the effects of a model that an addition presses against bounds where they were not.
 
-    The two then cancel each other in part, and fit better at sizes that neither has in a stage.
+    The two then cancel each other in part, and fit better at sizes that neither has in a stage. An
+    addition without which most of the error stays is there, whatever is pressed beside it.
     """
+    if gain > SEARCH.indispensable:
+        return ()
     effects = sorted(node.fit.model.effects)
     before, after = (resting_on_bounds(n.fit, effects) for n in (node, child))
     return tuple(e for e in effects if {*after.get(e, ())} - {*before.get(e, ())})
@@ -469,11 +472,14 @@ def _with_roles(bench: Bench, node: Node) -> Node:
 
 
 def _resolved(bench: Bench, node: Node) -> Node:
-    """Return the model with a finer density, and a less smooth one, where that predicts better."""
-    for effect in (e for e in node.fit.model.effects if EFFECTS[e].is_smoothed):
+    """Return the model with more elements of its effects, and less smooth ones, where that predicts better.
+
+    What they lack would be taken for another effect.
+    """
+    for effect in node.fit.model.effects:
         if more := extended(node.fit.model, effect, bench.extent):
             node = _better(bench, node, more)
-        if node.fit.model.smoothness > CORE.soft:
+        if EFFECTS[effect].is_smoothed and node.fit.model.smoothness > CORE.soft:
             node = _better(bench, node, replace(node.fit.model, smoothness=CORE.soft))
     return node
 
