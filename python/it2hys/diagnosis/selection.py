@@ -472,7 +472,7 @@ def _with_roles(bench: Bench, node: Node) -> Node:
 
 
 def _resolved(bench: Bench, node: Node) -> Node:
-    """Return the model with more elements of its effects, and less smooth ones, where that predicts better.
+    """Return the model with more elements of its effects, less smooth ones, where it predicts better.
 
     What they lack would be taken for another effect.
     """

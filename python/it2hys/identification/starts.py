@@ -44,7 +44,7 @@ def shifts(model: Model) -> bool:
 
 
 def sampling_delay(model: Model, effect: str) -> str | None:
-    """Return the parameter that is the part of a sample beside an effect of a model, if there is one."""
+    """Return the parameter that is the part of a sample beside an effect of a model, if any."""
     return EFFECTS[effect].sampling_delay or (SHIFT if shifts(model) else None)
 
 
