@@ -23,6 +23,7 @@ from it2hys.diagnosis.fitting import (
     without_effect,
 )
 from it2hys.identification.criterion import ChainFit, Model
+from it2hys.identification.starts import with_histories
 from it2hys.model.chain import EFFECTS
 from it2hys.policy import CORE, SEARCH
 
@@ -459,6 +460,8 @@ def _sharpened(bench: Bench, node: Node) -> Node:
     fit = bench.preferred([node.fit, bench.reshaped(node.fit.model)])
     if fit is not node.fit:
         node = _node(bench, node.added, fit)
+    # what drove a stage before its record was sought by a model that lacked the addition
+    node = _better(bench, node, with_histories(node.fit.model, bench.traces))
     return _resolved(bench, node)
 
 
