@@ -54,15 +54,15 @@ static void resonance_prepare(void *constants, const struct chain_parameters *p)
     resonance->b0 = (1 - resonance->a1 - resonance->a2) / (1 - p->resonance.samplingZero);
     resonance->b1 = -p->resonance.samplingZero * resonance->b0;
     resonance->per_b0 = 1 / resonance->b0;
-    resonance->delay = p->resonance.samplingDelay;
-    resonance->ticks = real_fmin(resonance->delay / p->sampleTime, RESONANCE_MAX_TICKS);
+    resonance->latency = p->resonance.samplingDelay;
+    resonance->ticks = real_fmin(resonance->latency / p->sampleTime, RESONANCE_MAX_TICKS);
 }
 
 static real resonance_latency(const void *constants)
 {
     const struct resonance *resonance = constants;
 
-    return resonance->delay;
+    return resonance->latency;
 }
 
 static real resonance_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
@@ -129,7 +129,7 @@ static void resonance_prepare_tangent(void *d_constants, const void *constants,
     const real past = 1 - p->resonance.samplingZero;
     result->b0 = (-result->a1 - result->a2 + at->b0 * d->resonance.samplingZero) / past;
     result->b1 = -d->resonance.samplingZero * at->b0 - p->resonance.samplingZero * result->b0;
-    result->delay = d->resonance.samplingDelay;
+    result->latency = d->resonance.samplingDelay;
     result->ticks = d->resonance.samplingDelay / p->sampleTime;
 }
 

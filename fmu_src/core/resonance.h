@@ -25,11 +25,11 @@ enum { RESONANCE_MAX_TICKS = 2 };
 struct resonance {
     real a1;
     real a2;
-    real b0;     /* (1 - a1 - a2) / (1 - z) */
-    real b1;     /* -z b0 */
-    real per_b0; /* 1 / b0, without derivatives: an inverse waits for a division */
-    real ticks;  /* of delay */
-    real delay;  /* the same in s */
+    real b0;      /* (1 - a1 - a2) / (1 - z) */
+    real b1;      /* -z b0 */
+    real per_b0;  /* 1 / b0, without derivatives: an inverse waits for a division */
+    real ticks;   /* of delay */
+    real latency; /* the same in s */
 };
 
 struct resonance_state {

@@ -48,7 +48,8 @@ def test_what_an_effect_says_of_itself_is_there(effect):
     assert list(EVIDENCE) == list(EFFECTS)
     assert evidence.meaning and evidence.experiment
     assert evidence.channel in (None, "force", "temperature")
-    own = {*EFFECTS[effect].per_record, *filter(None, [EFFECTS[effect].shift])}
+    stage = EFFECTS[effect]
+    own = {*stage.per_record, *filter(None, [stage.shift, stage.sampling_delay])}
     assert {known[name].effect for name in own} <= {effect}
 
 
