@@ -232,10 +232,6 @@ class Physics:
         5.0, "periods",
         "fewest periods of a line within the longest record; fewer are slow motion",
     )  # fmt: skip
-    curve_margin: float = _number(
-        0.1, "share of the range",
-        "margin by which a static curve extends beyond the readings",
-    )  # fmt: skip
     curve_slope: float = _number(
         0.1, "1",
         "least slope of a static curve: with less, its inverse amplifies noise more than tenfold",

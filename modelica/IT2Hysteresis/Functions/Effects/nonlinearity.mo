@@ -7,9 +7,11 @@ function nonlinearity "Static curve of the stack or of the sensor"
   input Modelica.Units.SI.Length x "Displacement without the curve";
   output Modelica.Units.SI.Length y "Displacement";
 protected
-  Real z=min(max((x - (yMin + yMax)/2)/((yMax - yMin)/2), -1), 1) "-1 to 1 over the curve";
+  Real z=(x - (yMin + yMax)/2)/((yMax - yMin)/2) "-1 to 1 over the curve";
+  Real end=min(max(z, -1), 1) "The place on the curve that is nearest";
+  Modelica.Units.SI.Length inner=a[1] + end*(a[2] + end*(a[3] + end*(a[4] + end*a[5])));
 algorithm
-  y := x + (1 - z^2)*(a[1] + z*(a[2] + z*(a[3] + z*(a[4] + z*a[5]))));
+  y := x + (1 - end^2)*inner - 2*end*inner*(z - end);
   annotation (
     inverse(x=IT2Hysteresis.Functions.Effects.nonlinearityInverse(a, yMin, yMax, y)),
     Documentation(info="<html>
@@ -19,7 +21,7 @@ y = Functions.Effects.<strong>nonlinearity</strong>(a, yMin, yMax, x);
 </pre>
 <h4>Description</h4>
 <p>
-y = x + (1 - z<sup>2</sup>) (a<sub>1</sub> + a<sub>2</sub> z + ... + a<sub>5</sub> z<sup>4</sup>) with z from -1 at yMin to 1 at yMax, and x beyond. A
+y = x + (1 - z<sup>2</sup>) (a<sub>1</sub> + a<sub>2</sub> z + ... + a<sub>5</sub> z<sup>4</sup>) with z from -1 at yMin to 1 at yMax, and beyond with its slope there. A
 parameter set whose curve does not rise from end to end is refused by the FMUs.
 </p>
 </html>", revisions="<html>

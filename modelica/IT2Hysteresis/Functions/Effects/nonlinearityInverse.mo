@@ -9,6 +9,8 @@ function nonlinearityInverse "Inverse of the static curve"
 protected
   constant Integer halvings=54 "Of the interval -1 to 1, to the last digit of z";
   Real aim=(y - (yMin + yMax)/2)/((yMax - yMin)/2) "y, -1 to 1 over the curve";
+  Real end=min(max(aim, -1), 1) "The place on the curve that is nearest";
+  Modelica.Units.SI.Length inner=a[1] + end*(a[2] + end*(a[3] + end*(a[4] + end*a[5])));
   Real low=-1 "The z that is sought is not below";
   Real high=1 "It is not above";
   Real z "x, -1 to 1 over the curve";
@@ -21,7 +23,8 @@ algorithm
       low := z;
     end if;
   end for;
-  x := if aim > -1 and aim < 1 then (yMin + yMax)/2 + (low + high)/2*((yMax - yMin)/2) else y;
+  z := if aim > -1 and aim < 1 then (low + high)/2 else end + (aim - end)/(1 - 2*end*inner/((yMax - yMin)/2));
+  x := (yMin + yMax)/2 + z*((yMax - yMin)/2);
   annotation (Documentation(info="<html>
 <h4>Syntax</h4>
 <pre>
@@ -30,7 +33,7 @@ x = Functions.Effects.<strong>nonlinearityInverse</strong>(a, yMin, yMax, y);
 <h4>Description</h4>
 <p>
 The curve rises from yMin to yMax, so that the interval that holds x can be halved until nothing is left of it. Beyond the
-ends x is y.
+ends the slope that the curve has there goes on.
 </p>
 </html>", revisions="<html>
 <ul>

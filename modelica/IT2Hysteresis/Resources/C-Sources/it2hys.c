@@ -2568,9 +2568,12 @@ static real nonlinearity_step(const void *constants, void *state, real x,
                               const struct stage_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
-    const real z = clamp((x - curve->centre) * curve->per_half_range, -1, 1);
+    const real z = (x - curve->centre) * curve->per_half_range;
+    const real end = clamp(z, -1, 1);
 
     (void)state, (void)around;
+    if (z != end)
+        return x + nonlinearity_bow_slope(&curve->coefficient, end) * (z - end);
     return x + nonlinearity_bow(&curve->coefficient, z);
 }
 
@@ -2625,8 +2628,10 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
     real z = nonlinearity_guess(&curve->scaled, aim);
 
     (void)state, (void)around;
-    if (!(aim > -1 && aim < 1))
-        return y;
+    if (!(aim > -1 && aim < 1)) {
+        const real end = clamp(aim, -1, 1);
+        return curve->centre + curve->half_range * (end + (aim - end) / nonlinearity_slope(curve, end));
+    }
     if (curve->steps == 0)
         return curve->centre + curve->half_range * nonlinearity_search(curve, aim);
     for (int i = 0; i < curve->steps; i++)
@@ -2654,9 +2659,7 @@ static real nonlinearity_place(const struct nonlinearity *curve, real x)
 
 static real nonlinearity_derivative(const struct nonlinearity *curve, real x)
 {
-    const real z = nonlinearity_place(curve, x);
-
-    return z < -1 || z > 1 ? 1 : nonlinearity_slope(curve, z);
+    return nonlinearity_slope(curve, clamp(nonlinearity_place(curve, x), -1, 1));
 }
 
 static void nonlinearity_tangent(const void *constants, const void *state, real x,
@@ -2676,13 +2679,12 @@ static real nonlinearity_by_parameters(const void *constants, const void *d_cons
                                        int stride)
 {
     const struct nonlinearity *curve = constants, *d = d_constants;
-    const real z = nonlinearity_place(curve, x);
+    const real z = nonlinearity_place(curve, x), end = clamp(z, -1, 1);
 
     (void)state, (void)around, (void)d_state, (void)stride;
-    if (z < -1 || z > 1)
-        return 0;
-    return nonlinearity_bow(&d->coefficient, z) -
-           (nonlinearity_slope(curve, z) - 1) * (d->centre + z * d->half_range);
+    return nonlinearity_bow(&d->coefficient, end) +
+           nonlinearity_bow_slope(&d->coefficient, end) * (z - end) -
+           (nonlinearity_slope(curve, end) - 1) * (d->centre + z * d->half_range);
 }
 
 static real nonlinearity_inverse_tangent(const void *constants, const void *state, real x, void *d_state,

@@ -645,8 +645,8 @@ HIDDEN_END
 /* Static curve, the stack's or the sensor's: z maps minimum..maximum, counted from the sensor's zero, to
  * -1..1, and
  *     y = x + (1 - z^2) (quadratic + cubic z + quartic z^2 + quintic z^3 + sextic z^4),
- * x at both ends and beyond. It rises with x, so that the inverse is Newton's method between the ends. No
- * state. */
+ * x at both ends, and beyond them on with the slope that it has there. It rises with x, so that the inverse is
+ * Newton's method between the ends. No state. */
 
 typedef struct nonlinearity_parameters {
     real quadratic; /* m, as the others */

@@ -9,7 +9,6 @@ import numpy as np
 from it2hys.diagnosis.evidence.base import EffectEvidence, Signature
 from it2hys.diagnosis.evidence.statistics import UM, Ground, branches, modelled, readable, scaled
 from it2hys.model.effects.nonlinearity import COEFFICIENTS
-from it2hys.policy import PHYSICS
 from it2hys.records.clues import Clues
 
 
@@ -27,7 +26,8 @@ class NonlinearityEvidence(EffectEvidence):
     def guesses(self, clues: Clues) -> list[dict[str, float]]:
         """Return a curve that is hardly bent, and ones with one, two and three waves.
 
-        The curve is over the model's readings, and stays there: other ends are another curve.
+        The curve is over the model's readings, and stays there: other ends are another curve. Wider
+        ones would ask a curve to rise where nothing was read, and keep it from its shape.
         """
         span = clues.extent.displacement_span
         # Chebyshev polynomials of degree 2, 3 and 4, less what is linear: 1 or 2 % of the travel high
@@ -37,10 +37,9 @@ class NonlinearityEvidence(EffectEvidence):
         strokes = np.concatenate([modelled(c)[c.used] for c in clues.records]) - clues.extent.zero
         if np.ptp(strokes) == 0.0:  # of a model that stands still there is no curve
             return []
-        margin = PHYSICS.curve_margin * np.ptp(strokes)
         ends = {
-            "nonlinearity.minimum": float(strokes.min() - margin),
-            "nonlinearity.maximum": float(strokes.max() + margin),
+            "nonlinearity.minimum": float(strokes.min()),
+            "nonlinearity.maximum": float(strokes.max()),
         }
         names = [f"nonlinearity.{name}" for name in COEFFICIENTS]
         return [{**dict(zip(names, (span * s).tolist(), strict=True)), **ends} for s in shapes]

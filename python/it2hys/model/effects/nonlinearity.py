@@ -18,7 +18,7 @@ _HALVINGS, _NEWTON_STEPS = 40, 2
 
 
 class Nonlinearity(Effect):
-    """Static curve of the stage or its sensor, bent between two ends and straight beyond them."""
+    """Static curve of the stage or its sensor, bent between two ends, beyond which its slope stays."""
 
     is_static = True
 
@@ -35,8 +35,9 @@ class Nonlinearity(Effect):
     ) -> tuple[Scalar, list[Scalar]]:
         """Return the displacement."""
         middle, half = _curve(values)
-        z = ca.fmin(ca.fmax((x - middle) / half, -1.0), 1.0)
-        return x + _bow(values, z), []
+        z = (x - middle) / half
+        end = _nearest(z)
+        return x + _bow(values, end) + _bend(values, end) * (z - end), []
 
     def inverse(
         self, values: Values, state: list[Scalar], y: Scalar, around: Surroundings
@@ -81,7 +82,14 @@ def _solved(values: Values, y: Scalar) -> Scalar:
     z = 0.5 * (low + high)
     for _ in range(_NEWTON_STEPS):
         z = z - (z + _bow(values, z) / half - aim) / (1.0 + _bend(values, z) / half)
-    return ca.if_else(ca.fabs(aim) < 1.0, middle + half * z, y)
+    end = _nearest(aim)
+    beyond = end + (aim - end) / (1.0 + _bend(values, end) / half)
+    return middle + half * ca.if_else(ca.fabs(aim) < 1.0, z, beyond)
+
+
+def _nearest(z: Scalar) -> Scalar:
+    """Return the place on the curve that is nearest."""
+    return ca.fmin(ca.fmax(z, -1.0), 1.0)
 
 
 def _curve(values: Values) -> tuple[Scalar, Scalar]:
