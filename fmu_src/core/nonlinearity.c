@@ -205,8 +205,7 @@ static real nonlinearity_by_parameters(const void *constants, const void *d_cons
     const real z = nonlinearity_place(curve, x), end = clamp(z, -1, 1);
 
     (void)state, (void)around, (void)d_state, (void)stride;
-    return nonlinearity_bow(&d->coefficient, end) +
-           nonlinearity_bow_slope(&d->coefficient, end) * (z - end) -
+    return nonlinearity_bow(&d->coefficient, end) + nonlinearity_bow_slope(&d->coefficient, end) * (z - end) -
            (nonlinearity_slope(curve, end) - 1) * (d->centre + z * d->half_range);
 }
 
