@@ -174,12 +174,11 @@ def _evolution(
         polish=False,
         callback=has_settled,
     )
-    end = at(found.x)
-    settled = bool(found.success) or found.nit < max_iterations
-    message = f"the cost has fallen by less than {_GAIN:.1%} in {_GENERATIONS} generations"
-    return Minimum(
-        end, cost(criterion, end), settled, found.nit, found.nfev, message if settled else found.message
-    )
+    end, converged, message = at(found.x), bool(found.success), found.message
+    if not converged and found.nit < max_iterations:
+        converged = True
+        message = f"the cost has fallen by less than {_GAIN:.1%} in {_GENERATIONS} generations"
+    return Minimum(end, cost(criterion, end), converged, found.nit, found.nfev, message)
 
 
 def _axes(
