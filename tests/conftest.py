@@ -3,6 +3,7 @@
 Import the classes and strategies with ``from conftest import ...``.
 """
 
+import ctypes
 import os
 import shutil
 import subprocess
@@ -271,6 +272,12 @@ class Instance:
     def step(self, time: float, size: float) -> int:
         """Make a step; return its status."""
         return self.status_of(self.fmu.fmi2DoStep, self.fmu.component, time, size, True)
+
+    def deserialize(self, blob: bytes) -> int:
+        """Make a state of bytes; return the status."""
+        buffer, state = ctypes.create_string_buffer(blob, len(blob) or 1), ctypes.c_void_p()
+        call = self.fmu.fmi2DeSerializeFMUstate
+        return self.status_of(call, self.fmu.component, buffer, len(blob), ctypes.byref(state))
 
     def close(self) -> None:
         """Free the instance."""

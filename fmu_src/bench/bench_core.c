@@ -4,24 +4,18 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "actuator.h"
+#include "bench_it2.h"
 #include "fmi2Functions.h"
-#include "fmu_start.h"
 #include "fmu_table_hash.h"
 
-#define SAMPLES 256
 #define TICKS_PER_LONG_STEP CHUNK_MULTIPLE
 
 /* --- what is timed ----------------------------------------------------------------------------- */
 
-static struct it2 stage;
-static struct it2_rule rules[IT2_MAX_RULES];
 static int count;
-static double voltage[SAMPLES], displacement[SAMPLES];
 static double offset[2 * IT2_MAX_RULES];
 static fmi2Component fmu;
 static double fmu_time;
-static volatile double sink; /* keeps results alive */
 
 /* `rounds` of 2 L exponentials, each round's arguments following from the one before. */
 static void exponentials(long rounds)
@@ -37,27 +31,6 @@ static void exponentials(long rounds)
     sink = y;
 }
 
-static void core_steps(long steps)
-{
-    struct it2_state state;
-
-    it2_reset(&state, 5e-6);
-    for (long k = 0; k < steps; k++)
-        it2_step(&stage, &state, voltage[k % SAMPLES]);
-    sink = state.y;
-}
-
-static void core_inverses(long steps)
-{
-    struct it2_state state;
-    double sum = 0.0;
-
-    it2_reset(&state, displacement[0]);
-    for (long k = 0; k < steps; k++)
-        sum += it2_inverse(&stage, &state, displacement[k % SAMPLES]);
-    sink = sum;
-}
-
 /* A free run with sensitivities needs one gradient per step: y follows from y. */
 static void core_gradients(long steps)
 {
@@ -66,7 +39,7 @@ static void core_gradients(long steps)
     double y = 5e-6;
 
     for (long k = 0; k < steps; k++)
-        y = it2_gradient(&stage, y, voltage[k % SAMPLES], gradient, &partials);
+        y = it2_gradient(&core, y, voltage[k % SAMPLES], gradient, &partials);
     sink = y + gradient[0] + partials.dy;
 }
 
@@ -101,20 +74,10 @@ static void fmu_long_steps(long ticks)
 
 /* --- set up ------------------------------------------------------------------------------------ */
 
-/* Three rules are Table 1; other counts spread the antecedent of its rule 2 over the range and share
- * its consequent, so that the set is contracting, without its constant, so that it stays in the range. */
 static void choose_rules(int rule_count)
 {
     count = rule_count;
-    for (int l = 0; l < count; l++) {
-        rules[l] = FMU_START.rule[count == 3 ? l : 1];
-        if (count != 3) {
-            rules[l].centre = 16e-6 * (l + 0.5) / count;
-            rules[l].q3 = 0.0;
-        }
-    }
-    it2_prepare(&stage, rules, count,
-                (struct it2_range){ FMU_START.displacementMin, FMU_START.displacementMax });
+    prepare_core(count);
     for (int i = 0; i < 2 * count; i++)
         offset[i] = -0.25 * i - log(2.0 * count); /* arguments between about -12 and 0, y below 1 */
 }

@@ -17,12 +17,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "actuator.h"
+#include "bench_it2.h"
 #include "fmi2FunctionTypes.h"
-#include "fmu_start.h"
 #include "fmu_table_hash.h"
-
-#define SAMPLES 256
 
 /* Back to the beginning every so often: Dahlquist's x decays to numbers too small to be normal, which
  * are slow, and a long time no longer is a multiple of the step. */
@@ -54,7 +51,6 @@ static struct subject layer = { .name = "layer alone", PLANT_PORTS };
 static struct subject peers[MAX_PEERS];
 static int peer_count;
 static double wave[SAMPLES]; /* from 0 to 1 and back */
-static volatile double sink; /* keeps results alive */
 
 /* --- ticks --------------------------------------------------------------------------------------- */
 
@@ -104,51 +100,16 @@ static void run_other(long ticks)
 
 /* --- the core alone ------------------------------------------------------------------------------ */
 
-static struct it2 core;
-static double voltage[SAMPLES], displacement[SAMPLES];
-
-/* Three rules are Table 1; sixteen spread the antecedent of its rule 2 over the range and share its consequent,
- * so that the set contracts, without its constant, so that it stays in the range. */
 static void choose_rules(int count)
 {
     static struct it2_table table;
-    struct it2_rule rules[IT2_MAX_RULES];
 
-    for (int l = 0; l < count; l++) {
-        rules[l] = FMU_START.rule[count == 3 ? l : 1];
-        if (count != 3) {
-            rules[l].centre = 16e-6 * (l + 0.5) / count;
-            rules[l].q3 = 0.0;
-        }
-    }
-    it2_prepare(&core, rules, count,
-                (struct it2_range){ FMU_START.displacementMin, FMU_START.displacementMax });
+    prepare_core(count);
     it2_tabulate(&core, &table);
     for (int k = 0; k < SAMPLES; k++) {
         voltage[k] = 20.0 + 80.0 * wave[k];
         displacement[k] = 2e-6 + 12e-6 * wave[k];
     }
-}
-
-static void core_steps(long steps)
-{
-    struct it2_state state;
-
-    it2_reset(&state, 5e-6);
-    for (long k = 0; k < steps; k++)
-        it2_step(&core, &state, voltage[k % SAMPLES]);
-    sink = state.y;
-}
-
-static void core_inverses(long steps)
-{
-    struct it2_state state;
-    double sum = 0.0;
-
-    it2_reset(&state, displacement[0]);
-    for (long k = 0; k < steps; k++)
-        sum += it2_inverse(&core, &state, displacement[k % SAMPLES]);
-    sink = sum;
 }
 
 /* Rounds of six exponentials, the arguments of each following from the round before. */

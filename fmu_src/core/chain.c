@@ -39,6 +39,12 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
         chain->reading |= 1u << i;
     else
         chain->effects |= 1u << i;
+    if (place->stage->limits && place->side == CHAIN_BEFORE)
+        chain->limiting[chain->limiting_all++] = place;
+    else if (place->stage->inverse && place->side != CHAIN_READING) {
+        chain->solved[chain->solved_all++] = place;
+        chain->solved_before += place->side == CHAIN_BEFORE;
+    }
     place->stage->prepare(constants, p);
     if (place->stage->latency)
         chain->latency += place->stage->latency(constants);
@@ -76,19 +82,10 @@ void chain_pass_by_idle(struct chain *chain, const struct chain_parameters *p)
     chain->effects = 0;
 }
 
-/* The stage, with such a memory, is where it was aimed at. */
-static void arrive_at(const struct chain_place *place, struct chain_state *state)
-{
-    if (place->memory == CHAIN_AIMED)
-        copy_words((char *)state + place->reached, (const char *)state + place->state, place->state_size);
-}
-
 /* The plant is where it was aimed at. */
-static void arrive(const struct chain *chain, struct chain_state *state)
+static void arrive(struct chain_state *state)
 {
-    state->reached.core = state->core;
-    for (int i = 0; i < chain->behind; i++)
-        arrive_at(chain_active(chain, i), state);
+    copy_words(&state->reached, state, sizeof state->reached);
 }
 
 /* From the output at rest of a stage to its input, back over those from number `end` - 1 to `first`. */
@@ -114,7 +111,7 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
     if (!chain->effects)
         return;
     rest(chain, 0, chain->before, state, it2_solve(&chain->core, y, y), parameters);
-    arrive(chain, state);
+    arrive(state);
 }
 
 /* --- forwards ---------------------------------------------------------------------------------- */
@@ -208,8 +205,7 @@ static real follow(const struct chain *chain, int first, int end, struct chain_s
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        void *own = place->memory == CHAIN_AIMED ? (char *)state + place->reached
-                                                 : (char *)chain_state_of(state, place);
+        void *own = (char *)state + (place->memory == CHAIN_AIMED ? place->reached : place->state);
         if (place->stage->inverse && !is_followed(place))
             x = place->stage->step(chain_constants_of(chain, place), own, x, around);
     }
@@ -226,33 +222,30 @@ static bool follow_plant(const struct chain *chain, struct chain_state *state, r
     follow(chain, chain->before, chain->behind, state, y, &driven);
     if (!is_back(chain, state))
         return false;
-    arrive(chain, state);
+    arrive(state);
     return true;
 }
 
-/* The plant's way where nothing is cut off: `input` is what each stage was aimed to get. */
+/* The plant's way where nothing is cut off: `input` is what each of `solved` was aimed to get. */
 static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[],
                        const struct stage_surroundings *around)
 {
-    for (int i = 0; i < chain->behind; i++) {
-        const struct chain_place *place = chain_active(chain, i);
+    for (int i = 0; i < chain->solved_all; i++) {
+        const struct chain_place *place = chain->solved[i];
         if (place->memory == CHAIN_LONG)
             place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
                                around);
-        arrive_at(place, state);
     }
-    state->reached.core = state->core;
+    arrive(state);
 }
 
-/* Back over the stages that do not limit, from number `end` - 1 to `first`; notes what each is to get. */
+/* Back over number `end` - 1 to `first` of `solved`; notes what each is to get. */
 static real solve(const struct chain *chain, int first, int end, struct chain_state *state, real y,
                   const struct stage_surroundings *around, real input[])
 {
     for (int i = end - 1; i >= first; i--) {
-        const struct chain_place *place = chain_active(chain, i);
-        if (place->stage->inverse && !place->stage->limits)
-            y = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), y,
-                                      around);
+        const struct chain_place *place = chain->solved[i];
+        y = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), y, around);
         input[i] = y;
     }
     return y;
@@ -267,10 +260,8 @@ static real within_limits(const struct chain *chain, struct chain_state *state, 
     real x = wanted, allowed = wanted;
     bool followed = false;
 
-    for (int i = chain->before - 1; i >= 0; i--) {
-        const struct chain_place *place = chain_active(chain, i);
-        if (!place->stage->limits)
-            continue;
+    for (int i = chain->limiting_all - 1; i >= 0; i--) {
+        const struct chain_place *place = chain->limiting[i];
         allowed = is_followed(place) ? within_voltages(chain, x) : x;
         if (other_voltage(chain, allowed, x))
             *limits |= CHAIN_VOLTAGE_RANGE;
@@ -293,14 +284,14 @@ static real inverse_with_effects(const struct chain *chain, struct chain_state *
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */
     struct stage_surroundings now = chain_around(around), later = now;
-    real input[CHAIN_STAGE_COUNT] = { 0 };
+    real input[CHAIN_STAGE_COUNT];
     real passed;
     unsigned cut = 0;
 
     later.time += chain->latency;
-    const real aim = solve(chain, chain->before, chain->behind, state, displacement, &later, input);
+    const real aim = solve(chain, chain->solved_before, chain->solved_all, state, displacement, &later, input);
     const real x = it2_inverse(&chain->core, &state->core, aim);
-    const real wanted = solve(chain, 0, chain->before, state, x, &now, input);
+    const real wanted = solve(chain, 0, chain->solved_before, state, x, &now, input);
     const real voltage = within_limits(chain, state, wanted, &passed, &cut);
     *limits |= cut;
     now.voltage = x;
@@ -363,9 +354,9 @@ real chain_equilibrium(const struct chain *chain, const struct chain_state *stat
 
     if (!isfinite(x)) /* nothing holds it there */
         return x;
-    for (int i = chain->before - 1; i >= 0; i--) {
-        const struct chain_place *place = chain_active(chain, i);
-        if (place->stage->limits && !is_followed(place))
+    for (int i = chain->limiting_all - 1; i >= 0; i--) {
+        const struct chain_place *place = chain->limiting[i];
+        if (!is_followed(place))
             x = place->stage->inverse(chain_constants_of(chain, place), NULL, x, NULL);
     }
     return within_voltages(chain, x);

@@ -15,8 +15,6 @@ struct both {
 static void *copied(struct chain_state *copy, const struct chain_state *state, const struct chain_place *place,
                     size_t at)
 {
-    if (place->memory == CHAIN_NONE)
-        return NULL;
     copy_words((char *)copy + at, (const char *)state + at, place->state_size);
     return (char *)copy + at;
 }
@@ -158,7 +156,7 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
         const struct chain_place *place = chain_active(chain, i);
         const size_t at = place->memory == CHAIN_AIMED ? place->reached : place->state;
         void *own = copied(&copy, state, place, at);
-        void *d_own = place->memory == CHAIN_NONE ? NULL : (char *)d + at;
+        void *d_own = (char *)d + at;
         if (!place->stage->inverse || (place->stage->limits && place->memory != CHAIN_NONE))
             continue;
         x.d = stage_tangent(chain, i, own, x.value, d_own, x.d, around, d_around);

@@ -24,29 +24,28 @@ static void nonlinearity_set(struct nonlinearity *curve, const struct chain_para
     curve->half_range = REAL(0.5) * (c->maximum - c->minimum);
 }
 
-/* Behind the factor that vanishes at both ends. */
-static real nonlinearity_inner(const struct nonlinearity_parameters *c, real z)
-{
-    return c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
-}
+/* What the curve adds to the straight line, and its derivative by z. */
+struct nonlinearity_bow {
+    real value;
+    real slope;
+};
 
-/* Between the ends, z from -1 to 1. */
-static real nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
+/* Between the ends, z from -1 to 1: (1 - z^2) times a polynomial, of pairs that do not wait for each other. */
+static inline struct nonlinearity_bow nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
 {
-    return (1 - z * z) * nonlinearity_inner(c, z);
-}
+    const real z2 = z * z, ends = 1 - z2;
+    const real inner = (c->quadratic + c->cubic * z) + ((c->quartic + c->quintic * z) + c->sextic * z2) * z2;
+    const real by_z = (c->cubic + 2 * c->quartic * z) + (3 * c->quintic + 4 * c->sextic * z) * z2;
 
-static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real z)
-{
-    const real by_z = c->cubic + z * (2 * c->quartic + z * (3 * c->quintic + 4 * z * c->sextic));
-
-    return -2 * z * nonlinearity_inner(c, z) + (1 - z * z) * by_z;
+    return (struct nonlinearity_bow){ ends * inner, ends * by_z - 2 * z * inner };
 }
 
 /* Where z + bow(z) = aim, to the first order in the bow. */
 static real nonlinearity_guess(const struct nonlinearity_parameters *c, real aim)
 {
-    return aim - nonlinearity_bow(c, aim) * (1 - nonlinearity_bow_slope(c, aim));
+    const struct nonlinearity_bow bow = nonlinearity_bow(c, aim);
+
+    return aim - bow.value * (1 - bow.slope);
 }
 
 /* How many steps of Newton's method solve a curve from that guess, whatever the aim is, to rounding; 0 where that is
@@ -96,25 +95,28 @@ static real nonlinearity_step(const void *constants, void *state, real x,
 
     (void)state, (void)around;
     if (z != end)
-        return x + nonlinearity_bow_slope(&curve->coefficient, end) * (z - end);
-    return x + nonlinearity_bow(&curve->coefficient, z);
+        return x + nonlinearity_bow(&curve->coefficient, end).slope * (z - end);
+    return x + nonlinearity_bow(&curve->coefficient, z).value;
 }
 
 /* On the curve between the ends, by x. */
 static real nonlinearity_slope(const struct nonlinearity *curve, real z)
 {
-    return 1 + nonlinearity_bow_slope(&curve->coefficient, z) / curve->half_range;
+    return 1 + nonlinearity_bow(&curve->coefficient, z).slope / curve->half_range;
 }
 
-static real nonlinearity_excess(const struct nonlinearity *curve, real z, real aim)
-{
-    return z - aim + nonlinearity_bow(&curve->scaled, z);
-}
+/* How far the curve at z is above the aim, and what Newton's method adds to z then. */
+struct nonlinearity_miss {
+    real excess;
+    real newton;
+};
 
-/* Newton's step in z. */
-static real nonlinearity_newton(const struct nonlinearity *curve, real z, real excess)
+static inline struct nonlinearity_miss nonlinearity_miss(const struct nonlinearity *curve, real z, real aim)
 {
-    return -excess / (1 + nonlinearity_bow_slope(&curve->scaled, z));
+    const struct nonlinearity_bow bow = nonlinearity_bow(&curve->scaled, z);
+    const real excess = z - aim + bow.value;
+
+    return (struct nonlinearity_miss){ excess, -excess / (1 + bow.slope) };
 }
 
 /* Newton's method in z within a bracket that every step narrows, which is halved instead where Newton would
@@ -124,17 +126,16 @@ static real nonlinearity_search(const struct nonlinearity *curve, real aim)
     real low = -1, high = 1, z = aim, step = 2;
 
     for (int i = 0; i < MOST_STEPS; i++) {
-        const real excess = nonlinearity_excess(curve, z, aim);
-        if (real_fabs(excess) <= REAL_EPSILON)
+        const struct nonlinearity_miss miss = nonlinearity_miss(curve, z, aim);
+        if (real_fabs(miss.excess) <= REAL_EPSILON)
             break;
-        const real newton = nonlinearity_newton(curve, z, excess);
-        if (excess > 0)
+        if (miss.excess > 0)
             high = z;
         else
             low = z;
-        const bool well =
-            z + newton >= low && z + newton <= high && real_fabs(newton) <= REAL(0.5) * real_fabs(step);
-        step = well ? newton : REAL(0.5) * (low + high) - z;
+        const bool well = z + miss.newton >= low && z + miss.newton <= high &&
+                          real_fabs(miss.newton) <= REAL(0.5) * real_fabs(step);
+        step = well ? miss.newton : REAL(0.5) * (low + high) - z;
         if (z + step == z)
             break;
         z += step;
@@ -158,7 +159,7 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
     if (curve->steps == 0)
         return curve->centre + curve->half_range * nonlinearity_search(curve, aim);
     for (int i = 0; i < curve->steps; i++)
-        z += nonlinearity_newton(curve, z, nonlinearity_excess(curve, z, aim));
+        z += nonlinearity_miss(curve, z, aim).newton;
     return curve->centre + curve->half_range * z;
 }
 
@@ -205,7 +206,8 @@ static real nonlinearity_by_parameters(const void *constants, const void *d_cons
     const real z = nonlinearity_place(curve, x), end = clamp(z, -1, 1);
 
     (void)state, (void)around, (void)d_state, (void)stride;
-    return nonlinearity_bow(&d->coefficient, end) + nonlinearity_bow_slope(&d->coefficient, end) * (z - end) -
+    const struct nonlinearity_bow d_bow = nonlinearity_bow(&d->coefficient, end);
+    return d_bow.value + d_bow.slope * (z - end) -
            (nonlinearity_slope(curve, end) - 1) * (d->centre + z * d->half_range);
 }
 

@@ -8,7 +8,7 @@
  *     <stage>_stage                what runs in a tick
  *     <stage>_analysis             what only hosts need: words for a bad parameter, and exact derivatives
  * and the chain does the rest. Constants and states come as pointers to these structs; a stage without a
- * state gets NULL. */
+ * state leaves its pointer alone. */
 #ifndef IT2HYS_STAGE_H
 #define IT2HYS_STAGE_H
 

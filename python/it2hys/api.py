@@ -320,7 +320,7 @@ def design(
 
 
 def package(
-    parameters: str | Path | ParameterSet | identification.Identification | diagnosis.Diagnosis,
+    parameters: str | Path | ParameterSet | identification.Fitted,
     directory: str | Path,
     ssp: bool = False,
     fmi: Collection[int] = (2, 3),
@@ -330,7 +330,7 @@ def package(
 
     Parameters
     ----------
-    parameters : ParameterSet, Identification, Diagnosis or path
+    parameters : ParameterSet, result of `identify` or `diagnose`, or path
         A path is that of an SSV file.
     directory : path
         Created if it does not exist.
@@ -362,10 +362,8 @@ def package(
     >>> folder.cleanup()
     """
     _use(own_effects)
-    if isinstance(parameters, diagnosis.Diagnosis):
+    if isinstance(parameters, identification.Fitted):
         parameters = parameters.packaged
-    elif isinstance(parameters, identification.Identification):
-        parameters = parameters.parameters
     elif not isinstance(parameters, ParameterSet):
         parameters = read_ssv(parameters)
     parameters = ParameterSet(dict(parameters), parameters.name)  # with the effects there are now

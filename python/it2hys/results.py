@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from it2hys.designs.designing import Design
 from it2hys.diagnosis import Diagnosis
 from it2hys.errors import InputError
-from it2hys.identification import Identification, Judgement
+from it2hys.identification import Fitted, Identification, Judgement
 from it2hys.records import Record
 from it2hys.support.keys import known_names
 from it2hys.support.numerals import counted
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 _UM = 1e6
 
 
-@dataclass(frozen=True, eq=False)
-class IdentifiedModel(Identification):
-    """An identification, with the records that it was made from.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Shown(Fitted):
+    """A model, with the records that it was made from.
 
     Parameters
     ----------
@@ -35,12 +35,16 @@ class IdentifiedModel(Identification):
 
     measured: tuple[Record, ...] = ()
 
+    def _models(self) -> dict[str, tuple[Judgement, ...]]:
+        """Return how models do on the records, by what they are called."""
+        return {"model": self.records}
+
     def to_frame(self) -> pl.DataFrame:
-        """Return the errors of every record as a data frame, with units in the columns' names."""
-        return _frame({"": self.records})
+        """Return the errors of every record, before and after a diagnosis, with units in the names."""
+        return _frame(self._models())
 
     def plot(self, record: str | int = 0) -> Figure:
-        """Draw the loop of a record, measured and of the model.
+        """Draw the loop of a record, measured and of the model, before and after a diagnosis.
 
         Parameters
         ----------
@@ -52,43 +56,24 @@ class IdentifiedModel(Identification):
         InputError
             If there is no such record.
         """
-        return _loop(self.measured, {"model": self.records}, record)
+        return _loop(self.measured, dict(reversed(self._models().items())), record)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class IdentifiedModel(_Shown, Identification):
+    """An identification, with the records that it was made from."""
 
     def _repr_html_(self) -> str:
         rules = self.parameters.counts["rule"]
         return _html(f"Identified model, {counted(rules, 'rule')}", self.to_frame(), self.plot())
 
 
-@dataclass(frozen=True, eq=False)
-class DiagnosedModel(Diagnosis):
-    """A diagnosis, with the records that it was made from.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DiagnosedModel(_Shown, Diagnosis):
+    """A diagnosis, with the records that it was made from."""
 
-    Parameters
-    ----------
-    measured : tuple of Record
-        In the order of `before` and `after`, which say how the models do on them.
-    """
-
-    measured: tuple[Record, ...] = ()
-
-    def to_frame(self) -> pl.DataFrame:
-        """Return the errors of every record before and after, with units in the columns' names."""
-        return _frame({"before": self.before, "after": self.after})
-
-    def plot(self, record: str | int = 0) -> Figure:
-        """Draw the loop of a record, measured and of the model before and after.
-
-        Parameters
-        ----------
-        record : str or int
-            Its name, or its place in `after`.
-
-        Raises
-        ------
-        InputError
-            If there is no such record.
-        """
-        return _loop(self.measured, {"after": self.after, "before": self.before}, record)
+    def _models(self) -> dict[str, tuple[Judgement, ...]]:
+        return {"before": self.before, "after": self.records}
 
     def _repr_html_(self) -> str:
         found = ", ".join(self.effects) or "no effect"
@@ -130,7 +115,7 @@ def diagnosed(result: Diagnosis, records: Sequence[Record]) -> DiagnosedModel:
     return DiagnosedModel(**_values(result), measured=tuple(records))
 
 
-def _values(result: Identification | Diagnosis | Design) -> dict:
+def _values(result: Fitted | Design) -> dict:
     return {field.name: getattr(result, field.name) for field in fields(result)}
 
 
@@ -139,7 +124,7 @@ def _frame(models: Mapping[str, Sequence[Judgement]]) -> pl.DataFrame:
 
     rows = [
         {
-            **({"model": name} if name else {}),
+            **({"model": name} if len(models) > 1 else {}),
             "record": j.name,
             "role": j.role,
             "e_rms_um": j.e_rms * _UM,

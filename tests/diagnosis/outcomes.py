@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Self
 
 import numpy as np
 from diagnosis.cases import Case
@@ -16,8 +17,23 @@ from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.reports.pair_report import at_rest, scaled_reference
 
 
+class Line:
+    """A dataclass as a line of JSON."""
+
+    @classmethod
+    def read(cls, line: str) -> Self:
+        """Return what `line` of this class wrote."""
+        values = json.loads(line)
+        return cls(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
+
+    @property
+    def line(self) -> str:
+        """One line of JSON."""
+        return json.dumps(asdict(self)) + "\n"
+
+
 @dataclass(frozen=True)
-class Outcome:
+class Outcome(Line):
     """What came of one case.
 
     Parameters
@@ -69,17 +85,6 @@ class Outcome:
     seconds: dict[str, float] | None = None
     failure: str = ""
     failure_of_truth: str = ""
-
-    @classmethod
-    def read(cls, line: str) -> Outcome:
-        """Return what `line` of this class wrote."""
-        values = json.loads(line)
-        return cls(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
-
-    @property
-    def line(self) -> str:
-        """One line of JSON."""
-        return json.dumps(asdict(self)) + "\n"
 
     @property
     def is_right(self) -> bool:

@@ -7,14 +7,14 @@ records have no such physics, it must not. `run` makes one diagnosis of these.
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from diagnosis.cases import Case
+from diagnosis.outcomes import Line
 
 from it2hys.diagnosis import Diagnosis, diagnose
 from it2hys.fmu.own_library import use_effects
@@ -106,7 +106,7 @@ def suite(count: int, first: int = FIRST) -> Iterator[OwnCase]:
 
 
 @dataclass(frozen=True)
-class OwnOutcome:
+class OwnOutcome(Line):
     """What came of one diagnosis.
 
     Parameters
@@ -143,17 +143,6 @@ class OwnOutcome:
     inverse_noise: float = np.nan
     cpu: float = np.nan
     failure: str = ""
-
-    @classmethod
-    def read(cls, line: str) -> OwnOutcome:
-        """Return what `line` of this class wrote."""
-        values = json.loads(line)
-        return cls(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
-
-    @property
-    def line(self) -> str:
-        """One line of JSON."""
-        return json.dumps(asdict(self)) + "\n"
 
     @property
     def is_right(self) -> bool:

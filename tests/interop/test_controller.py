@@ -272,23 +272,14 @@ def test_the_promise_is_kept(controller, flag):
 # --- what cannot be ----------------------------------------------------------------------------
 
 
-def deserialize(instance: Instance, blob: bytes) -> int:
-    state = ctypes.c_void_p()
-    buffer = ctypes.create_string_buffer(blob, len(blob) or 1)
-    fmu = instance.fmu
-    return instance.status_of(
-        fmu.fmi2DeSerializeFMUstate, fmu.component, buffer, len(blob), ctypes.byref(state)
-    )
-
-
 def test_bytes_that_are_no_state_are_refused(controller):
     with started(controller) as instance:
         blob = instance.fmu.serializeFMUstate(instance.fmu.getFMUstate())
         damaged = [b"", blob[:-1], blob + b"\0", bytes(len(blob))]
         for place in range(len(blob)):
             damaged.append(blob[:place] + bytes([blob[place] ^ 0x10]) + blob[place + 1 :])
-        assert {deserialize(instance, bad) for bad in damaged} == {ERROR}
-        assert deserialize(instance, blob) == OK
+        assert {instance.deserialize(bad) for bad in damaged} == {ERROR}
+        assert instance.deserialize(blob) == OK
 
 
 HEADER, CHECKSUM = 40, 32
@@ -316,7 +307,7 @@ def test_a_forged_state_hands_out_no_nan_and_its_steps_return(controller, plante
             forged = forged[:CHECKSUM] + checksum + forged[HEADER:]
             stop_time = place == HEADER + 8 * STOP_TIME and planted == math.inf
             before = place in LAST_STEP and planted == -1
-            assert deserialize(instance, forged) == (OK if stop_time or before else ERROR), place
+            assert instance.deserialize(forged) == (OK if stop_time or before else ERROR), place
 
 
 def test_an_integral_that_overflows_discards_the_step(controller):

@@ -1,5 +1,6 @@
 """The FMUs run by FMPy: the model's numbers at every tick, forwards, backwards and both."""
 
+import casadi_core
 import numpy as np
 import pytest
 from conftest import (
@@ -13,7 +14,7 @@ from fmpy import fmi2
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from it2hys.model import compiled, it2
+from it2hys.model import compiled
 from it2hys.model.parameters import table_1
 from it2hys.stand.excitations import identification, tracking_reference
 
@@ -53,7 +54,7 @@ def test_the_fmu_under_22_is_the_c_core_at_every_tick(models, under_22):
 def test_casadi_under_22_is_the_c_core_at_every_tick(under_22):
     x, y = under_22
     rules = table_1().rules
-    step = it2.step_function(len(rules))
+    step = casadi_core.step_function(len(rules))
     values = [0.0]
     for voltage in x:
         values.append(float(step(rules, values[-1], voltage)))

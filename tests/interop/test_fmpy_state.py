@@ -1,7 +1,5 @@
 """FMU states: exact, movable between instances and processes; what is no state is refused."""
 
-import ctypes
-
 import numpy as np
 import pytest
 from conftest import (
@@ -66,15 +64,6 @@ def test_a_state_continues_in_another_process_bit_for_bit(models, tmp_path, whic
     assert out.strip() == expected
 
 
-def deserialize(instance: Instance, blob: bytes) -> int:
-    state = ctypes.c_void_p()
-    buffer = ctypes.create_string_buffer(blob, len(blob) or 1)
-    fmu = instance.fmu
-    return instance.status_of(
-        fmu.fmi2DeSerializeFMUstate, fmu.component, buffer, len(blob), ctypes.byref(state)
-    )
-
-
 def test_bytes_that_are_no_state_are_refused_and_change_nothing(models):
     with Instance(models["plant"]) as instance, Instance(models["inverse"]) as other:
         instance.initialize()
@@ -100,9 +89,9 @@ def test_bytes_that_are_no_state_are_refused_and_change_nothing(models):
             changed[place] ^= 1 << rng.integers(8)
             damaged.append(bytes(changed))
         for bad in damaged:
-            assert deserialize(instance, bad) == ERROR
+            assert instance.deserialize(bad) == ERROR
         assert len(instance.said(ERROR)) == len(damaged)
-        assert deserialize(instance, blob) == OK
+        assert instance.deserialize(blob) == OK
         assert continue_run(instance, 30) == expected
 
 

@@ -54,13 +54,10 @@ def by_casadi(chain: Chain, signals: compiled.Drive) -> tuple[np.ndarray, np.nda
     return read, rows
 
 
-@pytest.mark.parametrize(
-    "effects", [(), *((e,) for e in EFFECTS), tuple(EFFECTS)], ids=lambda e: "+".join(e) or "core"
-)
-def test_every_derivative_is_casadis(effects):
-    changes = {name: v for effect in effects for name, v in CHANGES.get(effect, {}).items()}
-    parameters = with_effects(effects, seed=3, **changes)
-    chain, signals = Chain(parameters), drive(parameters)
+def assert_derivatives_are_casadis(
+    chain: Chain, parameters: ParameterSet, signals: compiled.Drive
+) -> np.ndarray:
+    """Compare the compiled chain's reading and derivatives with CasADi's; return all of these."""
     read, expected = by_casadi(chain, signals)
     rules = [name for name in chain.names if name.startswith("rule[")]
     fitted = [n for n in chain.names if n not in rules and n not in FIXED]
@@ -70,6 +67,17 @@ def test_every_derivative_is_casadis(effects):
         exact = expected[:, chain.names.index(name)]
         error = np.abs(column - exact).max()
         assert error <= 1e-10 * np.abs(exact).max(), (name, error, np.abs(exact).max())
+    return expected
+
+
+@pytest.mark.parametrize(
+    "effects", [(), *((e,) for e in EFFECTS), tuple(EFFECTS)], ids=lambda e: "+".join(e) or "core"
+)
+def test_every_derivative_is_casadis(effects):
+    changes = {name: v for effect in effects for name, v in CHANGES.get(effect, {}).items()}
+    parameters = with_effects(effects, seed=3, **changes)
+    chain, signals = Chain(parameters), drive(parameters)
+    expected = assert_derivatives_are_casadis(chain, parameters, signals)
     for effect in effects:
         own = [k for k, n in enumerate(chain.names) if n.startswith((f"{effect}.", f"{effect}["))]
         assert np.abs(expected[:, own]).max() > 0.0, effect

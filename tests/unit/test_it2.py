@@ -1,5 +1,6 @@
 """The IT2 core: CasADi, the C core and finite or complex steps give the same numbers."""
 
+import casadi_core
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -37,13 +38,13 @@ def test_table_1_under_the_identification_signal_gives_the_published_range():
 
 def test_casadi_and_c_free_runs_agree_at_every_tick():
     x = identification_voltage()[1:]
-    by_casadi = it2.free_run_function(3, len(x))(0.0, x, TABLE_1).full().ravel()
+    by_casadi = casadi_core.free_run_function(3, len(x))(0.0, x, TABLE_1).full().ravel()
     np.testing.assert_allclose(by_casadi, compiled.free_run(TABLE_1, x, 0.0), rtol=1e-12)
 
 
 @pytest.mark.parametrize("y_previous", [-1e4, -300.0, -40.0, 0.0, 3.7, 16.0, 60.0, 500.0, 1e5])
 def test_casadi_and_c_agree_near_and_far_from_the_centres(y_previous):
-    step, inverse = it2.step_function(3), it2.inverse_function(3)
+    step, inverse = casadi_core.step_function(3), casadi_core.inverse_function(3)
     for x in (-20.0, 0.0, 61.3, 150.0):
         expected = compiled.one_step(TABLE_1, y_previous, x)
         assert np.isfinite(expected)
@@ -55,7 +56,7 @@ def test_casadi_and_c_agree_near_and_far_from_the_centres(y_previous):
 def test_gradients_of_c_casadi_and_complex_step_agree():
     y_previous, x, h = 7.3, 48.0, 1e-30
     _, by_rules, (by_x, by_y, _) = compiled.gradient(TABLE_1, y_previous, x)
-    casadi = it2.gradient_function(3)(TABLE_1, y_previous, x)
+    casadi = casadi_core.gradient_function(3)(TABLE_1, y_previous, x)
     np.testing.assert_allclose(casadi[0].full(), by_rules, rtol=1e-11, atol=1e-15)
     np.testing.assert_allclose([float(casadi[1]), float(casadi[2])], [by_x, by_y], rtol=1e-11)
     for index in np.ndindex(3, 6):
@@ -70,7 +71,7 @@ def test_gradients_of_c_casadi_and_complex_step_agree():
 def test_free_run_sensitivities_agree_with_casadi_and_finite_differences():
     x = identification_voltage()[:150]
     _, sensitivity = compiled.free_run_sensitivity(TABLE_1, x, 0.3)
-    jacobian = it2.free_run_function(3, len(x)).jacobian()
+    jacobian = casadi_core.free_run_function(3, len(x)).jacobian()
     blocks = jacobian(0.3, x, TABLE_1, np.zeros((1, len(x))))
     by_rules = blocks[2].full().reshape(len(x), 6, 3).transpose(0, 2, 1).reshape(len(x), -1)
     np.testing.assert_allclose(sensitivity[:, -1], blocks[0].full().ravel(), rtol=1e-10)
@@ -119,6 +120,6 @@ def test_usability_derivatives_agree_with_finite_differences():
 )
 def test_inverse_undoes_the_step_for_varied_rules(y_previous, x, scale, shift):
     rules = TABLE_1 * [scale, scale, scale, 1.0, 1.0, 1.0] + [0, 0, shift, 0, 0, 0]
-    y = it2.step_function(3)(rules, y_previous, x)
+    y = casadi_core.step_function(3)(rules, y_previous, x)
     # y is much larger than q2 x, so that x comes back with fewer digits than y holds
-    assert float(it2.inverse_function(3)(rules, y_previous, y)) == pytest.approx(x, abs=1e-9)
+    assert float(casadi_core.inverse_function(3)(rules, y_previous, y)) == pytest.approx(x, abs=1e-9)

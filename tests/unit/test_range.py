@@ -1,6 +1,7 @@
 """Beyond the ends of its range the core is its linearisation there, in C as in CasADi."""
 
 import casadi as ca
+import casadi_core
 import numpy as np
 import pytest
 from conftest import UM, make_set
@@ -22,8 +23,11 @@ VOLTAGES = [-2000.0, -20.0, 61.3, 110.38, 150.0, 2000.0]
 @pytest.mark.parametrize("rules", [TABLE_1, make_set(4, 6).rules * MICRO], ids=["table_1", "six_rules"])
 @pytest.mark.parametrize("y_previous", BEYOND)
 def test_casadi_and_c_agree_beyond_both_ends(rules, y_previous):
-    step, inverse = it2.step_function(len(rules), LIMITS), it2.inverse_function(len(rules), LIMITS)
-    by_casadi = it2.gradient_function(len(rules), LIMITS)
+    step, inverse = (
+        casadi_core.step_function(len(rules), LIMITS),
+        casadi_core.inverse_function(len(rules), LIMITS),
+    )
+    by_casadi = casadi_core.gradient_function(len(rules), LIMITS)
     for x in VOLTAGES:
         y, by_rules, (by_x, by_y, _) = compiled.gradient(rules, y_previous, x, LIMITS)
         assert y == compiled.one_step(rules, y_previous, x, LIMITS)

@@ -2,8 +2,8 @@
 
 import ctypes
 import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 import fmpy
@@ -22,6 +22,23 @@ LARGEST_LOG = 20
 BASE = {"Enumeration": "Integer"}
 _LISTENER = ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_char_p)
 CONVERT = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
+
+
+class _Explained:
+    """Turns FMPy's exceptions about a slave into the FMU's own words."""
+
+    def __init__(self, slave: "Slave") -> None:
+        self._slave = slave
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, _type: object, error: BaseException | None, _traceback: object) -> None:
+        if not isinstance(error, Exception) or isinstance(error, InputError):
+            return
+        if getattr(error, "status", None) == fmi2.fmi2Fatal:
+            self._slave.abandon()
+        raise self._slave.fault(str(error)) from None
 
 
 class Slave:
@@ -51,6 +68,7 @@ class Slave:
         self._stack = ExitStack()
         self._fmu, self._used = None, False
         self._sample_time: float | None = None
+        self._explained = _Explained(self)
         try:
             self._open()
             self.initialize(start_values)
@@ -100,18 +118,6 @@ class Slave:
         if len(self.messages) < LARGEST_LOG:
             self.messages.append(message.decode(errors="replace").strip())
 
-    @contextmanager
-    def _explained(self) -> Iterator[None]:
-        """Turn FMPy's exceptions into the FMU's own words."""
-        try:
-            yield
-        except InputError:
-            raise
-        except Exception as error:
-            if getattr(error, "status", None) == fmi2.fmi2Fatal:
-                self.abandon()
-            raise self.fault(str(error)) from None
-
     def fault(self, text: str) -> InputError:
         """Return an error in the FMU's own words, or in the given ones if it has said nothing."""
         return InputError(f"{self.path}: {self.messages[-1] if self.messages else text}")
@@ -146,7 +152,7 @@ class Slave:
         self.messages.clear()
         self.warned = False
         self._sample_time = None
-        with self._explained():
+        with self._explained:
             if self._fmu is None:
                 self._instantiate()
             elif self._used:
@@ -158,7 +164,7 @@ class Slave:
 
     def ready(self) -> None:
         """Leave initialization mode."""
-        with self._explained():
+        with self._explained:
             self._fmu.exitInitializationMode()
 
     # --- variables -----------------------------------------------------------------------------
@@ -196,7 +202,7 @@ class Slave:
             references, numbers = by_type.setdefault(base, ([], []))
             references.append(variable.valueReference)
             numbers.append(CONVERT[base](value))
-        with self._explained():
+        with self._explained:
             for base, (references, numbers) in by_type.items():
                 getattr(self._fmu, f"set{base}")(references, numbers)
 
@@ -204,7 +210,7 @@ class Slave:
         """Return the value of a variable."""
         variable = self.variable(name)
         base = BASE.get(variable.type, variable.type)
-        with self._explained():
+        with self._explained:
             return getattr(self._fmu, f"get{base}")([variable.valueReference])[0]
 
     # --- steps ---------------------------------------------------------------------------------
@@ -225,7 +231,7 @@ class Slave:
     def step(self, time: float, size: float, values: Mapping) -> None:
         """Set inputs and make one communication step from `time`, s."""
         self.set(values)
-        with self._explained():
+        with self._explained:
             self._fmu.doStep(time, size)
 
 

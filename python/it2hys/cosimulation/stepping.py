@@ -44,10 +44,12 @@ class Connection:
         return self.factor == 1.0 and self.offset == 0.0
 
 
-class _Source(ctypes.Structure):
+class _Value(ctypes.Structure):
+    """`struct stepper_value` of stepper.c."""
+
     _fields_ = (
-        ("factor", ctypes.c_double), ("offset", ctypes.c_double),
-        ("slot", ctypes.c_int32), ("unused", ctypes.c_int32),
+        ("factor", ctypes.c_double), ("offset", ctypes.c_double), ("values", _ADDRESS),
+        ("course", ctypes.c_int32), ("this_step", ctypes.c_int32),
     )  # fmt: skip
 
 
@@ -55,9 +57,9 @@ class _Call(ctypes.Structure):
     """`struct stepper_call` of stepper.c."""
 
     _fields_ = (
-        *((name, _ADDRESS) for name in ("function", "instance", "references", "sources", "reals")),
+        *((name, _ADDRESS) for name in ("function", "instance", "references", "values", "reals")),
         ("integers", _ADDRESS),
-        *((name, ctypes.c_int32) for name in ("kind", "base", "count", "slot", "slave", "unused")),
+        *((name, ctypes.c_int32) for name in ("kind", "base", "count", "slave")),
     )  # fmt: skip
 
 
@@ -70,8 +72,8 @@ def _run() -> ctypes._CFuncPtr:
     run = library_function("it2core_stepper_run")
     run.restype = ctypes.c_int64
     run.argtypes = [
-        _ADDRESS, ctypes.c_int32, _ADDRESS, _ADDRESS, ctypes.c_int32, _ADDRESS, _ADDRESS,
-        ctypes.c_int32, ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.POINTER(_Fault),
+        _ADDRESS, ctypes.c_int32, _ADDRESS, ctypes.c_int64, ctypes.c_int64, ctypes.c_double,
+        ctypes.POINTER(_Fault),
     ]  # fmt: skip
     return run
 
@@ -82,6 +84,11 @@ def _make() -> ctypes._CFuncPtr:
     make.restype = ctypes.c_int32
     make.argtypes = [_ADDRESS, ctypes.c_int32, _ADDRESS, ctypes.c_int32, ctypes.c_int32]
     return make
+
+
+def _places(*arrays: np.ndarray) -> ctypes.Array:
+    """Return the addresses of arrays."""
+    return (_ADDRESS * len(arrays))(*(array.ctypes.data for array in arrays))
 
 
 class System:
@@ -129,8 +136,8 @@ class System:
             slave, variable = self._find(target)
             if self.slaves[slave].variable(variable).causality != "input":
                 raise InputError(f"{target} is no input of {self.slaves[slave].path}")
-        self._values = np.zeros(max(len(self._slots), 1))
-        self._recorded = np.array([self._slots[name] for name in self.recorded], dtype=np.int32)
+        self._last = np.zeros(len(self._slots))  # values before a step
+        self._last_places = _places(*self._last.reshape(-1, 1))
         self._step = 0
         self._filled: list[int] = []  # instances that the calls hold
         self._kept: list = []  # arrays that the calls point into
@@ -170,9 +177,9 @@ class System:
             If an FMU refuses a value; in its own words.
         """
         self._step = 0
-        self._values[:] = 0.0
+        self._last[:] = 0.0
         for name, value in (signals or {}).items():
-            self._values[self._slots[name]] = value
+            self._last[self._slots[name]] = value
         for name, slave in self.slaves.items():
             slave.begin((start_values or {}).get(name))
         self._fill()
@@ -185,8 +192,7 @@ class System:
 
     def _make(self, slave: int, kind: int) -> None:
         """Set the inputs of a slave, or read its outputs, outside of a step."""
-        calls, values = ctypes.addressof(self._calls), self._values.ctypes.data
-        status = _make()(calls, len(self._calls), values, slave, kind)
+        status = _make()(self._calls, len(self._calls), self._last_places, slave, kind)
         if status > fmi2.fmi2Warning:
             raise self._explain(_Fault(slave, kind, status), 0.0)
 
@@ -213,25 +219,27 @@ class System:
             if not group:
                 continue
             references = np.array([slave.variable(v).valueReference for v in group], dtype=np.uint32)
-            reals, integers = np.zeros(len(group)), np.zeros(len(group), dtype=np.int32)
-            self._kept += [references, reals, integers]
-            function = slave.function(f"fmi2{verb}{BASES[base]}")
-            call = _Call(
-                function, slave.instance, references.ctypes.data, None, reals.ctypes.data,
-                integers.ctypes.data, kind, base, len(group), 0, i,
-            )  # fmt: skip
             connected = [self._connections[f"{name}.{v}"] for v in group] if kind == SET else []
-            if not connected:
-                call.slot = self._slots[f"{name}.{group[0]}"]
-            elif base == 0 and len(connected) == 1 and connected[0].as_it_is:
-                call.slot = self._slots[connected[0].source]
+            if kind == SET:
+                ends = [
+                    (c.factor, c.offset, 0, self._slots[c.source], self._made(c, i)) for c in connected
+                ]
             else:
-                sources = (_Source * len(connected))(
-                    *(_Source(c.factor, c.offset, self._slots[c.source], 0) for c in connected)
-                )
-                call.sources = ctypes.addressof(sources)
-                self._kept.append(sources)
-            yield call
+                ends = [(1.0, 0.0, 0, self._slots[f"{name}.{v}"], True) for v in group]
+            values = (_Value * len(group))(*ends)
+            one = BASES[base] == "Real" and len(group) == 1 and all(c.as_it_is for c in connected)
+            reals, integers = np.zeros(len(group)), np.zeros(len(group), dtype=np.int32)
+            self._kept += [references, values, reals, integers]
+            yield _Call(
+                slave.function(f"fmi2{verb}{BASES[base]}"), slave.instance, references.ctypes.data,
+                ctypes.addressof(values), None if one else reals.ctypes.data, integers.ctypes.data,
+                kind, base, len(group), i,
+            )  # fmt: skip
+
+    def _made(self, connection: Connection, i: int) -> bool:
+        """Tell whether the source of a slave's input is the output of one that steps before it."""
+        slave, dot, _ = connection.source.partition(".")
+        return bool(dot) and slave in list(self.slaves)[:i]
 
     def run(
         self, signals: Mapping[str, np.ndarray], steps: int, step_size: float
@@ -258,19 +266,18 @@ class System:
             If an FMU does not complete a step, in its own words; a signal is missing or too short.
         """
         arrays = [self._signal(signals, name, steps) for name in self.signals]
-        records = np.empty((len(self.recorded), steps))
-        rows = [records[i].ctypes.data for i in range(len(records))]
-        fault = _Fault()
+        first = len(arrays)
+        courses = np.empty((len(self._last) - first, 1 + steps))  # of outputs
+        courses[:, 0] = self._last[first:]
+        places, fault = _places(*arrays, *courses), _Fault()
         done = _run()(
-            ctypes.addressof(self._calls), len(self._calls), self._values.ctypes.data,
-            (_ADDRESS * max(len(arrays), 1))(*(a.ctypes.data for a in arrays)), len(arrays),
-            self._recorded.ctypes.data, (_ADDRESS * max(len(rows), 1))(*rows), len(rows),
-            self._step, steps, step_size, ctypes.byref(fault),
-        )  # fmt: skip
+            self._calls, len(self._calls), places, self._step, steps, step_size, ctypes.byref(fault)
+        )
         self._step += done
         if done < steps:
             raise self._explain(fault, self._step * step_size)
-        return dict(zip(self.recorded, records, strict=True))
+        self._last[first:] = courses[:, -1]
+        return {name: courses[self._slots[name] - first, 1:] for name in self.recorded}
 
     @staticmethod
     def _signal(signals: Mapping[str, np.ndarray], name: str, steps: int) -> np.ndarray:

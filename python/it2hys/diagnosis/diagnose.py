@@ -388,7 +388,7 @@ class _Session:
             experiments=tuple(deciding_experiment(group) for group in groups),
             noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
             before=before,
-            after=after,
+            records=after,
             evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
             stages=self._stages(search, node, fit, bench, before, after, traces),
             intervals=uncertainty.intervals,

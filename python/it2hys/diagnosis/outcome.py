@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from it2hys.identification.judgement import Judgement
-from it2hys.identification.stage_figures import StageFigure
+from it2hys.identification.result import Fitted
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
@@ -97,14 +97,16 @@ class Rival:
     parameters: ParameterSet
 
 
-@dataclass(frozen=True, eq=False)
-class Diagnosis:
-    """The result of a diagnosis.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Diagnosis(Fitted):
+    """The result of a diagnosis: the model in the end, and what was found on the way to it.
 
     Parameters
     ----------
-    parameters, base : ParameterSet
-        The model in the end and the one in the beginning.
+    base : ParameterSet
+        The model in the beginning.
+    before : tuple of Judgement
+        How it does on the records, in their order.
     effects : tuple of str
         Added, in the order in which they were.
     declared : tuple of str
@@ -117,22 +119,9 @@ class Diagnosis:
         Groups of effects that explain the residual equally well on these records.
     experiments : tuple of str
         For each group, the experiment that would decide.
-    noise_rms : float
-        Of the records, m.
-    before, after : tuple of Judgement
-        Of the first and the last model, in the order of the records.
     evidence : tuple of Evidence
         One for each effect of the catalogue.
     stages : tuple of Stage
-    intervals : dict of str to (float, float)
-        95 % intervals by FMU parameter name, SI units; NaN for a parameter held at a bound.
-    undetermined : tuple of str
-        Parameters of rules that the records do not determine.
-    stage_figures : tuple of StageFigure
-        What the records do determine: gain, widths of loops, time constants.
-    warnings : tuple of str
-    seconds : dict of str to float
-        Duration of each phase, s.
     has_sensor_curve : bool
         Whether the static curve is known to be the sensor's.
     rivals : tuple of Rival
@@ -140,26 +129,23 @@ class Diagnosis:
         where the records can tell, or nothing was fitted that they could not.
     """
 
-    parameters: ParameterSet
     base: ParameterSet
+    before: tuple[Judgement, ...]
     effects: tuple[str, ...]
     declared: tuple[str, ...]
     unexplained: bool
     left_over: tuple[str, ...]
     indistinguishable: tuple[tuple[str, ...], ...]
     experiments: tuple[str, ...]
-    noise_rms: float
-    before: tuple[Judgement, ...]
-    after: tuple[Judgement, ...]
     evidence: tuple[Evidence, ...]
     stages: tuple[Stage, ...]
-    intervals: dict[str, tuple[float, float]]
-    undetermined: tuple[str, ...]
-    stage_figures: tuple[StageFigure, ...]
-    warnings: tuple[str, ...]
-    seconds: dict[str, float]
     has_sensor_curve: bool = False
     rivals: tuple[Rival, ...] = ()
+
+    @property
+    def after(self) -> tuple[Judgement, ...]:
+        """How the model in the end does on the records, beside `before`."""
+        return self.records
 
     @property
     def packaged(self) -> ParameterSet:

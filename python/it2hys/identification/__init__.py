@@ -5,6 +5,7 @@ from it2hys.identification.judgement import Judgement
 from it2hys.identification.preparation import check_rule_count
 from it2hys.identification.result import (
     SOLVERS,
+    Fitted,
     Identification,
     IdentificationError,
     Options,
@@ -14,6 +15,7 @@ from it2hys.identification.result import (
 
 __all__ = [
     "SOLVERS",
+    "Fitted",
     "Identification",
     "IdentificationError",
     "Judgement",

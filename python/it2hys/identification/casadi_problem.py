@@ -105,8 +105,8 @@ class CasadiProblem:
     lbx, ubx, lbg, ubg : ndarray
         Bounds of x, (P,), and of g.
     hessian : casadi.Function
-        (x, p, lam_f, lam_g) -> lam_f J^T J, of Gauss and Newton; as `hess_lag` IPOPT wants its upper
-        triangle.
+        (x, p, lam_f, lam_g) -> that of the Lagrangian: lam_f J^T J, of Gauss and Newton, and the exact
+        curvature of the constraints; as `hess_lag` IPOPT wants its upper triangle.
     residuals : Residuals
         Kept alive: CasADi does not own it.
     """
@@ -162,7 +162,7 @@ def casadi_problem(criterion: ChainCriterion, band: Band | None = None) -> Casad
     hessian = ca.Function(
         "gauss_newton",
         [x, ca.MX.sym("p", 0), factor, multipliers],
-        [factor * ca.mtimes(jacobian.T, jacobian)],
+        [factor * ca.mtimes(jacobian.T, jacobian) + ca.hessian(ca.dot(multipliers, g), x)[0]],
         ["x", "p", "lam_f", "lam_g"],
         ["hess_gamma_x_x"],
     )

@@ -1,8 +1,8 @@
-"""The result of an identification."""
+"""What is known of a fitted model, and of an identified one beside that."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -101,28 +101,58 @@ class OrderTrial:
     e_rms: float
 
 
-@dataclass(frozen=True, eq=False)
-class Identification:
-    """An identified model and what is known about it.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fitted:
+    """A model and what is known about it: all that one report says of any model.
 
     Parameters
     ----------
     parameters : ParameterSet
         The model, in SI units.
     records : tuple of Judgement
-        Training, validation and test records, in this order.
+        How it does on training, validation and test records, in this order.
     noise_rms : float
         Noise of the training records, m.
     intervals : dict of str to (float, float)
-        95 % intervals by FMU parameter name, SI units; NaN for a parameter held at a bound.
-    condition : float
-        Condition number of the Jacobian by coordinates in units of a plausible interval.
+        95 % intervals by FMU parameter name, SI units; NaN for a parameter held at a bound; empty for a
+        model that was given.
     undetermined : tuple of str
         Parameters that the data do not determine; `warnings` say which of them only together.
     stage_figures : tuple of StageFigure
-        What the data do determine: gain, widths of loops, time constant.
+        What the data do determine: gain, widths of loops, time constants.
     warnings : tuple of str
         What a user of the model should know, as sentences.
+    seconds : dict of str to float
+        Duration of each phase, s.
+    """
+
+    parameters: ParameterSet
+    records: tuple[Judgement, ...]
+    noise_rms: float
+    intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
+    undetermined: tuple[str, ...] = ()
+    stage_figures: tuple[StageFigure, ...] = ()
+    warnings: tuple[str, ...] = ()
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def packaged(self) -> ParameterSet:
+        """The set that the FMUs carry."""
+        return self.parameters
+
+    def by_role(self, role: str) -> list[Judgement]:
+        """Return the results of the training, validation or test records."""
+        return [result for result in self.records if result.role == role]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Identification(Fitted):
+    """An identified model of the paper, or a given one where nothing was fitted.
+
+    Parameters
+    ----------
+    condition : float
+        Condition number of the Jacobian by coordinates in units of a plausible interval.
     converged : bool
         Whether the final fit met its stopping test. If not, the parameters are not to be written.
     message : str
@@ -136,28 +166,14 @@ class Identification:
         All starts, best first.
     orders : tuple of OrderTrial
         Numbers of rules tried; empty if it was given.
-    seconds : dict of str to float
-        Duration of each phase, s.
     """
 
-    parameters: ParameterSet
-    records: tuple[Judgement, ...]
-    noise_rms: float
-    intervals: dict[str, tuple[float, float]]
-    condition: float
-    undetermined: tuple[str, ...]
-    stage_figures: tuple[StageFigure, ...]
-    warnings: tuple[str, ...]
-    converged: bool
-    message: str
-    contraction: float
-    starts: tuple[Start, ...]
-    orders: tuple[OrderTrial, ...]
-    seconds: dict[str, float]
-
-    def by_role(self, role: str) -> list[Judgement]:
-        """Return the results of the training, validation or test records."""
-        return [result for result in self.records if result.role == role]
+    condition: float = np.nan
+    converged: bool = True
+    message: str = ""
+    contraction: float = np.nan
+    starts: tuple[Start, ...] = ()
+    orders: tuple[OrderTrial, ...] = ()
 
     @property
     def error_over_noise(self) -> float:

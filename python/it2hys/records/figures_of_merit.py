@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -38,10 +39,13 @@ def max_relative_error(y: ArrayLike, y_hat: ArrayLike) -> float:
         Where the shapes differ, the arrays are empty or not finite, or `y` is constant.
     """
     y, y_hat = _comparable(y, y_hat)
-    measured_range = np.ptp(y)
+    with np.errstate(all="ignore"):
+        error = y - y_hat
+        largest = _judged(max(error.max(), -error.min()), y, y_hat)
+    measured_range = y.max() - y.min()
     if measured_range == 0.0:
         raise InputError("e_mr is undefined: the measured output is constant, its range is zero")
-    return float(np.max(np.abs(y - y_hat)) / measured_range)
+    return float(largest / measured_range)
 
 
 def rms_error(y: ArrayLike, y_hat: ArrayLike) -> float:
@@ -65,7 +69,9 @@ def rms_error(y: ArrayLike, y_hat: ArrayLike) -> float:
         Where the shapes differ, or the arrays are empty or not finite.
     """
     y, y_hat = _comparable(y, y_hat)
-    return float(np.sqrt(np.mean(np.square(y - y_hat))))
+    with np.errstate(all="ignore"):
+        error = y - y_hat
+        return _judged(sqrt(np.square(error, out=error).sum() / error.size), y, y_hat)
 
 
 class Errors(NamedTuple):
@@ -90,12 +96,18 @@ def _comparable(y: ArrayLike, y_hat: ArrayLike) -> tuple[np.ndarray, np.ndarray]
         )
     if y.size == 0:
         raise InputError("no samples to compare: both outputs are empty")
-    for name, values in (("measured", y), ("model", y_hat)):
-        finite = np.isfinite(values)
-        if not finite.all():
-            bad = int(np.argmin(finite.ravel()))
-            raise InputError(f"the {name} output is not finite, first at sample {bad}")
     return y, y_hat
+
+
+def _judged(figure: float, y: np.ndarray, y_hat: np.ndarray) -> float:
+    """Return a figure of two outputs; one that is finite says that they are."""
+    if not isfinite(figure):
+        for name, values in (("measured", y), ("model", y_hat)):
+            finite = np.isfinite(values)
+            if not finite.all():
+                bad = int(np.argmin(finite.ravel()))
+                raise InputError(f"the {name} output is not finite, first at sample {bad}")
+    return figure
 
 
 def times_the_noise(ratio: float) -> str:

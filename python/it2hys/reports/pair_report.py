@@ -38,7 +38,7 @@ from it2hys.reports.interactive import as_json, record_view
 from it2hys.reports.origin import origin
 from it2hys.reports.page import Answer, Page, Picture, Section, Table, View, write_page, write_pictures
 from it2hys.reports.provenance import Provenance, about
-from it2hys.reports.summary import START, Result, judged_records, judgements_of, pooled, summary
+from it2hys.reports.summary import START, Result, judged_records, pooled, summary
 from it2hys.reports.verdict import has_offsets, straight_line
 from it2hys.stand.excitations import time_grid, tracking_reference
 from it2hys.support.files import make_directory, write_atomically
@@ -115,14 +115,10 @@ def write_report(
     """
     _check_converged(result)
     directory = make_directory(directory)
-    verb, packaged = (
-        ("diagnose", result.packaged)
-        if isinstance(result, Diagnosis)
-        else ("identify", result.parameters)
-    )
-    with only_used(packaged) as alone:
-        package(alone, directory, origin=origin(verb, records, judgements_of(result)))
-    roles = [j.role for j in judgements_of(result)]
+    verb = "diagnose" if isinstance(result, Diagnosis) else "identify"
+    with only_used(result.packaged) as alone:
+        package(alone, directory, origin=origin(verb, records, result.records))
+    roles = [j.role for j in result.records]
     report = {
         "title": title or ("Diagnosis" if isinstance(result, Diagnosis) else "Identification"),
         **(provenance or Provenance()).entries(records, roles, directory),
@@ -250,7 +246,7 @@ def _overview(
     result: Result, records: Sequence[Record], tracked: figures.Compared | None, names: Mapping
 ) -> Picture:
     """Return the loop and the errors before and after, of the first record that counts."""
-    after, before = judgements_of(result), _readings_before(result, records)
+    after, before = result.records, _readings_before(result, records)
     roles = [j.role for j in after]
     i = roles.index(next(role for role in ("test", "validation", "train") if role in roles))
     record, kept = records[i], slice(after[i].lead, None)
@@ -323,7 +319,7 @@ def _courses(result: Result, records: Sequence[Record]) -> dict[str, Course]:
     before = _readings_before(result, records)
     inverse_before = _inverse_errors_before(result, records, before)
     courses = {}
-    for record, j, y, volts in zip(records, judgements_of(result), before, inverse_before, strict=True):
+    for record, j, y, volts in zip(records, result.records, before, inverse_before, strict=True):
         kept = slice(j.lead, None)
         signals = {
             "voltage": record.voltage,
@@ -358,7 +354,7 @@ def _inverse_errors_before(
 def _record_pictures(result: Result, records: Sequence[Record]) -> list[Picture]:
     """Return the figures of every record: over time, over voltage, and of the inverse."""
     pictures = []
-    for i, (record, after) in enumerate(zip(records, judgements_of(result), strict=True)):
+    for i, (record, after) in enumerate(zip(records, result.records, strict=True)):
         kept = slice(after.lead, None)
         time, voltage, measured = (a[kept] for a in (record.time, record.voltage, record.displacement))
         title = f"{after.name} ({ROLES[after.role]})"
@@ -433,7 +429,7 @@ def _track_model(
     result: Result, records: Sequence[Record], directory: Path
 ) -> tuple[dict[str, dict], Picture]:
     """Drive the plant FMU through the inverse FMU, and that of the model before a diagnosis."""
-    after = judgements_of(result)
+    after = result.records
     train = [r for r, j in zip(records, after, strict=True) if j.role == "train"]
     reference = scaled_reference(train or records)
     time = np.arange(len(reference)) * result.parameters["sampleTime"]

@@ -36,11 +36,6 @@ LINE = "straight line"
 Result = Identification | Diagnosis
 
 
-def judgements_of(result: Result) -> tuple[Judgement, ...]:
-    """Return how the model found does on the records."""
-    return result.after if isinstance(result, Diagnosis) else result.records
-
-
 def summary(result: Result, records: Sequence[Record], start: str = START) -> dict:
     """Return what a result says, with the keys of `report.json`.
 
@@ -52,22 +47,19 @@ def summary(result: Result, records: Sequence[Record], start: str = START) -> di
     start : str
         What the model before a diagnosis is called.
     """
-    after = judgements_of(result)
+    after = result.records
     lines = straight_line_errors(records, after)
     slope, _ = straight_line(records, after)
     train = [r for r, j in zip(records, after, strict=True) if j.role == "train"]
-    own = _diagnosed(result, start) if isinstance(result, Diagnosis) else _identified(result)
-    if isinstance(result, Identification):
-        own["error"] = {
-            "before": {j.name: _line_json(j, line, slope) for j, line in zip(after, lines, strict=True)}
-        }
-    own["error"]["after"] = {j.name: judgement_json(j, r) for j, r in zip(after, records, strict=True)}
     if isinstance(result, Diagnosis):
-        own["error"]["before"] = {
-            j.name: judgement_json(j, r) for j, r in zip(result.before, records, strict=True)
-        }
+        own = _diagnosed(result, start)
+        before = _judgements_json(result.before, records)
+    else:
+        own = _identified(result)
+        before = {j.name: _line_json(j, line, slope) for j, line in zip(after, lines, strict=True)}
     return {
         **own,
+        "error": {"before": before, "after": _judgements_json(after, records)},
         "noise_rms_um": result.noise_rms * UM,
         "rules": result.parameters.counts["rule"],
         "straight_line": {
@@ -143,7 +135,6 @@ def _diagnosed(found: Diagnosis, start: str) -> dict:
             {"own": list(r.own), "effects": list(r.effects), "parameters": dict(r.parameters)}
             for r in found.rivals
         ],
-        "error": {},
         "evidence": [
             {
                 "effect": e.effect,
@@ -250,6 +241,10 @@ def record_json(record: Record, judgement: Judgement, ends: ParameterSet) -> dic
             ends, judgement.out_of_range, record.voltage, judgement.y - judgement.offset
         ),
     }
+
+
+def _judgements_json(judgements: Sequence[Judgement], records: Sequence[Record]) -> dict:
+    return {j.name: judgement_json(j, r) for j, r in zip(judgements, records, strict=True)}
 
 
 def judgement_json(judgement: Judgement, record: Record) -> dict:

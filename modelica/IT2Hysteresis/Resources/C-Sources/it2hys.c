@@ -56,6 +56,12 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
         chain->reading |= 1u << i;
     else
         chain->effects |= 1u << i;
+    if (place->stage->limits && place->side == CHAIN_BEFORE)
+        chain->limiting[chain->limiting_all++] = place;
+    else if (place->stage->inverse && place->side != CHAIN_READING) {
+        chain->solved[chain->solved_all++] = place;
+        chain->solved_before += place->side == CHAIN_BEFORE;
+    }
     place->stage->prepare(constants, p);
     if (place->stage->latency)
         chain->latency += place->stage->latency(constants);
@@ -93,19 +99,10 @@ void chain_pass_by_idle(struct chain *chain, const struct chain_parameters *p)
     chain->effects = 0;
 }
 
-/* The stage, with such a memory, is where it was aimed at. */
-static void arrive_at(const struct chain_place *place, struct chain_state *state)
-{
-    if (place->memory == CHAIN_AIMED)
-        copy_words((char *)state + place->reached, (const char *)state + place->state, place->state_size);
-}
-
 /* The plant is where it was aimed at. */
-static void arrive(const struct chain *chain, struct chain_state *state)
+static void arrive(struct chain_state *state)
 {
-    state->reached.core = state->core;
-    for (int i = 0; i < chain->behind; i++)
-        arrive_at(chain_active(chain, i), state);
+    copy_words(&state->reached, state, sizeof state->reached);
 }
 
 /* From the output at rest of a stage to its input, back over those from number `end` - 1 to `first`. */
@@ -131,7 +128,7 @@ void chain_reset(const struct chain *chain, struct chain_state *state,
     if (!chain->effects)
         return;
     rest(chain, 0, chain->before, state, it2_solve(&chain->core, y, y), parameters);
-    arrive(chain, state);
+    arrive(state);
 }
 
 /* --- forwards ---------------------------------------------------------------------------------- */
@@ -225,8 +222,7 @@ static real follow(const struct chain *chain, int first, int end, struct chain_s
 {
     for (int i = first; i < end; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        void *own = place->memory == CHAIN_AIMED ? (char *)state + place->reached
-                                                 : (char *)chain_state_of(state, place);
+        void *own = (char *)state + (place->memory == CHAIN_AIMED ? place->reached : place->state);
         if (place->stage->inverse && !is_followed(place))
             x = place->stage->step(chain_constants_of(chain, place), own, x, around);
     }
@@ -243,33 +239,30 @@ static bool follow_plant(const struct chain *chain, struct chain_state *state, r
     follow(chain, chain->before, chain->behind, state, y, &driven);
     if (!is_back(chain, state))
         return false;
-    arrive(chain, state);
+    arrive(state);
     return true;
 }
 
-/* The plant's way where nothing is cut off: `input` is what each stage was aimed to get. */
+/* The plant's way where nothing is cut off: `input` is what each of `solved` was aimed to get. */
 static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[],
                        const struct stage_surroundings *around)
 {
-    for (int i = 0; i < chain->behind; i++) {
-        const struct chain_place *place = chain_active(chain, i);
+    for (int i = 0; i < chain->solved_all; i++) {
+        const struct chain_place *place = chain->solved[i];
         if (place->memory == CHAIN_LONG)
             place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
                                around);
-        arrive_at(place, state);
     }
-    state->reached.core = state->core;
+    arrive(state);
 }
 
-/* Back over the stages that do not limit, from number `end` - 1 to `first`; notes what each is to get. */
+/* Back over number `end` - 1 to `first` of `solved`; notes what each is to get. */
 static real solve(const struct chain *chain, int first, int end, struct chain_state *state, real y,
                   const struct stage_surroundings *around, real input[])
 {
     for (int i = end - 1; i >= first; i--) {
-        const struct chain_place *place = chain_active(chain, i);
-        if (place->stage->inverse && !place->stage->limits)
-            y = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), y,
-                                      around);
+        const struct chain_place *place = chain->solved[i];
+        y = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), y, around);
         input[i] = y;
     }
     return y;
@@ -284,10 +277,8 @@ static real within_limits(const struct chain *chain, struct chain_state *state, 
     real x = wanted, allowed = wanted;
     bool followed = false;
 
-    for (int i = chain->before - 1; i >= 0; i--) {
-        const struct chain_place *place = chain_active(chain, i);
-        if (!place->stage->limits)
-            continue;
+    for (int i = chain->limiting_all - 1; i >= 0; i--) {
+        const struct chain_place *place = chain->limiting[i];
         allowed = is_followed(place) ? within_voltages(chain, x) : x;
         if (other_voltage(chain, allowed, x))
             *limits |= CHAIN_VOLTAGE_RANGE;
@@ -310,14 +301,14 @@ static real inverse_with_effects(const struct chain *chain, struct chain_state *
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */
     struct stage_surroundings now = chain_around(around), later = now;
-    real input[CHAIN_STAGE_COUNT] = { 0 };
+    real input[CHAIN_STAGE_COUNT];
     real passed;
     unsigned cut = 0;
 
     later.time += chain->latency;
-    const real aim = solve(chain, chain->before, chain->behind, state, displacement, &later, input);
+    const real aim = solve(chain, chain->solved_before, chain->solved_all, state, displacement, &later, input);
     const real x = it2_inverse(&chain->core, &state->core, aim);
-    const real wanted = solve(chain, 0, chain->before, state, x, &now, input);
+    const real wanted = solve(chain, 0, chain->solved_before, state, x, &now, input);
     const real voltage = within_limits(chain, state, wanted, &passed, &cut);
     *limits |= cut;
     now.voltage = x;
@@ -380,9 +371,9 @@ real chain_equilibrium(const struct chain *chain, const struct chain_state *stat
 
     if (!isfinite(x)) /* nothing holds it there */
         return x;
-    for (int i = chain->before - 1; i >= 0; i--) {
-        const struct chain_place *place = chain_active(chain, i);
-        if (place->stage->limits && !is_followed(place))
+    for (int i = chain->limiting_all - 1; i >= 0; i--) {
+        const struct chain_place *place = chain->limiting[i];
+        if (!is_followed(place))
             x = place->stage->inverse(chain_constants_of(chain, place), NULL, x, NULL);
     }
     return within_voltages(chain, x);
@@ -454,8 +445,6 @@ struct both {
 static void *copied(struct chain_state *copy, const struct chain_state *state, const struct chain_place *place,
                     size_t at)
 {
-    if (place->memory == CHAIN_NONE)
-        return NULL;
     copy_words((char *)copy + at, (const char *)state + at, place->state_size);
     return (char *)copy + at;
 }
@@ -597,7 +586,7 @@ static struct both follow_tangent(const struct chain *chain, int first, int end,
         const struct chain_place *place = chain_active(chain, i);
         const size_t at = place->memory == CHAIN_AIMED ? place->reached : place->state;
         void *own = copied(&copy, state, place, at);
-        void *d_own = place->memory == CHAIN_NONE ? NULL : (char *)d + at;
+        void *d_own = (char *)d + at;
         if (!place->stage->inverse || (place->stage->limits && place->memory != CHAIN_NONE))
             continue;
         x.d = stage_tangent(chain, i, own, x.value, d_own, x.d, around, d_around);
@@ -2501,29 +2490,28 @@ static void nonlinearity_set(struct nonlinearity *curve, const struct chain_para
     curve->half_range = REAL(0.5) * (c->maximum - c->minimum);
 }
 
-/* Behind the factor that vanishes at both ends. */
-static real nonlinearity_inner(const struct nonlinearity_parameters *c, real z)
-{
-    return c->quadratic + z * (c->cubic + z * (c->quartic + z * (c->quintic + z * c->sextic)));
-}
+/* What the curve adds to the straight line, and its derivative by z. */
+struct nonlinearity_bow {
+    real value;
+    real slope;
+};
 
-/* Between the ends, z from -1 to 1. */
-static real nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
+/* Between the ends, z from -1 to 1: (1 - z^2) times a polynomial, of pairs that do not wait for each other. */
+static inline struct nonlinearity_bow nonlinearity_bow(const struct nonlinearity_parameters *c, real z)
 {
-    return (1 - z * z) * nonlinearity_inner(c, z);
-}
+    const real z2 = z * z, ends = 1 - z2;
+    const real inner = (c->quadratic + c->cubic * z) + ((c->quartic + c->quintic * z) + c->sextic * z2) * z2;
+    const real by_z = (c->cubic + 2 * c->quartic * z) + (3 * c->quintic + 4 * c->sextic * z) * z2;
 
-static real nonlinearity_bow_slope(const struct nonlinearity_parameters *c, real z)
-{
-    const real by_z = c->cubic + z * (2 * c->quartic + z * (3 * c->quintic + 4 * z * c->sextic));
-
-    return -2 * z * nonlinearity_inner(c, z) + (1 - z * z) * by_z;
+    return (struct nonlinearity_bow){ ends * inner, ends * by_z - 2 * z * inner };
 }
 
 /* Where z + bow(z) = aim, to the first order in the bow. */
 static real nonlinearity_guess(const struct nonlinearity_parameters *c, real aim)
 {
-    return aim - nonlinearity_bow(c, aim) * (1 - nonlinearity_bow_slope(c, aim));
+    const struct nonlinearity_bow bow = nonlinearity_bow(c, aim);
+
+    return aim - bow.value * (1 - bow.slope);
 }
 
 /* How many steps of Newton's method solve a curve from that guess, whatever the aim is, to rounding; 0 where that is
@@ -2573,25 +2561,28 @@ static real nonlinearity_step(const void *constants, void *state, real x,
 
     (void)state, (void)around;
     if (z != end)
-        return x + nonlinearity_bow_slope(&curve->coefficient, end) * (z - end);
-    return x + nonlinearity_bow(&curve->coefficient, z);
+        return x + nonlinearity_bow(&curve->coefficient, end).slope * (z - end);
+    return x + nonlinearity_bow(&curve->coefficient, z).value;
 }
 
 /* On the curve between the ends, by x. */
 static real nonlinearity_slope(const struct nonlinearity *curve, real z)
 {
-    return 1 + nonlinearity_bow_slope(&curve->coefficient, z) / curve->half_range;
+    return 1 + nonlinearity_bow(&curve->coefficient, z).slope / curve->half_range;
 }
 
-static real nonlinearity_excess(const struct nonlinearity *curve, real z, real aim)
-{
-    return z - aim + nonlinearity_bow(&curve->scaled, z);
-}
+/* How far the curve at z is above the aim, and what Newton's method adds to z then. */
+struct nonlinearity_miss {
+    real excess;
+    real newton;
+};
 
-/* Newton's step in z. */
-static real nonlinearity_newton(const struct nonlinearity *curve, real z, real excess)
+static inline struct nonlinearity_miss nonlinearity_miss(const struct nonlinearity *curve, real z, real aim)
 {
-    return -excess / (1 + nonlinearity_bow_slope(&curve->scaled, z));
+    const struct nonlinearity_bow bow = nonlinearity_bow(&curve->scaled, z);
+    const real excess = z - aim + bow.value;
+
+    return (struct nonlinearity_miss){ excess, -excess / (1 + bow.slope) };
 }
 
 /* Newton's method in z within a bracket that every step narrows, which is halved instead where Newton would
@@ -2601,17 +2592,16 @@ static real nonlinearity_search(const struct nonlinearity *curve, real aim)
     real low = -1, high = 1, z = aim, step = 2;
 
     for (int i = 0; i < MOST_STEPS; i++) {
-        const real excess = nonlinearity_excess(curve, z, aim);
-        if (real_fabs(excess) <= REAL_EPSILON)
+        const struct nonlinearity_miss miss = nonlinearity_miss(curve, z, aim);
+        if (real_fabs(miss.excess) <= REAL_EPSILON)
             break;
-        const real newton = nonlinearity_newton(curve, z, excess);
-        if (excess > 0)
+        if (miss.excess > 0)
             high = z;
         else
             low = z;
-        const bool well =
-            z + newton >= low && z + newton <= high && real_fabs(newton) <= REAL(0.5) * real_fabs(step);
-        step = well ? newton : REAL(0.5) * (low + high) - z;
+        const bool well = z + miss.newton >= low && z + miss.newton <= high &&
+                          real_fabs(miss.newton) <= REAL(0.5) * real_fabs(step);
+        step = well ? miss.newton : REAL(0.5) * (low + high) - z;
         if (z + step == z)
             break;
         z += step;
@@ -2635,7 +2625,7 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
     if (curve->steps == 0)
         return curve->centre + curve->half_range * nonlinearity_search(curve, aim);
     for (int i = 0; i < curve->steps; i++)
-        z += nonlinearity_newton(curve, z, nonlinearity_excess(curve, z, aim));
+        z += nonlinearity_miss(curve, z, aim).newton;
     return curve->centre + curve->half_range * z;
 }
 
@@ -2682,7 +2672,8 @@ static real nonlinearity_by_parameters(const void *constants, const void *d_cons
     const real z = nonlinearity_place(curve, x), end = clamp(z, -1, 1);
 
     (void)state, (void)around, (void)d_state, (void)stride;
-    return nonlinearity_bow(&d->coefficient, end) + nonlinearity_bow_slope(&d->coefficient, end) * (z - end) -
+    const struct nonlinearity_bow d_bow = nonlinearity_bow(&d->coefficient, end);
+    return d_bow.value + d_bow.slope * (z - end) -
            (nonlinearity_slope(curve, end) - 1) * (d->centre + z * d->half_range);
 }
 

@@ -395,7 +395,7 @@ static inline real it2_inverse(const struct it2 *stage, struct it2_state *state,
  *     <stage>_stage                what runs in a tick
  *     <stage>_analysis             what only hosts need: words for a bad parameter, and exact derivatives
  * and the chain does the rest. Constants and states come as pointers to these structs; a stage without a
- * state gets NULL. */
+ * state leaves its pointer alone. */
 
 #define TWO_PI REAL(6.283185307179586)
 
@@ -855,6 +855,9 @@ struct chain {
     unsigned reading; /* that are on, between displacement and measured */
     const struct chain_place *active[CHAIN_STAGE_COUNT]; /* stages that are on, in their order */
     int before, behind, all;                             /* where in `active` those of each side end */
+    /* of them, those that the inverse goes back over, in the same order: that solve, and that limit */
+    const struct chain_place *solved[CHAIN_STAGE_COUNT], *limiting[CHAIN_STAGE_COUNT];
+    int solved_before, solved_all, limiting_all;
     struct it2 core;
     struct it2_range displacement; /* that a reference is kept to */
     struct it2_range voltage;      /* that the inverse keeps to */
@@ -895,7 +898,7 @@ struct chain_place {
     enum chain_memory memory;
     size_t constants; /* in struct chain */
     size_t constants_size;
-    size_t state;   /* in struct chain_state; of a stage without one, nowhere */
+    size_t state;   /* in struct chain_state */
     size_t reached; /* the same for what the plant reached, where that is kept beside */
     size_t state_size;
 };
@@ -956,7 +959,7 @@ static inline const void *chain_constants_of(const struct chain *chain, const st
 
 static inline void *chain_state_of(struct chain_state *state, const struct chain_place *place)
 {
-    return place->memory == CHAIN_NONE ? NULL : (char *)state + place->state;
+    return (char *)state + place->state;
 }
 
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
