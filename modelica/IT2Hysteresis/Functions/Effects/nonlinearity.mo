@@ -8,10 +8,10 @@ function nonlinearity "Static curve of the stack or of the sensor"
   output Modelica.Units.SI.Length y "Displacement";
 protected
   Real z=(x - (yMin + yMax)/2)/((yMax - yMin)/2) "-1 to 1 over the curve";
-  Real end=min(max(z, -1), 1) "The place on the curve that is nearest";
-  Modelica.Units.SI.Length inner=a[1] + end*(a[2] + end*(a[3] + end*(a[4] + end*a[5])));
+  Real nearest=min(max(z, -1), 1) "The place on the curve that is nearest";
+  Modelica.Units.SI.Length polynomial=a[1] + nearest*(a[2] + nearest*(a[3] + nearest*(a[4] + nearest*a[5])));
 algorithm
-  y := x + (1 - end^2)*inner - 2*end*inner*(z - end);
+  y := x + (1 - nearest^2)*polynomial - 2*nearest*polynomial*(z - nearest);
   annotation (
     inverse(x=IT2Hysteresis.Functions.Effects.nonlinearityInverse(a, yMin, yMax, y)),
     Documentation(info="<html>

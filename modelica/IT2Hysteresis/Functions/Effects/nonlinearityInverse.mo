@@ -9,8 +9,8 @@ function nonlinearityInverse "Inverse of the static curve"
 protected
   constant Integer halvings=54 "Of the interval -1 to 1, to the last digit of z";
   Real aim=(y - (yMin + yMax)/2)/((yMax - yMin)/2) "y, -1 to 1 over the curve";
-  Real end=min(max(aim, -1), 1) "The place on the curve that is nearest";
-  Modelica.Units.SI.Length inner=a[1] + end*(a[2] + end*(a[3] + end*(a[4] + end*a[5])));
+  Real nearest=min(max(aim, -1), 1) "The place on the curve that is nearest";
+  Modelica.Units.SI.Length polynomial=a[1] + nearest*(a[2] + nearest*(a[3] + nearest*(a[4] + nearest*a[5])));
   Real low=-1 "The z that is sought is not below";
   Real high=1 "It is not above";
   Real z "x, -1 to 1 over the curve";
@@ -23,7 +23,8 @@ algorithm
       low := z;
     end if;
   end for;
-  z := if aim > -1 and aim < 1 then (low + high)/2 else end + (aim - end)/(1 - 2*end*inner/((yMax - yMin)/2));
+  z := if aim > -1 and aim < 1 then (low + high)/2 else nearest + (aim - nearest)/(1 - 2*nearest*polynomial/((
+    yMax - yMin)/2));
   x := (yMin + yMax)/2 + z*((yMax - yMin)/2);
   annotation (Documentation(info="<html>
 <h4>Syntax</h4>
