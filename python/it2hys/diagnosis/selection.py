@@ -460,9 +460,15 @@ def _sharpened(bench: Bench, node: Node) -> Node:
     fit = bench.preferred([node.fit, bench.reshaped(node.fit.model)])
     if fit is not node.fit:
         node = _node(bench, node.added, fit)
-    # what drove a stage before its record was sought by a model that lacked the addition
-    node = _better(bench, node, with_histories(node.fit.model, bench.traces))
-    return _resolved(bench, node)
+    return _resolved(bench, _with_histories(bench, node))
+
+
+def _with_histories(bench: Bench, node: Node) -> Node:
+    """Return the model with what was before each record sought anew, where that predicts better.
+
+    It was sought by a model that lacked the addition.
+    """
+    return _better(bench, node, with_histories(node.fit.model, bench.traces))
 
 
 def _with_roles(bench: Bench, node: Node) -> Node:
