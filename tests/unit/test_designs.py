@@ -11,13 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from it2hys.designs.checking import Simulated, simulate_pair
-from it2hys.designs.designing import PAPER, design, paper_signal
+from it2hys.designs.designing import PAPER, Search, design, paper_signal
 from it2hys.designs.families import FAMILIES
 from it2hys.designs.hypotheses import between, question_of, question_of_report, question_of_set
 from it2hys.designs.limits import Limits, Wanted, limits_of
 from it2hys.designs.promise import Ground, worst
 from it2hys.errors import InputError
 from it2hys.model.parameters import table_1, write_ssv
+from it2hys.support.progress import silent
 
 NOISE = 0.006 * UM
 SHORT = Wanted(duration=0.12)
@@ -315,6 +316,20 @@ def test_the_same_seed_gives_the_same_record_and_another_one_another(found):
     )
     assert np.array_equal(again.voltage, first.voltage)
     assert not np.array_equal(other.voltage, first.voltage)
+
+
+def test_a_record_is_worth_the_same_whether_or_not_worse_ones_are_dropped_early(found):
+    """All pairs are looked at of what is better than the best before, and of no other record."""
+    family, points = FAMILIES["steps"], np.random.default_rng(7).random((6, 5))
+    voltages = [family.voltage(point, found.limits) for point in points]
+    searches = [Search(found.question, found.limits, [family], 0, True, silent) for _ in range(2)]
+    whole = [searches[0].worth(voltage) for voltage in voltages]
+    best = -np.inf
+    for voltage, worth in zip(voltages, whole, strict=True):
+        told = searches[1].worth(voltage, best)
+        assert told == worth if worth > best else worth <= told <= best
+        best = max(best, worth)
+    assert len({*whole}) == len(whole) and whole[0] < best
 
 
 def test_parameters_of_one_model_are_determined_better_than_by_the_papers_signal():

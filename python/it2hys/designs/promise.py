@@ -185,11 +185,14 @@ class Ground:
             places = np.unique(np.linspace(0, len(guesses) - 1, _GUESSES).round().astype(int))
             chosen = [guesses[i] for i in places] if guesses else []
             starts += [with_effect(self.neither.model, rival.own[0], g, self.extent) for g in chosen]
+        best = self._best_fit(trace, starts)
+        return best.model if np.isfinite(best.minimum.cost) else rival.model
+
+    def _best_fit(self, trace: Trace, starts: Sequence[Model]) -> ChainFit:
+        """Return the fit from the start that is the best after a few iterations."""
         fits = [self.fit([trace], start, _QUICK) for start in starts]
         best = min(fits, key=lambda fit: fit.minimum.cost)
-        if not np.isfinite(best.minimum.cost):
-            return rival.model
-        return self.fit([trace], best.model, _THOROUGH).model
+        return self.fit([trace], best.model, _THOROUGH) if np.isfinite(best.minimum.cost) else best
 
     # --- one of several ------------------------------------------------------------------------------
 
@@ -213,19 +216,18 @@ class Ground:
         truth, rival : Hypothesis
         voltage : ndarray, shape (N,)
         thorough : bool
-            Refit to the end, from several starts, and as the diagnosis does: without what decides.
+            Refit to the end, from the better start, and as the diagnosis does: without what decides.
         """
         y = self.reading(truth, voltage)
         trace = self.trace(voltage, y)
         (fitted,), (deciding,) = set_aside([trace])
-        start = self.start(truth, rival)
+        starts = [self.start(truth, rival), rival.model]
         if thorough:
-            fits = [self.fit([fitted], s, _THOROUGH) for s in (start, rival.model)]
+            found = self._best_fit(fitted, starts)
         else:
-            fits = [self.fit([trace], start, _QUICK)]
-            if not np.isfinite(fits[0].minimum.cost):
-                fits.append(self.fit([trace], rival.model, _QUICK))
-        found = min(fits, key=lambda fit: fit.minimum.cost)
+            found = self.fit([trace], starts[0], _QUICK)
+            if not np.isfinite(found.minimum.cost):
+                found = self.fit([trace], starts[1], _QUICK)
         left = found.model.predict(trace, 0) - y
         is_near = bool(np.all(np.abs(left) < _FAR * self.scaling.y_unit))
         return Left(left if is_near else None, deciding.judged, is_refused(found.model, rival))
