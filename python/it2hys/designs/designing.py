@@ -29,8 +29,9 @@ _REFITS, _FEWEST, _MOST = 1000, 60, 260
 _BY_FAMILY = 40
 #: Refits of the coarse search that a report can wait for, and its records.
 _COARSE_REFITS, _COARSE_FEWEST, _COARSE_MOST = 120, 24, 36
-#: Score above which a record decides with certainty, and weight of a nat of information on parameters.
-_ENOUGH, _OF_PARAMETERS = 0.7, 0.1
+#: Score above which a record decides also where an effect is a fifth of its assumed size, and weight of
+#: a nat of information on parameters.
+_ENOUGH, _OF_PARAMETERS = 2.0 * float(np.log(5.0)), 0.1
 #: Share of the records that are spread over the families; the rest refines the best ones.
 _SPREAD = 0.6
 #: Records that are refined, and that are promised thoroughly.
