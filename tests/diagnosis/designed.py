@@ -1,9 +1,9 @@
 """The loop closed on the independent simulator: a record that cannot tell, a design, the next record.
 
-A stage of `cases` has one effect of a pair. Its first record is a sine, on which many effects look
-alike. From what that leaves, the next record is designed between the two, and all that the first one
-leaves open beside them; it is played on the stage, and, for comparison, so are the paper's signal and a
-chirp of the same length.
+A stage of `cases` has one effect of a pair. Its first record is one on which the two look alike, or
+neither shows. From what that leaves, the next record is designed between the two, and all that the
+first one leaves open beside them; it is played on the stage, and, for comparison, so are the paper's
+signal and a chirp of the same length.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from diagnosis import simulator as sim
 from diagnosis.cases import Case
 
-from it2hys.designs.designing import chirp_signal, design, paper_signal
+from it2hys.designs.designing import CHIRP, PAPER, chirp_signal, design, paper_signal
 from it2hys.designs.hypotheses import Question, between
 from it2hys.designs.limits import Wanted
 from it2hys.diagnosis import diagnose
@@ -28,6 +28,8 @@ PAIRS = (
 )  # fmt: skip
 #: Frequency of the first record at the sample time of `_QUICK`, Hz and s.
 _SINE, _QUICK = 20.0, 1e-4
+#: Steps up and down of a first record between two levels.
+_LEVELS = 4
 #: Samples in which the amplifier goes through the range at most: steps in one would make a stage with
 #: little damping ring over several times its travel.
 _RISE = 10
@@ -43,14 +45,16 @@ class Loop:
     seed : int
     truth : str
         The effect that the stage has.
+    length : int
+        Samples of each record.
     first, first_open : tuple of str
         What was named on the first record, and what it was said not to tell apart.
     family : str
         Of the designed record.
-    promised : float
-        Probability, told beforehand, of telling the truth from all others.
+    promised, paper_promised, chirp_promised : float
+        Probability, told beforehand, of telling the truth from all others by the record that followed.
     designed, paper, chirp : tuple of str
-        What was named on the records that followed.
+        What was named on it.
     design_seconds, seconds : float
         Processor time of the design, and of all.
     failure : str
@@ -60,10 +64,13 @@ class Loop:
     pair: tuple[str, ...]
     seed: int
     truth: str
+    length: int = 4000
     first: tuple[str, ...] = ()
     first_open: tuple[str, ...] = ()
     family: str = ""
     promised: float = float("nan")
+    paper_promised: float = float("nan")
+    chirp_promised: float = float("nan")
     designed: tuple[str, ...] = ()
     paper: tuple[str, ...] = ()
     chirp: tuple[str, ...] = ()
@@ -80,6 +87,10 @@ class Loop:
     def line(self) -> str:
         """One line of JSON."""
         return json.dumps(asdict(self)) + "\n"
+
+    def promise(self, kind: str) -> float:
+        """Probability told beforehand of naming the truth on a record: designed, paper or chirp."""
+        return self.promised if kind == "designed" else getattr(self, f"{kind}_promised")
 
     def is_right(self, named: tuple[str, ...]) -> bool:
         """Whether the truth was named, and nothing else."""
@@ -106,11 +117,21 @@ def stage(pair: tuple[str, str], seed: int, length: int) -> Case:
     return Case(seed, f"{truth} of {pair}", (truth,), drift_by="time", length=length)
 
 
-def first_record(case: Case, length: int) -> Record:
-    """Return the first record: a sine over the range of the case."""
+def first_record(case: Case, pair: tuple[str, str], length: int) -> Record:
+    """Return the first record, over the range of the case, which is to leave a pair open.
+
+    A sine of many periods cannot tell what delays, and no limit of the rate touches it. What rises once
+    and slowly shows no memory, and creep and a drift with time lift it alike. Steps between two levels
+    show nothing of what is between or beyond them.
+    """
     greatest = max(float(r.voltage.max()) for r in case.train)
-    clock = np.arange(length) * _QUICK
-    return measured(case, 0.5 * greatest * (1.0 - np.cos(2.0 * np.pi * _SINE * clock)), "first", 1)
+    clock = np.arange(length)
+    shape = 0.5 * (1.0 - np.cos(2.0 * np.pi * _SINE * _QUICK * clock))
+    if "creep" in pair:
+        shape = 0.5 * (1.0 - np.cos(np.pi * clock / (length - 1)))
+    elif case.truth[0] in ("saturation", "nonlinearity"):
+        shape = 1.0 * (_LEVELS * clock // length % 2)
+    return measured(case, greatest * shape, "first", 1)
 
 
 def run_loop(
@@ -118,9 +139,9 @@ def run_loop(
 ) -> Loop:
     """Close the loop on one stage; a failure is its outcome."""
     case = stage(pair, seed, length)
-    loop, begin = Loop(pair, seed, case.truth[0]), time.process_time()
+    loop, begin = Loop(pair, seed, case.truth[0], length), time.process_time()
     try:
-        first = diagnose([first_record(case, length)])
+        first = diagnose([first_record(case, pair, length)])
         open_ = tuple(e for group in first.indistinguishable for e in group)
         loop = replace(loop, first=first.effects, first_open=open_)
         # as from the report: between all that the first record leaves open
@@ -133,8 +154,10 @@ def run_loop(
         before = time.process_time()
         found = design(question, wanted, families, seed, draws=0)
         loop = replace(loop, design_seconds=time.process_time() - before)
-        promised = [s.power for s in found.separations if s.truth == loop.truth]
-        loop = replace(loop, family=found.family, promised=min(promised))
+        powers = {"promised": found.separations}
+        powers |= {"paper_promised": found.others[PAPER], "chirp_promised": found.others[CHIRP]}
+        told = {n: min(s.power for s in p if s.truth == loop.truth) for n, p in powers.items()}
+        loop = replace(loop, family=found.family, **told)
         voltages = {"designed": found.voltage}
         if compared:
             limits = found.limits

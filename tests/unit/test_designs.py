@@ -9,15 +9,19 @@ import pytest
 from conftest import TS, UM
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
+from scipy.stats import norm
 
 from it2hys.designs.checking import Simulated, simulate_pair
-from it2hys.designs.designing import PAPER, design, paper_signal
+from it2hys.designs.designing import PAPER, Search, design, paper_signal
 from it2hys.designs.families import FAMILIES
 from it2hys.designs.hypotheses import between, question_of, question_of_report, question_of_set
 from it2hys.designs.limits import Limits, Wanted, limits_of
-from it2hys.designs.promise import Ground, worst
+from it2hys.designs.promise import Ground, Left, above_chance, spread_of, worst
+from it2hys.diagnosis.comparison import compare
 from it2hys.errors import InputError
 from it2hys.model.parameters import table_1, write_ssv
+from it2hys.support.progress import silent
 
 NOISE = 0.006 * UM
 SHORT = Wanted(duration=0.12)
@@ -228,6 +232,12 @@ def test_a_file_that_is_no_report_is_refused(tmp_path, text):
         question_of(path)
 
 
+def test_a_usual_size_is_known_of_a_model_at_the_edge_of_its_range():
+    """A core moved to make room for creep would be beyond where it contracts."""
+    question = between(table_1().replace(displacementMax=18.0 * UM), ["creep", "drift"], NOISE)
+    assert {h.name for h in question.hypotheses} == {"creep", "drift"}
+
+
 # --- what is promised ----------------------------------------------------------------------------
 
 
@@ -282,6 +292,63 @@ def test_promised_power_is_what_simulated_records_give(ground, factor):
     assert abs(found.share - promised) <= 3.0 * found.error + 0.1
 
 
+def no_spread(count: int) -> np.ndarray:
+    """Return that of a fit whose parameter is known."""
+    return np.zeros((count, 1))
+
+
+def uneven(blocks: np.ndarray, above: float) -> np.ndarray:
+    """Return a difference, so large in each block, that is `above` deviations above chance."""
+    shape = np.repeat(blocks, 75) * np.tile([1.0, -1.0, 0.5], 25 * len(blocks))
+    known = no_spread(len(shape))
+    return shape * brentq(lambda size: above_chance(size * shape, known) - above, 1e-3, 1e3)
+
+
+@pytest.mark.parametrize(
+    "blocks", [np.ones(8), np.geomspace(0.2, 5.0, 8), np.array([1, 0, 0, 1, 1, 0, 1, 1.0])]
+)
+def test_a_bootstrap_finds_a_difference_as_far_above_chance_as_foreseen(blocks):
+    """Whether all of a record shows it alike, or some of it by far more than the rest."""
+    difference, rng = uneven(blocks, 2.5), np.random.default_rng(11)
+    noises = rng.standard_normal((30, len(difference)))
+    found = [norm.isf(compare([noise + difference], [noise]).p_value) for noise in noises]
+    assert abs(np.median(found) - 2.5) < 0.7
+
+
+def test_a_difference_that_grows_over_a_record_is_no_chance_where_all_blocks_show_it():
+    """What it differs by from block to block is not what it differs by from noise."""
+    difference = uneven(np.geomspace(0.2, 5.0, 8), 8.0)
+    for noise in np.random.default_rng(13).standard_normal((10, len(difference))):
+        assert compare([noise + difference], [noise]).p_value < 3e-4
+
+
+def test_what_one_block_alone_shows_is_chance_however_large_it_is():
+    alone = np.where(np.arange(600) < 75, 1.0, 0.0)
+    for size in (1e2, 1e3):
+        assert above_chance(size * alone, no_spread(600)) < 1.5
+    noise = np.random.default_rng(12).standard_normal(600)
+    assert compare([noise + 1e3 * alone], [noise]).p_value > 0.05
+
+
+def test_a_fit_is_as_far_off_where_it_decides_as_what_it_is_fitted_to_tells():
+    """A straight line through half a record: by the textbook, and by fits to noise."""
+    x, rng = np.linspace(-1.0, 1.0, 400), np.random.default_rng(14)
+    jacobian, fitted = np.column_stack([np.ones(400), x]), x < 0.0
+    spread = spread_of(100.0 * jacobian, fitted, ~fitted)
+    coefficients = np.polyfit(x[fitted], rng.standard_normal((200, 2000)), 1)
+    off = np.std(np.polyval(coefficients[:, None], x[~fitted][:, None]), axis=1)
+    assert np.allclose(np.sqrt(np.sum(spread**2, axis=1)), off, rtol=0.06)
+
+
+def test_a_difference_like_what_the_fits_do_not_know_is_not_promised_to_be_seen(ground):
+    truth, rival = pair(ground, "delay", "lag")
+    deciding = np.arange(1200) < 600
+    left = Left(np.full(1200, 5.0 * NOISE), deciding, False, no_spread(600))
+    assert ground.judged(truth, rival, left).power > 0.99
+    unsure = replace(left, spread=np.full((600, 1), 5.0))
+    assert 0.5 < ground.judged(truth, rival, unsure).power < 0.9
+
+
 def test_a_share_of_all_draws_has_an_error_too():
     assert 0.0 < Simulated("a", "b", 8, 8).error < Simulated("a", "b", 4, 8).error < 0.25
 
@@ -315,6 +382,20 @@ def test_the_same_seed_gives_the_same_record_and_another_one_another(found):
     )
     assert np.array_equal(again.voltage, first.voltage)
     assert not np.array_equal(other.voltage, first.voltage)
+
+
+def test_a_record_is_worth_the_same_whether_or_not_worse_ones_are_dropped_early(found):
+    """All pairs are looked at of what is better than the best before, and of no other record."""
+    family, points = FAMILIES["steps"], np.random.default_rng(7).random((6, 5))
+    voltages = [family.voltage(point, found.limits) for point in points]
+    searches = [Search(found.question, found.limits, [family], 0, True, silent) for _ in range(2)]
+    whole = [searches[0].worth(voltage) for voltage in voltages]
+    best = -np.inf
+    for voltage, worth in zip(voltages, whole, strict=True):
+        told = searches[1].worth(voltage, best)
+        assert told == worth if worth > best else worth <= told <= best
+        best = max(best, worth)
+    assert len({*whole}) == len(whole) and whole[0] < best
 
 
 def test_parameters_of_one_model_are_determined_better_than_by_the_papers_signal():

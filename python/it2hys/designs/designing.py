@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.stats import qmc
 
 from it2hys.designs.checking import Simulated, diagnose_records, simulate_pair
 from it2hys.designs.families import FAMILIES, Family
-from it2hys.designs.hypotheses import NEITHER, Question
+from it2hys.designs.hypotheses import NEITHER, Hypothesis, Question
 from it2hys.designs.limits import Limits, Wanted, limits_of
-from it2hys.designs.promise import Ground, Separation, worst
+from it2hys.designs.promise import Ground, Left, Separation, worst
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.errors import InputError
 from it2hys.policy import DESIGN
@@ -30,12 +29,16 @@ _REFITS, _FEWEST, _MOST = 1000, 60, 260
 _BY_FAMILY = 40
 #: Refits of the coarse search that a report can wait for, and its records.
 _COARSE_REFITS, _COARSE_FEWEST, _COARSE_MOST = 120, 24, 36
-#: Score above which a record decides with certainty, and weight of a nat of information on parameters.
-_ENOUGH, _OF_PARAMETERS = 0.7, 0.1
+#: Score above which a record decides also where an effect is a fifth of its assumed size, and weight of
+#: a nat of information on parameters.
+_ENOUGH, _OF_PARAMETERS = 2.0 * float(np.log(5.0)), 0.1
 #: Share of the records that are spread over the families; the rest refines the best ones.
 _SPREAD = 0.6
 #: Records that are refined, and that are promised thoroughly.
 _REFINED = 3
+#: Standard deviation of the first changes of a shape parameter, and factors of it after one for the
+#: better and after any other.
+_REACH, _WIDER, _NARROWER = 0.15, 1.5, 0.9
 #: Simulated records for every pair.
 _DRAWS = 10
 #: Factors by which noise is tried to be smaller.
@@ -217,7 +220,7 @@ def design(
             f"no family of voltages {unknown[0]!r}; {known_names(unknown[0], list(FAMILIES))}"
         )
     chosen = [FAMILIES[name] for name in families or FAMILIES]
-    return _Search(question, limits, chosen, seed, coarse, progress).run(
+    return Search(question, limits, chosen, seed, coarse, progress).run(
         at_hand or {}, 0 if coarse else draws, checked
     )
 
@@ -228,7 +231,7 @@ def _limits(question: Question, wanted: Wanted) -> Limits:
 
 
 @dataclass(eq=False)
-class _Search:
+class Search:
     """One search: what its phases hand on."""
 
     question: Question
@@ -237,22 +240,38 @@ class _Search:
     seed: int
     coarse: bool
     progress: Progress
+    evaluated: int = 0
+    budget: int = _COARSE_FEWEST
+
+    @cached_property
+    def ground(self) -> Ground:
+        """The models, and what refits of them start from."""
+        return Ground(self.question, self.limits)
+
+    @cached_property
+    def _pairs(self) -> list[tuple[Hypothesis, Hypothesis]]:
+        """All pairs, first the one that the record before told least."""
+        return list(self.ground.pairs)
+
+    @cached_property
+    def _lefts(self) -> dict[tuple[str, str, bytes], Left]:
+        """What thorough refits left, by pair and voltage."""
+        return {}
 
     def run(self, at_hand: Mapping[str, np.ndarray], draws: int, checked: int) -> Design:
         """Search, promise, compare and check."""
         begin = time.perf_counter()
-        self.ground, self.evaluated = Ground(self.question, self.limits), 0
         self.budget = self._budget(self.ground, len(self.families))
         self.progress(0.0, "fitting the rival models")
         family, point = self._best()
         voltage = family.voltage(point, self.limits)
         assert self.limits.holds(voltage)
-        separations = self._separations(self.ground, voltage, thorough=True)
+        separations = self._separations(voltage)
         others, other_intervals = {}, {}
         intervals = self._intervals(voltage)
         for name, other in [] if self.coarse else self._others(at_hand):
             self.progress(0.72, f"judging {name}")
-            others[name] = self._separations(self.ground, other, thorough=True)
+            others[name] = self._separations(other)
             other_intervals[name] = self._intervals(other)
         needed = self._needed(voltage, separations)
         simulated = self._simulated(voltage, draws, checked)
@@ -294,67 +313,77 @@ class _Search:
         for number, (family, count) in enumerate(zip(self.families, counts, strict=True)):
             sampler = qmc.LatinHypercube(family.size, seed=np.random.default_rng([self.seed, number]))
             for point in sampler.random(count):
-                score = self._score(family, point, f"searching records: {family.name}")
+                least = tried[_REFINED - 1][0] if len(tried) >= _REFINED else -np.inf
+                score = self._score(family, point, f"searching records: {family.name}", least)
                 tried.append((score, number, point))
-        tried.sort(key=lambda t: -t[0])
+                tried.sort(key=lambda t: -t[0])
         each = (self.budget - spread) // _REFINED
         refined = [self._refined(*t, evaluations=each) for t in tried[:_REFINED]]
         refined.sort(key=lambda t: -t[0])
-        looked = [
-            (self._worth(self.families[n].voltage(point, self.limits), True), n, point)
-            for _, n, point in refined
-        ]
-        _, number, point = max(looked, key=lambda t: t[0])
-        return self.families[number], point
+        best, chosen = -np.inf, refined[0]
+        for record in refined:
+            _, number, point = record
+            worth = self.worth(self.families[number].voltage(point, self.limits), best, thorough=True)
+            if worth > best:
+                best, chosen = worth, record
+        return self.families[chosen[1]], chosen[2]
 
     def _refined(
         self, score: float, number: int, point: np.ndarray, evaluations: int
     ) -> tuple[float, int, np.ndarray]:
-        """Return a record that a simplex search makes of one, if it is better."""
-        family, best = self.families[number], (score, point)
+        """Return a record that changes of one make of it, each kept where it is for the better."""
+        family, reach = self.families[number], _REACH
+        rng = np.random.default_rng([self.seed, number, self.evaluated])
+        for _ in range(evaluations):
+            trial = np.clip(point + reach * rng.standard_normal(family.size), 0.0, 1.0)
+            found = self._score(family, trial, f"refining records: {family.name}", score)
+            reach *= _WIDER if found > score else _NARROWER
+            if found > score:
+                score, point = found, trial
+        return score, number, point
 
-        def cost(p: np.ndarray) -> float:
-            nonlocal best
-            found = self._score(family, p, f"refining records: {family.name}")
-            if found > best[0]:
-                best = (found, np.clip(p, 0.0, 1.0))
-            return -found if np.isfinite(found) else 1e6
-
-        simplex = np.vstack([point, *(point + d for d in _corners(point))])
-        options = {"maxfev": evaluations, "initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-3}
-        minimize(cost, point, method="Nelder-Mead", bounds=[(0.0, 1.0)] * family.size, options=options)
-        return best[0], number, best[1]
-
-    def _score(self, family: Family, point: np.ndarray, text: str) -> float:
+    def _score(self, family: Family, point: np.ndarray, text: str, least: float) -> float:
         self.evaluated += 1
         self.progress(0.05 + 0.6 * min(self.evaluated / self.budget, 1.0), text)
-        return self._worth(family.voltage(point, self.limits), False)
+        return self.worth(family.voltage(point, self.limits), least)
 
-    def _worth(self, voltage: np.ndarray, thorough: bool) -> float:
+    def worth(self, voltage: np.ndarray, least: float = -np.inf, thorough: bool = False) -> float:
         """Return how much a record decides: of the pair that it tells least.
 
         Beyond what decides by far, what it tells of all parameters counts instead: a record that shows
         nothing but the difference leaves the rest of the model open, and all that may be in its place.
+        Of a record that is worth no more than `least` something is returned that is no more, either: it
+        is known at the first pair that the record tells too little, and the others are not refitted.
         """
         if np.ptp(voltage) < 0.1 * self.limits.span or not self.ground.is_taken(voltage):
             return -np.inf
-        if not self.ground.pairs:
+        if not self._pairs:
             return self.ground.information(voltage, of_effects=True)
-        score = worst(self._separations(self.ground, voltage, thorough)).score
-        if not np.isfinite(score):
-            return -np.inf
-        return min(score, _ENOUGH) + _OF_PARAMETERS * self.ground.information(voltage)
+        of_parameters = _OF_PARAMETERS * self.ground.information(voltage)
+        worth = _ENOUGH + of_parameters
+        for place, pair in enumerate(self._pairs):
+            left = self._left(pair, voltage) if thorough else self.ground.left_over(*pair, voltage)
+            worth = min(worth, self.ground.judged(*pair, left).score + of_parameters)
+            if not worth > least:
+                # what told the last record from a better one soonest is asked for first of the next
+                self._pairs.insert(0, self._pairs.pop(place))
+                break
+        return worth if np.isfinite(worth) else -np.inf
 
-    @staticmethod
-    def _separations(ground: Ground, voltage: np.ndarray, thorough: bool) -> tuple[Separation, ...]:
-        return tuple(ground.separation(a, b, voltage, thorough) for a, b in ground.pairs)
+    def _left(self, pair: tuple[Hypothesis, Hypothesis], voltage: np.ndarray) -> Left:
+        """Return what a thorough refit leaves, kept: of the best record it is asked for again."""
+        key = (pair[0].name, pair[1].name, voltage.tobytes())
+        if key not in self._lefts:
+            self._lefts[key] = self.ground.left_over(*pair, voltage, thorough=True)
+        return self._lefts[key]
+
+    def _separations(self, voltage: np.ndarray) -> tuple[Separation, ...]:
+        return tuple(self.ground.judged(*p, self._left(p, voltage)) for p in self.ground.pairs)
 
     def _left_over(self, voltage: np.ndarray) -> dict[str, np.ndarray]:
         """Return what rivals leave of each other's readings."""
         courses = {
-            f"{b.name} refitted, less {a.name}": self.ground.left_over(
-                a, b, voltage, thorough=True
-            ).course
+            f"{b.name} refitted, less {a.name}": self._left((a, b), voltage).course
             for a, b in self.ground.pairs
             if b.own
         }
@@ -381,7 +410,7 @@ class _Search:
         if not separations or worst(separations).power >= DESIGN.decides:
             return ()
         self.progress(0.7, "finding what would be needed")
-        lefts = [((a, b), self.ground.left_over(a, b, voltage, True)) for a, b in self.ground.pairs]
+        lefts = [(pair, self._left(pair, voltage)) for pair in self.ground.pairs]
         texts = []
         for factor in _QUIETER if not self.coarse else ():
             found = tuple(self.ground.judged(*pair, left, factor) for pair, left in lefts)
@@ -417,12 +446,10 @@ class _Search:
         )
         if free.rate <= 1.01 * self.limits.rate and free.highest <= 1.01 * self.limits.highest:
             return ""
-        found = _Search(self.question, free, self.families, self.seed, True, silent)
-        found.ground, found.evaluated = Ground(self.question, free), 0
-        found.budget = _COARSE_FEWEST
+        found = Search(self.question, free, self.families, self.seed, True, silent)
         family, point = found._best()
         voltage = family.voltage(point, free)
-        promised = self._separations(found.ground, voltage, thorough=True)
+        promised = found._separations(voltage)
         if worst(promised).power < DESIGN.decides:
             return "A faster amplifier would not help: with one, too, no record was found that decides."
         rate = float(np.max(np.abs(np.diff(voltage)))) / free.sample_time
@@ -448,11 +475,6 @@ class _Search:
                     diagnose_records(self.ground, hypothesis, voltage, checked, self.seed, each)
                 )
         return tuple(results)
-
-
-def _corners(point: np.ndarray, step: float = 0.15) -> np.ndarray:
-    """Return steps to the other corners of a simplex, each towards the farther bound."""
-    return np.diag(np.where(point > 0.5, -step, step))
 
 
 def paper_signal(limits: Limits) -> np.ndarray:

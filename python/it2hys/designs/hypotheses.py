@@ -19,7 +19,7 @@ from it2hys.identification.effect_coordinates import by_record, of_reading
 from it2hys.identification.inverse import References
 from it2hys.identification.starts import SHIFT, SHIFTING
 from it2hys.model.chain import active_effects
-from it2hys.model.compiled import Drive, chain_predict
+from it2hys.model.compiled import Drive, chain_check, chain_predict
 from it2hys.model.parameters import ParameterSet, read_ssv
 from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
@@ -181,10 +181,14 @@ def between(parameters: ParameterSet, effects: Sequence[str], noise: float | Non
 def _hypothesis(
     name: str, model: Model, parameters: ParameterSet, said: str, own: tuple[str, ...]
 ) -> Hypothesis:
+    return Hypothesis(name, tuple(model.effects), _set_of(model, name).validate(), said, own)
+
+
+def _set_of(model: Model, name: str) -> ParameterSet:
     values = dict(model.values)
     for effect in EFFECTS.values():
         values = effect.ordered(values)
-    return Hypothesis(name, tuple(model.effects), ParameterSet(values, name).validate(), said, own)
+    return ParameterSet(values, name)
 
 
 def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str]:
@@ -219,7 +223,9 @@ def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str]:
     for guess in [*evidence.guesses(Clues(extent, [clue])), *_from_bounds(effect, extent)]:
         trial = with_effect(model, effect, guess, extent)
         if gain := evidence.gain_at_rest(trial.values):
-            trial = behind_gain(trial, gain, [trace])
+            moved = behind_gain(trial, gain, [trace])
+            # a core moved beyond what can be inverted is none of a stage
+            trial = trial if chain_check(_set_of(moved, effect)) else moved
         with np.errstate(over="ignore", invalid="ignore"):  # of a run on its way to infinity
             change = float(np.sqrt(np.mean((trial.predict(trace, 0) - run) ** 2)))
         if change > 0.0 and np.isfinite(change) and abs(np.log(change / wanted)) < least:

@@ -13,19 +13,21 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.special import logsumexp
 from scipy.stats import norm
 
 from it2hys.designs.families import FAMILIES
 from it2hys.designs.hypotheses import Hypothesis, Question, trace_of
 from it2hys.designs.limits import Limits
+from it2hys.diagnosis.comparison import block_length
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import is_delay, is_sampling, with_effect
 from it2hys.diagnosis.selection import level
-from it2hys.identification.criterion import ChainFit, Model, Trace, minimise
+from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.starts import Starts
 from it2hys.identification.traces import set_aside
-from it2hys.identification.uncertainty import assess, correlation_time
+from it2hys.identification.uncertainty import assess
 from it2hys.policy import COVERAGE, DESIGN, SEARCH
 from it2hys.records.clues import Extent
 
@@ -35,6 +37,10 @@ _QUICK, _THOROUGH = 8, 60
 _GUESSES = 6
 #: Standard deviations by which a test statistic of the wanted power is above its threshold.
 _SURE = float(norm.ppf(DESIGN.decides))
+#: Arguments at which a cumulant generating function is looked at for its minimum.
+_TILTS = -0.25 * np.geomspace(1e-6, 1.0, 61)
+#: Jacobians that are kept: those of the models on the last few voltages.
+_KEPT = 12
 #: Differences of so many half travels are those of runs on their way to infinity.
 _FAR = 1e3
 
@@ -79,14 +85,18 @@ class Left:
         Rival less truth, m; None where the run of one is on its way to infinity, so that the voltage is
         none that they can be compared on.
     deciding : ndarray of bool, shape (N,)
-        Samples that decide.
+        M samples that decide.
     refused : bool
         As in `Separation`.
+    spread : ndarray, shape (M, P)
+        How the refitted truth is off where it is decided, in units of the noise, by P independent
+        normal variables: what is fitted tells its parameters to an error.
     """
 
     course: np.ndarray | None
     deciding: np.ndarray
     refused: bool
+    spread: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,11 +195,14 @@ class Ground:
             places = np.unique(np.linspace(0, len(guesses) - 1, _GUESSES).round().astype(int))
             chosen = [guesses[i] for i in places] if guesses else []
             starts += [with_effect(self.neither.model, rival.own[0], g, self.extent) for g in chosen]
+        best = self._best_fit(trace, starts)
+        return best.model if np.isfinite(best.minimum.cost) else rival.model
+
+    def _best_fit(self, trace: Trace, starts: Sequence[Model]) -> ChainFit:
+        """Return the fit from the start that is the best after a few iterations."""
         fits = [self.fit([trace], start, _QUICK) for start in starts]
         best = min(fits, key=lambda fit: fit.minimum.cost)
-        if not np.isfinite(best.minimum.cost):
-            return rival.model
-        return self.fit([trace], best.model, _THOROUGH).model
+        return self.fit([trace], best.model, _THOROUGH) if np.isfinite(best.minimum.cost) else best
 
     # --- one of several ------------------------------------------------------------------------------
 
@@ -213,22 +226,24 @@ class Ground:
         truth, rival : Hypothesis
         voltage : ndarray, shape (N,)
         thorough : bool
-            Refit to the end, from several starts, and as the diagnosis does: without what decides.
+            Refit to the end, from the better start, and as the diagnosis does: without what decides.
         """
         y = self.reading(truth, voltage)
         trace = self.trace(voltage, y)
         (fitted,), (deciding,) = set_aside([trace])
-        start = self.start(truth, rival)
+        starts = [self.start(truth, rival), rival.model]
         if thorough:
-            fits = [self.fit([fitted], s, _THOROUGH) for s in (start, rival.model)]
+            found = self._best_fit(fitted, starts)
         else:
-            fits = [self.fit([trace], start, _QUICK)]
-            if not np.isfinite(fits[0].minimum.cost):
-                fits.append(self.fit([trace], rival.model, _QUICK))
-        found = min(fits, key=lambda fit: fit.minimum.cost)
+            found = self.fit([trace], starts[0], _QUICK)
+            if not np.isfinite(found.minimum.cost):
+                found = self.fit([trace], starts[1], _QUICK)
         left = found.model.predict(trace, 0) - y
-        is_near = bool(np.all(np.abs(left) < _FAR * self.scaling.y_unit))
-        return Left(left if is_near else None, deciding.judged, is_refused(found.model, rival))
+        jacobian, refused = self._jacobian(truth, voltage), is_refused(found.model, rival)
+        if jacobian is None or not np.all(np.abs(left) < _FAR * self.scaling.y_unit):
+            return Left(None, deciding.judged, refused, np.empty((0, 0)))
+        spread = spread_of(jacobian, fitted.weight > 0.0, deciding.judged)
+        return Left(left, deciding.judged, refused, spread)
 
     def judged(
         self,
@@ -240,33 +255,31 @@ class Ground:
         """Return what the diagnosis would make of a difference that is left, as `left_over` has it.
 
         It compares mean squares of both errors on the samples that decide, by a bootstrap of blocks,
-        and asks for a gain besides: both are thresholds of the mean square difference. The noise is
-        `quieter` times smaller than the question's.
+        and asks for a gain besides: what is less likely decides. The errors are noise, and what both
+        refits make of the noise of the samples that are fitted. The noise is `quieter` times smaller
+        than the question's.
         """
         if left.course is None:
             return Separation(truth.name, rival.name, np.inf, 1.0, 0.0, -np.inf)
-        noise, d = self.question.noise / quieter, left.course[left.deciding]
+        noise = self.question.noise / quieter
         distance = float(np.linalg.norm(left.course)) / noise
         if left.refused:
             return Separation(truth.name, rival.name, distance, 0.0, 1.0, np.inf, refused=True)
-        power, count = d**2, len(d)
-        draw = np.random.default_rng(0).standard_normal(count)
-        length = int(SEARCH.block * correlation_time(2.0 * noise * draw * d + power))
-        length = int(np.clip(length, 1, max(1, count // SEARCH.fewest_blocks)))
-        blocks = power[: count // length * length].reshape(-1, length).mean(axis=1)
-        mean = float(np.mean(power))
-        of_noise = 4.0 * noise**2 * mean / count
-        spread = np.sqrt(of_noise + float(np.var(blocks)) / len(blocks))
+        d = left.course[left.deciding] / noise
+        mean = max(float(np.mean(d**2)), np.finfo(float).tiny)
+        floor = 1.0 + float(np.mean(np.sum(left.spread**2, axis=1)))
         least = SEARCH.telling if rival.own else DESIGN.base_gain
-        needed = max(noise**2 * (1.0 / (1.0 - least) ** 2 - 1.0), float(norm.isf(level())) * spread)
-        of_noise = max(np.sqrt(of_noise), np.finfo(float).tiny)
+        needed = floor * (1.0 / (1.0 - least) ** 2 - 1.0)
+        by_chance = 2.0 * np.sqrt(len(d) * mean + np.sum((d @ left.spread) ** 2)) / len(d)
+        above, threshold = above_chance(d, left.spread), float(norm.isf(level()))
+        by_gain = np.log(mean / (needed + _SURE * by_chance))
         return Separation(
             truth.name,
             rival.name,
             distance,
-            float(1.0 - noise / np.sqrt(noise**2 + mean)),
-            float(norm.cdf((mean - needed) / of_noise)),
-            float(np.log(max(mean, np.finfo(float).tiny) / (needed + _SURE * of_noise))),
+            float(1.0 - np.sqrt(floor / (floor + mean))),
+            float(norm.cdf(min((mean - needed) / by_chance, above - threshold))),
+            float(min(by_gain, 2.0 * np.log(above / (threshold + _SURE)))),
         )
 
     def is_taken(self, voltage: np.ndarray) -> bool:
@@ -299,20 +312,41 @@ class Ground:
         """
         return min(self._information(h, voltage, of_effects) for h in self.hypotheses)
 
-    @np.errstate(over="ignore", invalid="ignore")
     def _information(self, hypothesis: Hypothesis, voltage: np.ndarray, of_effects: bool) -> float:
-        trace = self.trace(voltage, self.reading(hypothesis, voltage))
-        criterion = Starts([trace], self.scaling, self.extent).criterion(hypothesis.model)
-        linear = criterion.jacobian(criterion.pack(hypothesis.model))
-        if linear is None:
+        jacobian = self._jacobian(hypothesis, voltage)
+        if jacobian is None:
             return -np.inf
-        jacobian = linear[0] * (self.scaling.y_unit / self.question.noise)
-        count = jacobian.shape[1]
+        criterion, count = self._criterion(hypothesis, voltage), jacobian.shape[1]
         factor = np.linalg.qr(np.vstack([jacobian, np.eye(count)]), mode="r")
         if not (of_effects and criterion.common):
             return float(np.sum(np.log(np.abs(np.diag(factor)))) / count)
         inverse = solve_triangular(factor, np.eye(count))[criterion.places_of_common]
         return float(-0.5 * np.linalg.slogdet(inverse @ inverse.T)[1] / len(inverse))
+
+    def _criterion(self, hypothesis: Hypothesis, voltage: np.ndarray) -> ChainCriterion:
+        trace = self.trace(voltage, self.reading(hypothesis, voltage))
+        return Starts([trace], self.scaling, self.extent).criterion(hypothesis.model)
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _jacobian(self, hypothesis: Hypothesis, voltage: np.ndarray) -> np.ndarray | None:
+        """Return the derivatives of a model's readings by the coordinates of its fit, (N + K, P).
+
+        They are in units of the noise; the last K rows are of what a fit knows beside the record. None
+        where the run is on its way to infinity. Those of the last voltages asked for are kept.
+        """
+        key = (hypothesis, voltage.tobytes())
+        if key not in self._jacobians:
+            while len(self._jacobians) >= _KEPT:
+                del self._jacobians[next(iter(self._jacobians))]
+            criterion = self._criterion(hypothesis, voltage)
+            linear = criterion.jacobian(criterion.pack(hypothesis.model))
+            scale = self.scaling.y_unit / self.question.noise
+            self._jacobians[key] = None if linear is None else linear[0] * scale
+        return self._jacobians[key]
+
+    @cached_property
+    def _jacobians(self) -> dict[tuple[Hypothesis, bytes], np.ndarray | None]:
+        return {}
 
     def intervals(
         self, hypothesis: Hypothesis, voltage: np.ndarray, seed: int = 0
@@ -333,6 +367,63 @@ class Ground:
     def noise_draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return noise of the question's size, (count,), m."""
         return self.question.noise * rng.standard_normal(count)
+
+
+def spread_of(jacobian: np.ndarray, fitted: np.ndarray, deciding: np.ndarray) -> np.ndarray:
+    """Return how a fit is off on other samples than it is of, (M, P), in units of the noise.
+
+    Parameters
+    ----------
+    jacobian : ndarray, shape (N + K, P)
+        Derivatives in units of the noise, by coordinates for whose prior a standard deviation of 1
+        stands; the last K rows count in every fit.
+    fitted, deciding : ndarray of bool, shape (N,)
+        Samples that are fitted, and M others.
+
+    Returns
+    -------
+    ndarray, shape (M, P)
+        By what each of P independent standard normal variables changes the fit.
+    """
+    size, count = len(fitted), jacobian.shape[1]
+    known = [jacobian[:size][fitted], jacobian[size:], np.eye(count)]
+    factor = np.linalg.qr(np.vstack(known), mode="r")
+    return solve_triangular(factor, jacobian[:size][deciding].T, trans="T").T
+
+
+def above_chance(difference: np.ndarray, spread: np.ndarray) -> float:
+    """Return by how many standard deviations a bootstrap of blocks finds a model better, usually.
+
+    The error of the rival is that of the truth plus a difference: in a block, the sum of squares is
+    larger by D + 2 sqrt(V) z, where D is that of the difference, V >= D what noise and the spread of
+    the fits make of it, and z standard normal. A bootstrap of B blocks draws B of them again and again,
+    and counts where their sum is not positive. The cumulant generating function of what it draws is
+    K(t) = log mean exp(D t + 2 V t^2), the mean being over blocks, and the probability of such a draw
+    about exp(B min K) (saddle point); without spread the minimum is at t = -1/4 whatever D is. Where
+    many blocks show nothing, that is large however much the others show.
+
+    Parameters
+    ----------
+    difference : ndarray, shape (M,)
+        Of the errors, without noise, in units of the noise.
+    spread : ndarray, shape (M, P)
+        As in `Left`.
+
+    Returns
+    -------
+    float
+        Of a normal variable which is exceeded as rarely; positive.
+    """
+    rng = np.random.default_rng(0)
+    error = rng.standard_normal(len(difference)) + spread @ rng.standard_normal(spread.shape[1])
+    length = block_length(difference**2 + 2.0 * error * difference)
+    whole = len(difference) // length * length
+    products = (spread * difference[:, None])[:whole].reshape(-1, length, spread.shape[1])
+    d = np.sum(difference[:whole].reshape(-1, length) ** 2, axis=1)
+    v = d + np.sum(products.sum(axis=1) ** 2, axis=1)
+    exponents = _TILTS[:, None] * d + 2.0 * _TILTS[:, None] ** 2 * v
+    least = float(np.min(logsumexp(exponents, axis=1))) - np.log(len(d))
+    return float(np.sqrt(max(-2.0 * len(d) * least, np.finfo(float).tiny)))
 
 
 def is_refused(model: Model, rival: Hypothesis) -> bool:

@@ -81,8 +81,13 @@ def is_worse(comparison: Comparison, share: float) -> bool:
 
 def _block_means(squares: np.ndarray) -> np.ndarray:
     """Return means over blocks of the squared errors of one record, shape (B, 2)."""
-    count = len(squares)
-    length = int(SEARCH.block * correlation_time(squares[:, 0] - squares[:, 1]))
-    length = int(np.clip(length, -(-count // _MOST_BLOCKS), max(1, count // SEARCH.fewest_blocks)))
-    whole = squares[: count // length * length]
+    length = block_length(squares[:, 0] - squares[:, 1])
+    whole = squares[: len(squares) // length * length]
     return whole.reshape(-1, length, 2).mean(axis=1)
+
+
+def block_length(differences: np.ndarray) -> int:
+    """Return how many samples a block has, by the differences of squared errors, shape (N,)."""
+    count = len(differences)
+    length = int(SEARCH.block * correlation_time(differences))
+    return int(np.clip(length, -(-count // _MOST_BLOCKS), max(1, count // SEARCH.fewest_blocks)))
