@@ -301,7 +301,7 @@ static real inverse_with_effects(const struct chain *chain, struct chain_state *
     const bool astray = chain_is_astray(state);
     /* what acts behind the core does so when the voltage arrives */
     struct stage_surroundings now = chain_around(around), later = now;
-    real input[CHAIN_STAGE_COUNT];
+    real input[CHAIN_STAGE_COUNT] = { 0 };
     real passed;
     unsigned cut = 0;
 
