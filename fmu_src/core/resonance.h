@@ -20,7 +20,7 @@ typedef struct resonance_parameters {
 } resonance_parameters;
 
 /* Ticks of delay that the state can give. */
-enum { RESONANCE_MAX_TICKS = 2 };
+#define RESONANCE_MAX_TICKS 2
 
 struct resonance {
     real a1;

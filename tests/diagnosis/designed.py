@@ -30,9 +30,9 @@ PAIRS = (
 _SINE, _QUICK = 20.0, 1e-4
 #: Steps up and down of a first record between two levels.
 _LEVELS = 4
-#: Samples in which the amplifier goes through the range at most: steps in one would make a stage with
-#: little damping ring over several times its travel.
-_RISE = 10
+#: Samples in which the amplifier goes through the range at most. Steps in one would make a stage with
+#: little damping ring over several times its travel; a slew limit may show in nothing slower.
+_RISE, _AT_ONCE = 10, 1
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,8 @@ def run_loop(
         question = between(first.parameters, rivals, case.noise_rms)
         low, high = question.base.voltage_range
         sample_time = case.grid.sample_time
-        rate = (high - low) / (_RISE * sample_time)
+        rise = _AT_ONCE if "slew" in pair else _RISE
+        rate = (high - low) / (rise * sample_time)
         wanted = Wanted(duration=length * sample_time, rate=rate)
         before = time.process_time()
         found = design(question, wanted, families, seed, draws=0)
