@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -13,7 +14,7 @@ from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
 from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.inverse import inverse_error, noise_of_inverse
-from it2hys.identification.result import Options
+from it2hys.identification.result import IdentificationError, Options
 from it2hys.identification.rule_search import search_rules
 from it2hys.identification.scaling import moved
 from it2hys.identification.starts import (
@@ -409,16 +410,17 @@ class Bench(Starts):
             # what is set aside at the end has nothing to say here
             seen.append(core.part(slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)))
         if seen:
-            found = search_rules(
-                seen,
-                self.scaling,
-                int(model.values["ruleCount"]),
-                Options(starts=starts),
-                [self.scaling.rules(model.rules)],
-            )
-            model = with_rules(model, self.scaling.physical_rules(found))
+            model = self._with_found_rules(model, seen, starts)
         waiting = self.criterion(model).guarded(1.0).holding(["effects"])
         return minimise(waiting, _SETTLING, waiting.rough_tolerance)
+
+    def _with_found_rules(self, model: Model, seen: list[Trace], starts: int) -> Model:
+        """Return the model with the best rules of some starts; where all diverge, with its own."""
+        count, own = int(model.values["ruleCount"]), self.scaling.rules(model.rules)
+        with suppress(IdentificationError):
+            found = search_rules(seen, self.scaling, count, Options(starts=starts), [own])
+            return with_rules(model, self.scaling.physical_rules(found))
+        return model
 
     def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> Errors:
         """Return the errors on the judged samples of records, by default of those that decide.

@@ -1,0 +1,75 @@
+"""How models are fitted to one short record."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import TS, UM
+from effects import signals, surroundings
+
+from it2hys.diagnosis import fitting
+from it2hys.diagnosis.fitting import Bench
+from it2hys.identification.criterion import Model, Trace
+from it2hys.identification.inverse import References
+from it2hys.identification.result import IdentificationError
+from it2hys.identification.scaling import Scaling
+from it2hys.model import compiled
+from it2hys.model.effects.nonlinearity import COEFFICIENTS
+from it2hys.model.parameters import table_1
+from it2hys.records.clues import Extent
+
+SAMPLES, NOISE = 2000, 0.002 * UM
+EXTENT = Extent(TS, SAMPLES * TS, (0.0, 100.0), (0.0, 13 * UM))
+#: Waves as of a Chebyshev polynomial of degree 4; continued by a tenth of the range they would fall.
+WAVES = dict(zip(COEFFICIENTS, (0.0, 0.0, -2.6 * UM, 0.0, 0.0), strict=True))
+
+
+@pytest.fixture
+def plain():
+    """Return the paper's model of one record."""
+    own = {"initialDisplacement": np.array([5 * UM])}
+    return Model(table_1(), (), np.zeros(1), own)
+
+
+@pytest.fixture
+def empty():
+    """Return a record of a voltage, without readings."""
+    voltage, used = signals(SAMPLES, 2.0, 98.0), np.ones(SAMPLES, dtype=bool)
+    drive = compiled.Drive.of(voltage, *surroundings(SAMPLES))
+    references = References(voltage, used, NOISE, TS)
+    return Trace("record", "train", drive, np.zeros(SAMPLES), 1.0 * used, used, 40, NOISE, references)
+
+
+def bench_of(empty: Trace, truth: Model) -> Bench:
+    """Return the record with readings of a stage and noise, to fit models to."""
+    noise = NOISE * np.random.default_rng(3).standard_normal(SAMPLES)
+    y = truth.predict(empty, 0) + noise
+    trace = replace(empty, y=y, references=References(y, empty.judged, NOISE, TS))
+    return Bench([trace], Scaling(7 * UM, 7 * UM, 50.0, 50.0), EXTENT, [trace])
+
+
+def test_waves_that_would_fall_beyond_the_readings_are_found(plain, empty):
+    """Nothing is asked of a curve where nothing was read."""
+    straight = plain.predict(empty, 0)
+    waves = {f"nonlinearity.{name}": value for name, value in WAVES.items()}
+    ends = {
+        "nonlinearity.minimum": float(straight.min()), "nonlinearity.maximum": float(straight.max())
+    }  # fmt: skip
+    values = {**plain.values, **waves, **ends}
+    bench = bench_of(empty, replace(plain, values=values, effects=("nonlinearity",)))
+    found = bench.finish(bench.add(plain, "nonlinearity").model, 100).model
+    trace = bench.traces[0]
+    assert np.std(found.predict(trace, 0) - trace.y) < 1.05 * NOISE
+
+
+def test_where_no_rules_are_found_those_of_the_model_stay(plain, empty, monkeypatch):
+    """One effect too many that is tried must not end a diagnosis."""
+
+    def diverging(*_):
+        raise IdentificationError("no free run stays finite")
+
+    monkeypatch.setattr(fitting, "search_rules", diverging)
+    bench = bench_of(empty, plain)
+    trace = bench.traces[0]
+    found = bench.reshaped(plain).model
+    assert np.std(found.predict(trace, 0) - trace.y) < 1.05 * NOISE
