@@ -2,6 +2,7 @@
 
 import base64
 import json
+import re
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -121,6 +122,7 @@ def test_the_report_is_one_self_contained_page_with_all_its_pictures(folder):
     said = html_of(folder / "out")
     for word in ("load", *EFFECTS, "µm", "clamped %", *ROLES):
         assert word in said
+    assert not re.search(r">[^<]*\de\+\d", said)  # 1e+02 % is 100 %
 
 
 def test_report_json_has_the_settled_keys(folder):

@@ -10,6 +10,7 @@ from it2hys.policy import SEARCH
 from it2hys.records.figures_of_merit import change_in_percent
 from it2hys.reports.answers import ROLES, decimals_of, figure, interval, notes, small
 from it2hys.reports.page import NONE, Picture, Section, Table
+from it2hys.support.numerals import plain
 
 UM = 1e6
 #: Errors below it are those of rounding, per cent and µm.
@@ -84,8 +85,8 @@ def inverse_table(report: Mapping) -> Table:
             small(before[name].get("inverse_e_rms_V"), ".4g"), small(entry["inverse_e_rms_V"], ".4g"),
             small(entry["inverse_noise_rms_V"], ".2g"),
             small(before[name].get("inverse_e_rms_um"), ".4f"), small(entry["inverse_e_rms_um"], ".4f"),
-            f"{1e3 * entry['inverse_delay_s']:.4g}", f"{entry['inverse_band_Hz']:.3g}",
-            small(entry["inverse_clamped_percent"], ".2g"),
+            f"{1e3 * entry['inverse_delay_s']:.4g}", plain(entry["inverse_band_Hz"]),
+            small(entry["inverse_clamped_percent"], ".3g"),
         ]
         for name, entry in after.items()
     ]  # fmt: skip
@@ -234,7 +235,7 @@ def _model_tracking(report: Mapping) -> Section:
         [
             {"before": f"before: {report['names']['before']}", "after": "now"}[name],
             _or_nothing(entry["e_mr_percent"]), _or_nothing(entry["e_rms_um"]),
-            f"{entry['limited_percent']:.2g}",
+            f"{entry['limited_percent']:.3g}",
         ]
         for name, entry in sorted(report["model_tracking"].items(), reverse=True)
     ]  # fmt: skip
