@@ -19,7 +19,7 @@ ca = Lazy("casadi")
 STRAIGHT = -2.0 + math.sqrt(3.0)
 #: A fit goes no lower: there is no reason to, and the inverse decays by this factor a tick.
 LOWEST_ZERO = -0.4
-#: Ticks of delay that the states can give; one to begin a fit with.
+#: Ticks of delay that the states can give, and those that a fit begins with: of an input that is held.
 MAX_TICKS, HELD = 2, 0.5
 
 

@@ -1,0 +1,56 @@
+"""What was before a record is sought anew once a model has what it lacked."""
+
+from dataclasses import replace
+
+import numpy as np
+from conftest import TS, UM
+from effects import signals, surroundings
+
+from it2hys.diagnosis.fitting import Bench
+from it2hys.diagnosis.selection import _node, _with_histories
+from it2hys.identification.criterion import ChainFit, Model, Trace
+from it2hys.identification.inverse import References
+from it2hys.identification.levenberg_marquardt import Minimum
+from it2hys.identification.scaling import Scaling
+from it2hys.model import compiled
+from it2hys.model.parameters import table_1
+from it2hys.records.clues import Extent
+
+SAMPLES, NOISE = 1500, 0.005 * UM
+EXTENT = Extent(TS, SAMPLES * TS, (0.0, 100.0), (0.0, 16 * UM))
+PLAY = {
+    "play[1].threshold": 3.0, "play[1].weight": 0.1, "play[2].threshold": 12.0, "play[2].weight": 0.15,
+    "playCount": 2,
+}  # fmt: skip
+#: One full loop, and two small ones near where they rest, in which the second operator never moves.
+LOOPS = ((5.0, 95.0), (44.0, 50.0), (44.0, 50.0))
+
+
+def measured(model: Model, number: int) -> Trace:
+    """Return a record of a stage, with noise."""
+    voltage, used = signals(SAMPLES, *LOOPS[number]), np.ones(SAMPLES, dtype=bool)
+    drive = compiled.Drive.of(voltage, *surroundings(SAMPLES))
+    references = References(voltage, used, NOISE, TS)
+    empty = Trace(
+        f"record {number}", "train", drive, np.zeros(SAMPLES), 1.0 * used, used, 40, NOISE, references
+    )
+    noise = NOISE * np.random.default_rng(number).standard_normal(SAMPLES)
+    y = model.predict(empty, number) + noise
+    return replace(empty, y=y, references=References(y, used, NOISE, TS))
+
+
+def test_a_history_that_a_poorer_model_chose_is_left():
+    own = {
+        "initialDisplacement": np.array([5.0, 9.0, 9.0]) * UM,
+        "initialDemagnetisation": np.zeros(3),
+        "initialExcursion": np.zeros(3),
+    }
+    truth = Model({**table_1(), **PLAY}, ("play",), np.zeros(3), own)
+    traces = [measured(truth, i) for i in range(3)]
+    wrong = replace(truth, own={**own, "initialExcursion": np.array([0.0, 110.0, 110.0])})
+    bench = Bench(traces, Scaling(8 * UM, 8 * UM, 50.0, 50.0), EXTENT, traces, parts=True)
+    criterion = bench.criterion(wrong)
+    fit = ChainFit(criterion, Minimum(criterion.pack(wrong), 1.0, True, 0, 0, ""))
+    node = _node(bench, frozenset({"play"}), fit)
+    assert node.rms > 10.0 * NOISE
+    assert _with_histories(bench, node).rms < 1.05 * NOISE
