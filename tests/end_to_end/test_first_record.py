@@ -113,7 +113,9 @@ def test_no_window_of_a_search_falls_into_what_is_set_aside(tmp_path, monkeypatc
 
 
 def test_a_long_record_is_searched_in_windows_and_judged_as_a_whole(tmp_path, monkeypatch):
-    monkeypatch.setattr(windows, "_SEARCHED", 900)
+    monkeypatch.setattr(windows, "_WHOLE", 900)
+    monkeypatch.setattr(windows, "_FEWEST", 900)
+    monkeypatch.setattr(windows, "_MOST", 900)
     monkeypatch.setattr(windows, "_SHORTEST", 100)
     voltage = DRIVES["sine"](1800)
     hum = 0.1 * np.sin(2 * np.pi * 120.0 * np.arange(1800) * TS)

@@ -7,11 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from it2hys.identification.coverage import turns_of
 from it2hys.identification.preparation import Prepared
 
-#: Training samples that a search works on: a fit takes as much time as it has samples, and a search
-#: makes hundreds of them.
-_SEARCHED = 60_000
+#: Training samples that are searched whole: a fit takes as much time as it has samples, and a search
+#: makes hundreds of them. Windows cost the search what was before each of them.
+_WHOLE = 25_000
+#: Fewest and most samples of windows, and the turning points of the voltage that they are to have.
+_FEWEST, _MOST, _TURNS = 10_000, 60_000, 50
 #: Windows, in all records together, and their least length.
 _WINDOWS, _SHORTEST = 8, 1000
 #: Share of a window that may lie before the place that it is to show.
@@ -56,15 +59,22 @@ def windows_of(prepared: Sequence[Prepared]) -> list[Window]:
         In the order of the records, at least one of each, none that overlap.
     """
     total = sum(len(p.record) for p in prepared)
-    if total <= _SEARCHED:
+    searched = _searched(prepared, total)
+    if total <= max(_WHOLE, searched):
         return [Window(i, 0, p) for i, p in enumerate(prepared)]
     windows = []
     for i, p in enumerate(prepared):
         share = len(p.record) / total
         count = max(1, round(_WINDOWS * share))
-        length = min(len(p.record), max(_SHORTEST, int(_SEARCHED * share / count)))
+        length = min(len(p.record), max(_SHORTEST, int(searched * share / count)))
         windows += [Window(i, first, _part(p, first, length)) for first in _firsts(p, count, length)]
     return windows
+
+
+def _searched(prepared: Sequence[Prepared], total: int) -> int:
+    """Return how many samples windows have: memory shows where the voltage turns."""
+    turns = max(1, sum(len(turns_of(p)) for p in prepared))
+    return int(np.clip(total * _TURNS / turns, _FEWEST, _MOST))
 
 
 def _firsts(prepared: Prepared, count: int, length: int) -> list[int]:

@@ -46,7 +46,7 @@ def holds_one_tone(prepared: Sequence[Prepared]) -> bool:
     """
     if any(_has_steps(p) for p in prepared):
         return False
-    turns = np.vstack([_turns(p) for p in prepared])
+    turns = np.vstack([turns_of(p) for p in prepared])
     if len(turns) == 0:
         return True
     tolerance = np.array([COVERAGE.same_end, COVERAGE.same_end, np.log(COVERAGE.same_period)])
@@ -65,7 +65,7 @@ def _has_steps(prepared: Prepared) -> bool:
     return bool(np.any(np.abs(np.diff(x)) > COVERAGE.step * np.ptp(x)))
 
 
-def _turns(prepared: Prepared) -> np.ndarray:
+def turns_of(prepared: Prepared) -> np.ndarray:
     """Return the ways from turn to turn of a drive, shape (N, 3).
 
     Columns are the lower and the upper end, in V over the span of the drive, and the logarithm of the

@@ -80,7 +80,36 @@ def verdict(report: Mapping) -> list[str]:
         Errors(line["e_mr_percent"] / 100, line["e_rms_um"] / UM)
         for line in (report["straight_line"][n] for n in after)
     ]
-    return [*model_verdict(results, lines, advice(report)), *_low_shares(report)]
+    return [
+        *model_verdict(results, lines, advice(report)),
+        *_worse_on_tests(report),
+        *_low_shares(report),
+    ]
+
+
+def _worse_on_tests(report: Mapping) -> list[str]:
+    """Return a sentence if the pair does worse on the test records than the one before."""
+    before, after = report["error"]["before"], report["error"]["after"]
+    tests = [n for n in judged_records(report) if after[n]["role"] == "test"]
+    if report["kind"] != "diagnosis" or not tests:
+        return []
+    sizes = {
+        part: [pooled(report, errors, key) for errors in (before, after)]
+        for part, key in (("the plant", "e_rms_um"), ("the inverse", "inverse_e_rms_um"))
+    }
+    worse = [
+        f"{part} is off by {micrometres(now)} rms instead of {micrometres(then)}"
+        for part, (then, now) in sizes.items()
+        if now > _WORSE * then
+    ]
+    if not worse:
+        return []
+    added = " and ".join(report["effects"]) or "the new fit"
+    return [
+        f"On {counted(len(tests), 'test record')}, which decided nothing, {added} makes it worse: "
+        f"{' and '.join(worse)}. Do not rely on it there; the training records show too little. "
+        "`it2hys identify` with the same records gives the model of before."
+    ]
 
 
 def advice(report: Mapping) -> str:
@@ -214,12 +243,13 @@ def feedforward(report: Mapping) -> list[str]:
             f"No: fed with the measured displacement, the inverse is off by {size}; a straight line "
             f"would be by {micrometres(line)}. {advice(report)}"
         ]
+    worse = report["kind"] == "diagnosis" and error > _WORSE * first
     texts = [
-        f"Yes, for references from {_ends(low, high)} µm ({bottom:.4g} to {top:.4g} V) "
-        f"and up to {plain(band)} Hz: expect a tracking error of {size}. A straight line as "
-        f"feedforward would have {micrometres(line)}."
+        f"{'With care' if worse else 'Yes'}, for references from {_ends(low, high)} µm "
+        f"({bottom:.4g} to {top:.4g} V) and up to {plain(band)} Hz: expect a tracking error of {size}. "
+        f"A straight line as feedforward would have {micrometres(line)}."
     ]
-    if report["kind"] == "diagnosis" and error > _WORSE * first:
+    if worse:
         texts.append(
             f"The inverse of the {report['names']['before']} is the better one by this measure, with "
             f"{micrometres(first)}."

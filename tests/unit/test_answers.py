@@ -1,0 +1,52 @@
+"""The answers at the top of a report where the pair does worse than the one before."""
+
+import pytest
+
+from it2hys.reports.answers import feedforward, verdict
+
+
+def report(role, plant, inverse):
+    """A diagnosis with creep added; pairs are errors before and after, µm."""
+
+    def entry(i):
+        return {
+            "role": role, "e_mr_percent": 1.0, "e_rms_um": plant[i], "samples": 100,
+            "inverse_e_rms_um": inverse[i], "inverse_band_Hz": 5.0, "inverse_delay_s": 0.0,
+            "inverse_clamped_percent": 0.0, "range_um": 40.0, "voltage_explains_percent": None,
+            "explained_percent": None,
+        }  # fmt: skip
+
+    line = {"e_mr_percent": 20.0, "e_rms_um": 5.0, "samples": 100}
+    return {
+        "kind": "diagnosis",
+        "names": {"before": "paper's model"},
+        "effects": ["creep"],
+        "error": {"before": {"one": entry(0)}, "after": {"one": entry(1)}},
+        "straight_line": {"one": line},
+        "range": {"displacement_um": [0.0, 40.0], "voltage_V": [0.0, 3.6]},
+    }
+
+
+@pytest.mark.parametrize(
+    ("plant", "inverse", "said"),
+    [
+        ((1.11, 1.28), (0.9, 0.9), "the plant is off by 1.28 µm rms instead of 1.11 µm."),
+        ((1.11, 1.0), (0.9, 1.2), "the inverse is off by 1.20 µm rms instead of 0.900 µm."),
+        ((1.11, 1.28), (0.9, 1.2), "instead of 1.11 µm and the inverse is off by"),
+    ],
+)
+def test_what_is_worse_on_test_records_is_said_first(plant, inverse, said):
+    (text,) = verdict(report("test", plant, inverse))
+    assert text.startswith("On 1 test record, which decided nothing, creep makes it worse: ")
+    assert said in text and "it2hys identify" in text
+
+
+def test_a_pair_that_is_better_on_test_records_needs_no_such_word():
+    assert verdict(report("test", (1.1, 0.5), (0.9, 0.4))) == []
+    assert verdict(report("validation", (1.1, 1.3), (0.9, 1.2))) == []
+
+
+def test_an_inverse_that_is_worse_than_the_one_before_is_used_with_care():
+    first, second, *_ = feedforward(report("test", (1.1, 0.5), (0.9, 1.2)))
+    assert first.startswith("With care, ") and "paper's model is the better one" in second
+    assert feedforward(report("test", (1.1, 0.5), (0.9, 0.4)))[0].startswith("Yes, ")
