@@ -27,6 +27,14 @@ const struct chain_place CHAIN_PLACES[CHAIN_STAGE_COUNT] = {
 
 /* --- set up ------------------------------------------------------------------------------------ */
 
+/* What rings reads beyond where it comes to rest, by up to the height of a step. */
+static struct it2_range beyond(struct it2_range range)
+{
+    const real step = range.maximum - range.minimum;
+
+    return (struct it2_range){ range.minimum - step, range.maximum + step };
+}
+
 static void activate(struct chain *chain, int i, const struct chain_parameters *p)
 {
     const struct chain_place *place = &CHAIN_PLACES[i];
@@ -46,6 +54,8 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
         chain->solved_before += place->side == CHAIN_BEFORE;
     }
     place->stage->prepare(constants, p);
+    if (place->side == CHAIN_BEHIND && place->memory == CHAIN_AIMED)
+        chain->reference = beyond(chain->displacement);
     if (place->stage->latency)
         chain->latency += place->stage->latency(constants);
     const size_t end = place->state + (place->stage->used ? place->stage->used(constants) : place->state_size);
@@ -60,7 +70,7 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
     const struct it2_range range = { p->displacementMin, p->displacementMax };
 
     memset(chain, 0, sizeof *chain);
-    chain->displacement = range;
+    chain->displacement = chain->reference = range;
     chain->voltage = (struct it2_range){ p->voltageMin, p->voltageMax };
     it2_prepare(&chain->core, p->rule, p->ruleCount, range);
     chain->walked = chain->retraced = sizeof(struct it2_state);
@@ -147,7 +157,7 @@ real chain_measure_effects(const struct chain *chain, real displacement, real ti
 
 static real within_reach(const struct chain *chain, real displacement)
 {
-    return clamp(displacement, chain->displacement.minimum, chain->displacement.maximum);
+    return clamp(displacement, chain->reference.minimum, chain->reference.maximum);
 }
 
 static real within_voltages(const struct chain *chain, real x)

@@ -71,7 +71,8 @@ struct chain {
     const struct chain_place *solved[CHAIN_STAGE_COUNT], *limiting[CHAIN_STAGE_COUNT];
     int solved_before, solved_all, limiting_all;
     struct it2 core;
-    struct it2_range displacement; /* that a reference is kept to */
+    struct it2_range displacement; /* of the set */
+    struct it2_range reference;    /* that a reference is kept to: wider behind a core on which something rings */
     struct it2_range voltage;      /* that the inverse keeps to */
     real latency;                  /* of all stages, s */
     /* bytes of struct chain_state, from its beginning, that each way needs */

@@ -235,7 +235,7 @@ struct chain_point chain_inverse_tangent(const struct chain *chain, const struct
                                          const struct chain_surroundings *d_around)
 {
     struct chain_point d = { .state = d_state };
-    struct it2_range reach = chain->displacement;
+    struct it2_range reach = chain->reference;
     struct both y = { displacement, d_displacement };
     struct chain_state after;
     unsigned limits;

@@ -95,7 +95,7 @@ static void inverse_explain(unsigned finding, const void *state, const void *par
         snprintf(text, size,
                  "the reference, %g " MICROMETRES
                  " at %g s, is outside displacementMin..displacementMax, %g to "
-                 "%g " MICROMETRES "; it is clamped to the nearer end (saturated is true).",
+                 "%g " MICROMETRES "; it is clamped (saturated is true).",
                  reference, time, 1e6 * p->displacementMin, 1e6 * p->displacementMax);
     else if (finding == INVERSE_AMPLIFIER_LIMIT)
         snprintf(text, size,

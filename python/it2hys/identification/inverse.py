@@ -16,8 +16,9 @@ import numpy as np
 from scipy import ndimage, signal
 
 from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.compiled import Drive
-from it2hys.model.stages import BEFORE_CORE
+from it2hys.model.stages import BEFORE_CORE, BEHIND_CORE
 from it2hys.model.variables import off_values
 from it2hys.policy import REFERENCE
 
@@ -116,10 +117,16 @@ def applied_voltage(values: Mapping, drive: Drive) -> np.ndarray:
     """Return the applied voltage as far as an inverse can know it, V, shape (N,).
 
     Delay, slew limit and saturation lose what they cut off: the voltage behind them is the one that an
-    inverse can ask for, later by the delay.
+    inverse can ask for, later by the delay. Later, too, by what a stage behind the core delays.
     """
     plain = {**values, **off_values(_made_up_for())}
-    return compiled.chain_predict(compiled.pack_chain(plain), drive)[1]
+    applied = compiled.chain_predict(compiled.pack_chain(plain), drive)[1]
+    behind = [EFFECTS[e] for e in active_effects(values) if e in BEHIND_CORE]
+    ticks = sum(e.latency(values) for e in behind) / values["sampleTime"]
+    if not ticks:
+        return applied
+    count = np.arange(len(applied))
+    return np.interp(count - ticks, count, applied)
 
 
 def _made_up_for() -> list[str]:

@@ -33,6 +33,11 @@ class _Range(NamedTuple):
     def nearest(self, value: Scalar) -> Scalar:
         return ca.fmin(ca.fmax(value, self.low), self.high)
 
+    def widened(self) -> _Range:
+        """Return what is read of something that rings: up to the height of a step beyond either end."""
+        step = self.high - self.low
+        return _Range(self.low - step, self.high + step)
+
     def is_near(self, a: Scalar, b: Scalar) -> Scalar:
         digits = _LAST_DIGITS * ca.fmax(ca.fabs(self.low), ca.fabs(self.high))
         return ca.fabs(a - b) <= _SAME * (self.high - self.low) + digits
@@ -80,9 +85,11 @@ class _Tick:
         self._displacements = _Range(values["displacementMin"], values["displacementMax"])
         self._before = [name for name in BEFORE_CORE if name in aimed.states]
         self._behind = [name for name in BEHIND_CORE if name in aimed.states]
+        rings = any(EFFECTS[name].memory is Memory.AIMED for name in self._behind)
+        self._references = self._displacements.widened() if rings else self._displacements
 
     def solve(self, reference: Scalar) -> tuple[Aim, Aim, Scalar, Scalar]:
-        aim = self._displacements.nearest(reference)
+        aim = self._references.nearest(reference)
         solve = self._with_effects if self._before or self._behind else self._of_core
         aimed, reached, voltage, limited = solve(aim)
         return aimed, reached, voltage, ca.logic_or(aim != reference, limited)

@@ -29,6 +29,9 @@ protected
     "The same for voltages";
   final parameter Boolean lags=parameters.lagTimeConstant > 0 "= true, if the amplifier has a lag";
   final parameter Boolean resonates=parameters.resonanceFrequency > 0 "= true, if there is a resonance";
+  final parameter Modelica.Units.SI.Length overshoot=
+    if resonates then parameters.displacementMax - parameters.displacementMin else 0
+    "What rings reads beyond where it comes to rest, by up to the height of a step";
   final parameter Boolean bare=not (chain.slews or chain.saturates or lags or resonates or chain.bends
     or parameters.delayTime > 0 or chain.playCount > 0 or parameters.loadCompliance > 0 or chain.creepCount > 0
     or abs(parameters.driftTemperatureCoefficient) > 0 or abs(parameters.driftRate) > 0)
@@ -120,7 +123,7 @@ equation
   when sample(0, parameters.sampleTime) then
     assert(abs(reference) < Modelica.Constants.inf,
       getInstanceName() + ": reference must be a finite number, not " + String(reference) + ".");
-    desired = min(max(reference, parameters.displacementMin), parameters.displacementMax);
+    desired = min(max(reference, parameters.displacementMin - overshoot), parameters.displacementMax + overshoot);
     resonated = (if chain.bends then IT2Hysteresis.Functions.Effects.nonlinearityInverse(
       chain.curve,
       chain.curveMin,
@@ -219,7 +222,7 @@ equation
     reachedCrept = if astray then nowCrept else crept;
     reachedResonated = if astray then nowResonated else resonated;
     reachedBefore = if astray then pre(reachedResonated) else pre(resonated);
-    saturated = reference < parameters.displacementMin or reference > parameters.displacementMax
+    saturated = reference < parameters.displacementMin - overshoot or reference > parameters.displacementMax + overshoot
       or cut or astray;
     short = pre(short) or saturated;
     assert(pre(short) or not short,
@@ -244,7 +247,8 @@ system, through (30) by <a href=\"modelica://IT2Hysteresis.Functions.coreInverse
 front of it.
 </p>
 <p>
-A reference outside <code>displacementMin</code> ... <code>displacementMax</code> is replaced by the nearest value inside, a
+A reference outside <code>displacementMin</code> ... <code>displacementMax</code> (with a resonance, farther outside than the whole range
+is long: a stage that rings gets there) is replaced by the nearest value inside, a
 voltage outside <code>voltageMin</code> ... <code>voltageMax</code> or the amplifier's limits by the nearest that can be given. Until the
 plant is where the reference is again, <code>saturated</code> is true. The fuzzy system alone goes on from what it reached. With
 effects, what remembers for long, play operators and creep, follows what the plant really reaches, and the rest comes

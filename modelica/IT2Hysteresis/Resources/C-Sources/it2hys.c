@@ -44,6 +44,14 @@ const struct chain_place CHAIN_PLACES[CHAIN_STAGE_COUNT] = {
 
 /* --- set up ------------------------------------------------------------------------------------ */
 
+/* What rings reads beyond where it comes to rest, by up to the height of a step. */
+static struct it2_range beyond(struct it2_range range)
+{
+    const real step = range.maximum - range.minimum;
+
+    return (struct it2_range){ range.minimum - step, range.maximum + step };
+}
+
 static void activate(struct chain *chain, int i, const struct chain_parameters *p)
 {
     const struct chain_place *place = &CHAIN_PLACES[i];
@@ -63,6 +71,8 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
         chain->solved_before += place->side == CHAIN_BEFORE;
     }
     place->stage->prepare(constants, p);
+    if (place->side == CHAIN_BEHIND && place->memory == CHAIN_AIMED)
+        chain->reference = beyond(chain->displacement);
     if (place->stage->latency)
         chain->latency += place->stage->latency(constants);
     const size_t end = place->state + (place->stage->used ? place->stage->used(constants) : place->state_size);
@@ -77,7 +87,7 @@ void chain_prepare(struct chain *chain, const struct chain_parameters *p)
     const struct it2_range range = { p->displacementMin, p->displacementMax };
 
     memset(chain, 0, sizeof *chain);
-    chain->displacement = range;
+    chain->displacement = chain->reference = range;
     chain->voltage = (struct it2_range){ p->voltageMin, p->voltageMax };
     it2_prepare(&chain->core, p->rule, p->ruleCount, range);
     chain->walked = chain->retraced = sizeof(struct it2_state);
@@ -164,7 +174,7 @@ real chain_measure_effects(const struct chain *chain, real displacement, real ti
 
 static real within_reach(const struct chain *chain, real displacement)
 {
-    return clamp(displacement, chain->displacement.minimum, chain->displacement.maximum);
+    return clamp(displacement, chain->reference.minimum, chain->reference.maximum);
 }
 
 static real within_voltages(const struct chain *chain, real x)
@@ -665,7 +675,7 @@ struct chain_point chain_inverse_tangent(const struct chain *chain, const struct
                                          const struct chain_surroundings *d_around)
 {
     struct chain_point d = { .state = d_state };
-    struct it2_range reach = chain->displacement;
+    struct it2_range reach = chain->reference;
     struct both y = { displacement, d_displacement };
     struct chain_state after;
     unsigned limits;
@@ -5592,7 +5602,7 @@ static void inverse_explain(unsigned finding, const void *state, const void *par
         snprintf(text, size,
                  "the reference, %g " MICROMETRES
                  " at %g s, is outside displacementMin..displacementMax, %g to "
-                 "%g " MICROMETRES "; it is clamped to the nearer end (saturated is true).",
+                 "%g " MICROMETRES "; it is clamped (saturated is true).",
                  reference, time, 1e6 * p->displacementMin, 1e6 * p->displacementMax);
     else if (finding == INVERSE_AMPLIFIER_LIMIT)
         snprintf(text, size,
