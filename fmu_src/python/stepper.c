@@ -25,7 +25,8 @@
 #define INLINE inline
 #endif
 
-enum base { REAL, INTEGER, BOOLEAN };
+/* How the FMI functions of a base hold numbers: Real, Integer and Boolean. */
+enum held { DOUBLE, INT, FLAG, HELD };
 
 /* Where an input comes from, which gets factor * value + offset, or where an output goes. */
 struct stepper_value {
@@ -35,24 +36,29 @@ struct stepper_value {
     int32_t this_step; /* of an output's course: 1 for what it is after the step, 0 before it */
 };
 
-enum kind { SET, STEP, GET };
-
-/* One call of an FMI function: doStep, or one that sets or gets variables of one base. */
-struct stepper_call {
+/* Variables of one base that one call sets or gets; none where `count` is 0. */
+struct stepper_transfer {
     union {
-        fmi2DoStepTYPE *step;
         fmi2SetRealTYPE *set_real;
         fmi2SetIntegerTYPE *set_integer; /* Booleans are ints, too */
         fmi2GetRealTYPE *get_real;
         fmi2GetIntegerTYPE *get_integer;
     } function;
-    fmi2Component instance;
     const fmi2ValueReference *references;
     struct stepper_value *values;
-    double *reals; /* room for what is set or got; NULL: one Real, as it is in its course */
-    int *integers; /* and for variables of the other bases */
-    int32_t kind, base, count, slave;
+    void *room; /* for what is set or got; NULL: one double, as it is in its course */
+    int64_t count;
 };
+
+/* What a slave does in a step: inputs set, a step, outputs got. Each call has a place of its own in the code, and
+ * most often one target there: processors foresee that, which a loop over a list of calls costs them half of. */
+struct stepper_turn {
+    fmi2Component instance;
+    fmi2DoStepTYPE *step;
+    struct stepper_transfer set[HELD], get[HELD];
+};
+
+enum kind { SET, STEP, GET };
 
 /* Where and why a run ended early. */
 struct stepper_fault {
@@ -61,14 +67,14 @@ struct stepper_fault {
     int32_t status;
 };
 
-/* The calls are those of a step, in their order. */
-EXPORT int64_t it2core_stepper_run(struct stepper_call *calls, int32_t call_count, double *const *courses,
+EXPORT int64_t it2core_stepper_run(struct stepper_turn *turns, int32_t slaves, double *const *courses,
                                    int64_t first_step, int64_t steps, double step_size,
                                    struct stepper_fault *fault);
 
-/* Makes the calls of one kind for one slave outside of a step, where courses are a single value; returns the status. */
-EXPORT int32_t it2core_stepper_make(struct stepper_call *calls, int32_t call_count, double *const *courses,
-                                    int32_t slave, int32_t kind);
+/* Gets a slave's outputs outside of a step, where courses are a single value, and sets its inputs before if it is to.
+ * Returns the status, and in `kind` which of the calls it is of. */
+EXPORT int32_t it2core_stepper_exchange(struct stepper_turn *turn, double *const *courses, bool sets,
+                                        int32_t *kind);
 
 /* Who listens to an instance: its component environment. */
 struct stepper_listener {
@@ -112,87 +118,142 @@ static int to_integer(double value)
     return (int)(value < 0.0 ? value - 0.5 : value + 0.5);
 }
 
-static fmi2Status set_inputs(const struct stepper_call *call, int64_t step)
+/* Return where the inputs of a call are, gathered from their courses. */
+static INLINE const void *gathered(const struct stepper_transfer *inputs, enum held held, int64_t step)
 {
-    const size_t count = (size_t)call->count;
-
-    for (size_t i = 0; i < count; i++) {
-        const double value = input_value(&call->values[i], step);
-        if (call->base == REAL)
-            call->reals[i] = value;
+    if (held == DOUBLE && !inputs->room)
+        return inputs->values->values + step;
+    for (int64_t i = 0; i < inputs->count; i++) {
+        const double value = input_value(&inputs->values[i], step);
+        if (held == DOUBLE)
+            ((double *)inputs->room)[i] = value;
         else
-            call->integers[i] = call->base == INTEGER ? to_integer(value) : value != 0.0;
+            ((int *)inputs->room)[i] = held == INT ? to_integer(value) : value != 0.0;
     }
-    if (call->base == REAL)
-        return call->function.set_real(call->instance, call->references, count, call->reals);
-    return call->function.set_integer(call->instance, call->references, count, call->integers);
+    return inputs->room;
 }
 
-static inline fmi2Status get_outputs(const struct stepper_call *call, int64_t step)
+/* Return where a call is to leave outputs. */
+static INLINE void *receiver(const struct stepper_transfer *outputs, int64_t step)
 {
-    const size_t count = (size_t)call->count;
-    fmi2Status status;
+    return outputs->room ? outputs->room : outputs->values->values + step;
+}
 
-    if (call->base == REAL) {
-        status = call->function.get_real(call->instance, call->references, count, call->reals);
-        for (size_t i = 0; i < count; i++)
-            call->values[i].values[step] = call->reals[i];
-    } else {
-        status = call->function.get_integer(call->instance, call->references, count, call->integers);
-        for (size_t i = 0; i < count; i++)
-            call->values[i].values[step] = call->integers[i];
+/* Write what a call has left into the courses. */
+static INLINE void scatter(const struct stepper_transfer *outputs, enum held held, int64_t step)
+{
+    for (int64_t i = 0; outputs->room && i < outputs->count; i++)
+        outputs->values[i].values[step] =
+            held == DOUBLE ? ((const double *)outputs->room)[i] : ((const int *)outputs->room)[i];
+}
+
+static INLINE fmi2Status set_ints(const struct stepper_turn *turn, enum held held, int64_t step)
+{
+    const struct stepper_transfer *const set = &turn->set[held];
+
+    return set->function.set_integer(turn->instance, set->references, (size_t)set->count,
+                                     gathered(set, held, step));
+}
+
+static INLINE fmi2Status set_inputs(const struct stepper_turn *turn, int64_t step)
+{
+    const struct stepper_transfer *const reals = &turn->set[DOUBLE];
+    fmi2Status status = fmi2OK;
+
+    if (reals->count > 0)
+        status = reals->function.set_real(turn->instance, reals->references, (size_t)reals->count,
+                                          gathered(reals, DOUBLE, step));
+    if (turn->set[INT].count > 0 && status <= fmi2Warning)
+        status = set_ints(turn, INT, step);
+    if (turn->set[FLAG].count > 0 && status <= fmi2Warning)
+        status = set_ints(turn, FLAG, step);
+    return status;
+}
+
+static INLINE fmi2Status get_ints(const struct stepper_turn *turn, enum held held, int64_t step)
+{
+    const struct stepper_transfer *const get = &turn->get[held];
+    const fmi2Status status =
+        get->function.get_integer(turn->instance, get->references, (size_t)get->count, receiver(get, step));
+
+    scatter(get, held, step);
+    return status;
+}
+
+static INLINE fmi2Status get_outputs(const struct stepper_turn *turn, int64_t step)
+{
+    const struct stepper_transfer *const reals = &turn->get[DOUBLE];
+    fmi2Status status = fmi2OK;
+
+    if (reals->count > 0) {
+        status = reals->function.get_real(turn->instance, reals->references, (size_t)reals->count,
+                                          receiver(reals, step));
+        scatter(reals, DOUBLE, step);
+    }
+    if (turn->get[INT].count > 0 && status <= fmi2Warning)
+        status = get_ints(turn, INT, step);
+    if (turn->get[FLAG].count > 0 && status <= fmi2Warning)
+        status = get_ints(turn, FLAG, step);
+    return status;
+}
+
+/* Tells a slave's calls where their values are. */
+static void place(struct stepper_turn *turn, double *const *courses, bool stepping)
+{
+    for (struct stepper_transfer *set = turn->set, *get = turn->get; set < turn->set + HELD; set++, get++) {
+        for (int64_t i = 0; i < set->count; i++)
+            set->values[i].values = courses[set->values[i].course] + (stepping ? set->values[i].this_step : 0);
+        for (int64_t i = 0; i < get->count; i++)
+            get->values[i].values = courses[get->values[i].course] + (stepping ? 1 : 0);
+    }
+}
+
+int32_t it2core_stepper_exchange(struct stepper_turn *turn, double *const *courses, bool sets, int32_t *kind)
+{
+    fmi2Status status = fmi2OK;
+
+    place(turn, courses, false);
+    *kind = SET;
+    if (sets)
+        status = set_inputs(turn, 0);
+    if (status <= fmi2Warning) {
+        *kind = GET;
+        status = get_outputs(turn, 0);
+    }
+    return (int32_t)status;
+}
+
+/* Return the status of a slave's turn in a step, and in `kind` which of its calls it is of. */
+static INLINE fmi2Status take_turn(const struct stepper_turn *turn, int64_t step, double time, double step_size,
+                                   int32_t *kind)
+{
+    fmi2Status status = set_inputs(turn, step);
+
+    *kind = SET;
+    if (status <= fmi2Warning) {
+        *kind = STEP;
+        status = turn->step(turn->instance, time, step_size, fmi2True);
+    }
+    if (status <= fmi2Warning) {
+        *kind = GET;
+        status = get_outputs(turn, step);
     }
     return status;
 }
 
-static INLINE fmi2Status make(const struct stepper_call *call, int64_t step, double time, double step_size)
-{
-    if (call->kind == STEP)
-        return call->function.step(call->instance, time, step_size, fmi2True);
-    if (!call->reals && call->kind == SET)
-        return call->function.set_real(call->instance, call->references, 1, call->values->values + step);
-    if (!call->reals)
-        return call->function.get_real(call->instance, call->references, 1, call->values->values + step);
-    return call->kind == GET ? get_outputs(call, step) : set_inputs(call, step);
-}
-
-/* Tells the calls where their values are. */
-static void place(struct stepper_call *calls, int32_t call_count, double *const *courses, bool stepping)
-{
-    for (struct stepper_call *call = calls; call < calls + call_count; call++) {
-        for (struct stepper_value *value = call->values; value < call->values + call->count; value++)
-            value->values = courses[value->course] + (stepping ? value->this_step : 0);
-    }
-}
-
-int32_t it2core_stepper_make(struct stepper_call *calls, int32_t call_count, double *const *courses,
-                             int32_t slave, int32_t kind)
-{
-    fmi2Status worst = fmi2OK;
-
-    place(calls, call_count, courses, false);
-    for (int32_t i = 0; i < call_count && worst <= fmi2Warning; i++) {
-        if (calls[i].slave != slave || calls[i].kind != kind)
-            continue;
-        const fmi2Status status = make(&calls[i], 0, 0.0, 0.0);
-        worst = status > worst ? status : worst;
-    }
-    return (int32_t)worst;
-}
-
 /* Return the number of complete steps, which is less than asked for where a slave refused one. */
-int64_t it2core_stepper_run(struct stepper_call *calls, int32_t call_count, double *const *courses,
+int64_t it2core_stepper_run(struct stepper_turn *turns, int32_t slaves, double *const *courses,
                             int64_t first_step, int64_t steps, double step_size, struct stepper_fault *fault)
 {
-    const struct stepper_call *const end = calls + call_count;
-
-    place(calls, call_count, courses, true);
+    for (int32_t i = 0; i < slaves; i++)
+        place(&turns[i], courses, true);
     for (int64_t k = 0; k < steps; k++) {
         const double time = (double)(first_step + k) * step_size;
-        for (const struct stepper_call *call = calls; call < end; call++) {
-            const fmi2Status status = make(call, k, time, step_size);
+        for (int32_t i = 0; i < slaves; i++) {
+            int32_t kind;
+            const fmi2Status status = take_turn(&turns[i], k, time, step_size, &kind);
             if (status > fmi2Warning) {
-                *fault = (struct stepper_fault){ call->slave, call->kind, (int32_t)status };
+                *fault = (struct stepper_fault){ i, kind, (int32_t)status };
                 return k;
             }
         }

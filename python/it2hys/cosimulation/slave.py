@@ -68,6 +68,7 @@ class Slave:
         self._stack = ExitStack()
         self._fmu, self._used = None, False
         self._sample_time: float | None = None
+        self._sample_time_set = False
         self._explained = _Explained(self)
         try:
             self._open()
@@ -151,7 +152,8 @@ class Slave:
         """Enter initialization mode: outputs can be read, inputs be set, until `ready`."""
         self.messages.clear()
         self.warned = False
-        self._sample_time = None
+        if self._sample_time_set:
+            self._sample_time, self._sample_time_set = None, False
         with self._explained:
             if self._fmu is None:
                 self._instantiate()
@@ -188,14 +190,17 @@ class Slave:
     @property
     def sample_time(self) -> float | None:
         """The parameter `sampleTime` in s; None for an FMU that has none."""
-        if self._sample_time is None and "sampleTime" in self.variables:
+        if "sampleTime" not in self.variables:
+            return None
+        if self._sample_time is None or self.variables["sampleTime"].causality != "parameter":
             self._sample_time = self.get("sampleTime")
         return self._sample_time
 
     def set(self, values: Mapping) -> None:
         """Set variables by name; those of one type together."""
         by_type: dict[str, tuple[list, list]] = {}
-        self._sample_time = None if "sampleTime" in values else self._sample_time
+        if "sampleTime" in values:
+            self._sample_time, self._sample_time_set = None, True
         for name, value in values.items():
             variable = self.variable(name)
             base = BASE.get(variable.type, variable.type)

@@ -7,7 +7,7 @@ so the numbers are the same to the last bit.
 """
 
 import ctypes
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -19,8 +19,9 @@ from it2hys.errors import InputError
 from it2hys.model.compiled import library_function
 
 BASES = ("Real", "Integer", "Boolean")
+#: Numbers in a base's memory, by `enum held` of stepper.c.
+_HELD = (np.float64, np.int32, np.int32)
 #: Messages of failed calls, by `enum kind` of stepper.c.
-SET, STEP, GET = range(3)
 FAILED = ("its inputs could not be set", "fmi2DoStep failed", "its outputs could not be read")
 STATUS = {2: "fmi2Discard", 3: "fmi2Error", 4: "fmi2Fatal", 5: "fmi2Pending (steps in the background)"}
 _ADDRESS = ctypes.c_void_p
@@ -53,13 +54,21 @@ class _Value(ctypes.Structure):
     )  # fmt: skip
 
 
-class _Call(ctypes.Structure):
-    """`struct stepper_call` of stepper.c."""
+class _Transfer(ctypes.Structure):
+    """`struct stepper_transfer` of stepper.c."""
 
     _fields_ = (
-        *((name, _ADDRESS) for name in ("function", "instance", "references", "values", "reals")),
-        ("integers", _ADDRESS),
-        *((name, ctypes.c_int32) for name in ("kind", "base", "count", "slave")),
+        *((name, _ADDRESS) for name in ("function", "references", "values", "room")),
+        ("count", ctypes.c_int64),
+    )
+
+
+class _Turn(ctypes.Structure):
+    """`struct stepper_turn` of stepper.c."""
+
+    _fields_ = (
+        ("instance", _ADDRESS), ("step", _ADDRESS),
+        ("set", _Transfer * len(BASES)), ("get", _Transfer * len(BASES)),
     )  # fmt: skip
 
 
@@ -79,16 +88,19 @@ def _run() -> ctypes._CFuncPtr:
 
 
 @cache
-def _make() -> ctypes._CFuncPtr:
-    make = library_function("it2core_stepper_make")
-    make.restype = ctypes.c_int32
-    make.argtypes = [_ADDRESS, ctypes.c_int32, _ADDRESS, ctypes.c_int32, ctypes.c_int32]
-    return make
+def _exchange() -> ctypes._CFuncPtr:
+    exchange = library_function("it2core_stepper_exchange")
+    exchange.restype = ctypes.c_int32
+    exchange.argtypes = [_ADDRESS, _ADDRESS, ctypes.c_bool, ctypes.POINTER(ctypes.c_int32)]
+    return exchange
 
 
 def _places(*arrays: np.ndarray) -> ctypes.Array:
-    """Return the addresses of arrays."""
-    return (_ADDRESS * len(arrays))(*(array.ctypes.data for array in arrays))
+    """Return the addresses of arrays, of the last one those of its rows."""
+    *places, first = (array.ctypes.data for array in arrays)
+    rows, stride = len(arrays[-1]), arrays[-1].strides[0]
+    places += range(first, first + rows * stride, stride)
+    return (_ADDRESS * len(places))(*places)
 
 
 class System:
@@ -137,11 +149,11 @@ class System:
             if self.slaves[slave].variable(variable).causality != "input":
                 raise InputError(f"{target} is no input of {self.slaves[slave].path}")
         self._last = np.zeros(len(self._slots))  # values before a step
-        self._last_places = _places(*self._last.reshape(-1, 1))
+        self._last_places = _places(self._last)
         self._step = 0
-        self._filled: list[int] = []  # instances that the calls hold
-        self._kept: list = []  # arrays that the calls point into
-        self._calls = (_Call * 0)()
+        self._filled: list[int] = []  # instances whose turns are filled in
+        self._kept: list = []  # arrays that the turns point into
+        self._turns = (_Turn * 0)()
 
     def _find(self, name: str) -> tuple[str, str]:
         slave, _, variable = name.partition(".")
@@ -184,57 +196,62 @@ class System:
             slave.begin((start_values or {}).get(name))
         self._fill()
         for i in range(len(self.slaves)):
-            self._make(i, SET)
-            self._make(i, GET)
+            self._exchange(i, sets=True)
         for i, slave in enumerate(self.slaves.values()):
             slave.ready()
-            self._make(i, GET)
+            self._exchange(i, sets=False)
 
-    def _make(self, slave: int, kind: int) -> None:
-        """Set the inputs of a slave, or read its outputs, outside of a step."""
-        status = _make()(self._calls, len(self._calls), self._last_places, slave, kind)
+    def _exchange(self, slave: int, sets: bool) -> None:
+        """Read the outputs of a slave outside of a step, after setting its inputs if it is to."""
+        turn, kind = ctypes.addressof(self._turns) + slave * ctypes.sizeof(_Turn), ctypes.c_int32()
+        status = _exchange()(turn, self._last_places, sets, ctypes.byref(kind))
         if status > fmi2.fmi2Warning:
-            raise self._explain(_Fault(slave, kind, status), 0.0)
+            raise self._explain(_Fault(slave, kind.value, status), 0.0)
 
     def _fill(self) -> None:
-        """List the calls of a step, with the addresses that the instances have now."""
+        """Fill in what the slaves do in a step, with the addresses that the instances have now."""
         instances = [slave.instance for slave in self.slaves.values()]
         if instances == self._filled:
             return
         self._filled = instances
         self._kept.clear()
-        calls = []
+        self._turns = (_Turn * len(self.slaves))()
         for i, (name, slave) in enumerate(self.slaves.items()):
-            step = _Call(slave.function("fmi2DoStep"), slave.instance, kind=STEP, slave=i)
-            calls += self._transfers(i, name, SET, self._inputs[name])
-            calls += [step, *self._transfers(i, name, GET, self._outputs[name])]
-        self._calls = (_Call * len(calls))(*calls)
+            turn = self._turns[i]
+            turn.instance, turn.step = slave.instance, slave.function("fmi2DoStep")
+            for base, group in enumerate(self._inputs[name]):
+                if group:
+                    sources = [self._connections[f"{name}.{v}"] for v in group]
+                    ends = [
+                        (c.factor, c.offset, 0, self._slots[c.source], self._made(c, i))
+                        for c in sources
+                    ]
+                    plain = all(c.as_it_is for c in sources)
+                    turn.set[base] = self._transfer(slave, "Set", base, group, ends, plain)
+            for base, group in enumerate(self._outputs[name]):
+                if group:
+                    ends = [(1.0, 0.0, 0, self._slots[f"{name}.{v}"], True) for v in group]
+                    turn.get[base] = self._transfer(slave, "Get", base, group, ends, True)
 
-    def _transfers(
-        self, i: int, name: str, kind: int, groups: Sequence[Sequence[str]]
-    ) -> Iterator[_Call]:
-        """Yield the calls that set or get a slave's variables, one for each base that there is."""
-        slave, verb = self.slaves[name], "Set" if kind == SET else "Get"
-        for base, group in enumerate(groups):
-            if not group:
-                continue
-            references = np.array([slave.variable(v).valueReference for v in group], dtype=np.uint32)
-            connected = [self._connections[f"{name}.{v}"] for v in group] if kind == SET else []
-            if kind == SET:
-                ends = [
-                    (c.factor, c.offset, 0, self._slots[c.source], self._made(c, i)) for c in connected
-                ]
-            else:
-                ends = [(1.0, 0.0, 0, self._slots[f"{name}.{v}"], True) for v in group]
-            values = (_Value * len(group))(*ends)
-            one = BASES[base] == "Real" and len(group) == 1 and all(c.as_it_is for c in connected)
-            reals, integers = np.zeros(len(group)), np.zeros(len(group), dtype=np.int32)
-            self._kept += [references, values, reals, integers]
-            yield _Call(
-                slave.function(f"fmi2{verb}{BASES[base]}"), slave.instance, references.ctypes.data,
-                ctypes.addressof(values), None if one else reals.ctypes.data, integers.ctypes.data,
-                kind, base, len(group), i,
-            )  # fmt: skip
+    def _transfer(
+        self,
+        slave: Slave,
+        verb: str,
+        base: int,
+        group: Sequence[str],
+        ends: Sequence[tuple],
+        plain: bool,
+    ) -> _Transfer:
+        """Return the call that sets or gets a slave's variables of one base."""
+        references = np.array([slave.variable(v).valueReference for v in group], dtype=np.uint32)
+        values = (_Value * len(group))(*ends)
+        room = np.zeros(len(group), dtype=_HELD[base])
+        self._kept += [references, values, room]
+        straight = plain and len(group) == 1 and BASES[base] == "Real"
+        return _Transfer(
+            slave.function(f"fmi2{verb}{BASES[base]}"), references.ctypes.data,
+            ctypes.addressof(values), None if straight else room.ctypes.data, len(group),
+        )  # fmt: skip
 
     def _made(self, connection: Connection, i: int) -> bool:
         """Tell whether the source of a slave's input is the output of one that steps before it."""
@@ -269,9 +286,9 @@ class System:
         first = len(arrays)
         courses = np.empty((len(self._last) - first, 1 + steps))  # of outputs
         courses[:, 0] = self._last[first:]
-        places, fault = _places(*arrays, *courses), _Fault()
+        places, fault = _places(*arrays, courses), _Fault()
         done = _run()(
-            self._calls, len(self._calls), places, self._step, steps, step_size, ctypes.byref(fault)
+            self._turns, len(self._turns), places, self._step, steps, step_size, ctypes.byref(fault)
         )
         self._step += done
         if done < steps:

@@ -18,6 +18,7 @@ _NO_NOISE = 1e-12
 _MANY_PERCENT = 1000.0
 
 
+@np.errstate(all="ignore")
 def max_relative_error(y: ArrayLike, y_hat: ArrayLike) -> float:
     """Return e_mr, the largest error relative to the range of the measurement, eq. (24).
 
@@ -38,16 +39,10 @@ def max_relative_error(y: ArrayLike, y_hat: ArrayLike) -> float:
     InputError
         Where the shapes differ, the arrays are empty or not finite, or `y` is constant.
     """
-    y, y_hat = _comparable(y, y_hat)
-    with np.errstate(all="ignore"):
-        error = y - y_hat
-        largest = _judged(max(error.max(), -error.min()), y, y_hat)
-    measured_range = y.max() - y.min()
-    if measured_range == 0.0:
-        raise InputError("e_mr is undefined: the measured output is constant, its range is zero")
-    return float(largest / measured_range)
+    return Comparison(y, y_hat).max_relative_error()
 
 
+@np.errstate(all="ignore")
 def rms_error(y: ArrayLike, y_hat: ArrayLike) -> float:
     """Return e_rms, the root of the mean squared error, eq. (25).
 
@@ -68,10 +63,7 @@ def rms_error(y: ArrayLike, y_hat: ArrayLike) -> float:
     InputError
         Where the shapes differ, or the arrays are empty or not finite.
     """
-    y, y_hat = _comparable(y, y_hat)
-    with np.errstate(all="ignore"):
-        error = y - y_hat
-        return _judged(sqrt(np.square(error, out=error).sum() / error.size), y, y_hat)
+    return Comparison(y, y_hat).rms_error()
 
 
 class Errors(NamedTuple):
@@ -81,9 +73,56 @@ class Errors(NamedTuple):
     e_rms: float
 
 
+@np.errstate(all="ignore")
 def errors(y: ArrayLike, y_hat: ArrayLike) -> Errors:
     """Return both figures of a model output `y_hat` against a measured one `y`."""
-    return Errors(max_relative_error(y, y_hat), rms_error(y, y_hat))
+    compared = Comparison(y, y_hat)
+    return Errors(compared.max_relative_error(), compared.rms_error())
+
+
+class Comparison:
+    """A model output beside a measured one, for both figures of merit: their difference is taken once.
+
+    Where numbers overflow, numpy warns, unless it is told not to.
+
+    Parameters
+    ----------
+    y : array_like, shape (n,)
+        Measured output, in any unit.
+    y_hat : array_like, shape (n,)
+        Model output, in the unit of `y`.
+
+    Raises
+    ------
+    InputError
+        Where the shapes differ, or the arrays are empty.
+    """
+
+    def __init__(self, y: ArrayLike, y_hat: ArrayLike) -> None:
+        self._y, self._y_hat = _comparable(y, y_hat)
+        self._error = self._y - self._y_hat
+
+    def max_relative_error(self) -> float:
+        """Return e_mr; see `max_relative_error`."""
+        largest = self._judged(max(self._error.max(), -self._error.min()))
+        measured_range = self._y.max() - self._y.min()
+        if measured_range == 0.0:
+            raise InputError("e_mr is undefined: the measured output is constant, its range is zero")
+        return float(largest / measured_range)
+
+    def rms_error(self) -> float:
+        """Return e_rms; see `rms_error`."""
+        return self._judged(sqrt(np.square(self._error).sum() / self._error.size))
+
+    def _judged(self, figure: float) -> float:
+        """Return a figure of both outputs; one that is finite says that they are."""
+        if not isfinite(figure):
+            for name, values in (("measured", self._y), ("model", self._y_hat)):
+                finite = np.isfinite(values)
+                if not finite.all():
+                    bad = int(np.argmin(finite.ravel()))
+                    raise InputError(f"the {name} output is not finite, first at sample {bad}")
+        return figure
 
 
 def _comparable(y: ArrayLike, y_hat: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -97,17 +136,6 @@ def _comparable(y: ArrayLike, y_hat: ArrayLike) -> tuple[np.ndarray, np.ndarray]
     if y.size == 0:
         raise InputError("no samples to compare: both outputs are empty")
     return y, y_hat
-
-
-def _judged(figure: float, y: np.ndarray, y_hat: np.ndarray) -> float:
-    """Return a figure of two outputs; one that is finite says that they are."""
-    if not isfinite(figure):
-        for name, values in (("measured", y), ("model", y_hat)):
-            finite = np.isfinite(values)
-            if not finite.all():
-                bad = int(np.argmin(finite.ravel()))
-                raise InputError(f"the {name} output is not finite, first at sample {bad}")
-    return figure
 
 
 def times_the_noise(ratio: float) -> str:

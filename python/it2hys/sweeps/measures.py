@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 import scipy
 
 from it2hys.errors import InputError
-from it2hys.records.figures_of_merit import max_relative_error, rms_error
+from it2hys.records.figures_of_merit import Comparison
 
 #: A gain has fallen by 3 dB where it is below this share of its low-frequency value.
 HALF_POWER = 1.0 / np.sqrt(2.0)
@@ -97,13 +98,43 @@ def loop_area(voltage: np.ndarray, displacement: np.ndarray) -> float:
     return float(abs(area) / (periods * box)) if box and periods else float("nan")
 
 
-def _finite(values: np.ndarray) -> np.ndarray:
-    if not np.isfinite(np.vdot(values, values)):  # which is one sum: most often all that it takes
-        finite = np.isfinite(values)
-        if not finite.all():
-            bad = int(np.argmin(finite))
-            raise InputError(f"the output is not finite, first at sample {bad} of those judged")
-    return values
+class Judged:
+    """What metrics are computed from, and what those of one output share.
+
+    Parameters
+    ----------
+    output : ndarray, shape (N,)
+        From the end of the lead-in on.
+    against : ndarray, shape (N,), optional
+        What it is compared with.
+    step : float
+        Between samples, s.
+    """
+
+    def __init__(self, output: np.ndarray, against: np.ndarray | None, step: float) -> None:
+        self.output, self.against, self.step = output, against, step
+        self._compared: Comparison | None = None
+
+    def compared(self) -> Comparison:
+        """Return the output as a model's, beside what it is compared with."""
+        if self._compared is None:
+            self._compared = Comparison(self.against, self.output)
+        return self._compared
+
+    def finite(self) -> np.ndarray:
+        """Return the output; raises InputError if a sample of it is not finite."""
+        y = self.output
+        if not isfinite(np.vdot(y, y)):  # which is one sum: most often all that it takes
+            finite = np.isfinite(y)
+            if not finite.all():
+                bad = int(np.argmin(finite))
+                raise InputError(f"the output is not finite, first at sample {bad} of those judged")
+        return y
+
+    def gain(self) -> float:
+        """Return the range of the output over that of what it is compared with."""
+        other = np.ptp(self.against)
+        return float(np.ptp(self.finite()) / other) if other else float("nan")
 
 
 @dataclass(frozen=True)
@@ -113,7 +144,7 @@ class Kind:
     Attributes
     ----------
     function : callable
-        From the output, what it is compared with or None, and the step in s, to the number.
+        From what is judged to the number.
     compares : bool
         Whether it needs something to compare with.
     unit : str
@@ -122,47 +153,45 @@ class Kind:
         What it is, for the documentation.
     """
 
-    function: Callable[[np.ndarray, np.ndarray | None, float], float]
+    function: Callable[[Judged], float]
     compares: bool
     unit: str
     text: str
 
 
 def _of_one(function: Callable[[np.ndarray], float]) -> Callable:
-    return lambda y, _against, _step: float(function(_finite(y)))
+    return lambda judged: float(function(judged.finite()))
 
 
 KINDS: dict[str, Kind] = {
     "e_mr": Kind(
-        lambda y, r, _: max_relative_error(r, y), True, "share", "(24), largest error over range"
+        lambda it: it.compared().max_relative_error(), True, "share", "(24), largest error over range"
     ),
-    "e_rms": Kind(lambda y, r, _: rms_error(r, y), True, "same", "(25), rms error"),
-    "gain": Kind(
-        lambda y, r, _: float(np.ptp(_finite(y)) / np.ptp(r)) if np.ptp(r) else float("nan"),
-        True,
-        "1",
-        "range over the range of `against`",
-    ),
+    "e_rms": Kind(lambda it: it.compared().rms_error(), True, "same", "(25), rms error"),
+    "gain": Kind(Judged.gain, True, "1", "range over the range of `against`"),
     "loop area": Kind(
-        lambda y, x, _: loop_area(x, _finite(y)),
+        lambda it: loop_area(it.against, it.finite()),
         True,
         "share",
         "area of the loop over `against`, as a share of the rectangle around it",
     ),
     "bandwidth": Kind(
-        lambda y, r, step: bandwidth(r, _finite(y), step),
+        lambda it: bandwidth(it.against, it.finite(), it.step),
         True,
         "Hz",
         "frequency at which the gain has fallen by 3 dB; empty if it does not",
     ),
     "time true": Kind(
-        lambda y, _, step: float(np.count_nonzero(y != 0.0) * step), False, "s", "time that it is not 0"
+        lambda it: float(np.count_nonzero(it.output != 0.0) * it.step),
+        False,
+        "s",
+        "time that it is not 0",
     ),
     "mean": Kind(_of_one(np.mean), False, "same", "mean"),
     "std": Kind(_of_one(np.std), False, "same", "standard deviation"),
     "rms": Kind(_of_one(lambda y: np.sqrt(np.mean(y * y))), False, "same", "root of the mean square"),
-    "min": Kind(_of_one(np.min), False, "same", "least value"),
-    "max": Kind(_of_one(np.max), False, "same", "greatest value"),
+    "min": Kind(_of_one(np.ndarray.min), False, "same", "least value"),
+    "max": Kind(_of_one(np.ndarray.max), False, "same", "greatest value"),
     "range": Kind(_of_one(np.ptp), False, "same", "greatest less least value"),
     "final": Kind(_of_one(lambda y: y[-1]), False, "same", "last value"),
     "change": Kind(_of_one(lambda y: y[-1] - y[0]), False, "same", "last value less the first judged"),

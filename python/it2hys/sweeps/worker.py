@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import ExitStack, nullcontext
 from functools import reduce
 from io import BytesIO
+from math import isinf, isnan
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ import numpy as np
 from it2hys.cosimulation.slave import Slave
 from it2hys.cosimulation.stepping import System, named
 from it2hys.errors import InputError
-from it2hys.sweeps.measures import KINDS
+from it2hys.sweeps.measures import KINDS, Judged
 from it2hys.sweeps.plan import Plan, Setup, signal_values
 
 OK, FAILED = "ok", "failed"
@@ -192,16 +193,19 @@ class Runner:
             "out_of_range": int(np.count_nonzero(reduce(np.logical_or, outside))) if outside else None,
             "message": MESSAGES_APART.join(system.messages) or None,
         }
+        judged: dict[tuple[str, str], Judged] = {}
         for metric in plan.metrics:
-            of, against = (
-                self._output(name, records, values, step, count, metric.of)
-                for name in (metric.of, metric.against)
-            )
-            other = None if against is None else against[skipped:]
-            number = KINDS[metric.kind].function(of[skipped:], other, step)
-            if np.isinf(number):
+            pair = metric.of, metric.against
+            if pair not in judged:
+                of, against = (
+                    self._output(name, records, values, step, count, metric.of) for name in pair
+                )
+                other = None if against is None else against[skipped:]
+                judged[pair] = Judged(of[skipped:], other, step)
+            number = KINDS[metric.kind].function(judged[pair])
+            if isinf(number):
                 raise InputError(f"{metric.name} is not finite: the outputs diverge")
-            row[metric.name] = None if np.isnan(number) else number
+            row[metric.name] = None if isnan(number) else number
         for name in plan.keep:
             row[name] = self._output(name, records, values, step, count)[:: plan.keep_every]
         return row
