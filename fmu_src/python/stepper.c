@@ -1,5 +1,5 @@
 /* Steps connected FMUs over arrays: the loop of a master, without an interpreter in it. The FMUs are
- * anyone's FMI 2.0 slaves, instantiated and initialised by the caller (python/it2hys/cosimulation/stepping.py), and
+ * anyone's slaves of FMI 2.0 or FMI 3.0, instantiated and initialised by the caller (python/it2hys/cosimulation/stepping.py), and
  * known here by their instances and the addresses of their functions.
  *
  * Every signal and every output has a course: its values step by step, those of an output after what it was before
@@ -11,6 +11,7 @@
 #include <stdio.h>
 
 #include "fmi2FunctionTypes.h"
+#include "fmi3FunctionTypes.h"
 
 #if defined _WIN32
 #define EXPORT __declspec(dllexport)
@@ -25,8 +26,8 @@
 #define INLINE inline
 #endif
 
-/* How the FMI functions of a base hold numbers: Real, Integer and Boolean. */
-enum held { DOUBLE, INT, FLAG, HELD };
+/* How FMI functions hold numbers: a Real or Float64, an Integer or Int32, a Boolean of FMI 2.0 and one of FMI 3.0. */
+enum held { DOUBLE, INT, FLAG, BOOL, HELD };
 
 /* Where an input comes from, which gets factor * value + offset, or where an output goes. */
 struct stepper_value {
@@ -43,8 +44,14 @@ struct stepper_transfer {
         fmi2SetIntegerTYPE *set_integer; /* Booleans are ints, too */
         fmi2GetRealTYPE *get_real;
         fmi2GetIntegerTYPE *get_integer;
+        fmi3SetFloat64TYPE *set_float64;
+        fmi3SetInt32TYPE *set_int32;
+        fmi3SetBooleanTYPE *set_boolean;
+        fmi3GetFloat64TYPE *get_float64;
+        fmi3GetInt32TYPE *get_int32;
+        fmi3GetBooleanTYPE *get_boolean;
     } function;
-    const fmi2ValueReference *references;
+    const uint32_t *references;
     struct stepper_value *values;
     void *room; /* for what is set or got; NULL: one double, as it is in its course */
     int64_t count;
@@ -53,10 +60,18 @@ struct stepper_transfer {
 /* What a slave does in a step: inputs set, a step, outputs got. Each call has a place of its own in the code, and
  * most often one target there: processors foresee that, which a loop over a list of calls costs them half of. */
 struct stepper_turn {
-    fmi2Component instance;
-    fmi2DoStepTYPE *step;
+    void *instance;
+    union {
+        fmi2DoStepTYPE *fmi2;
+        fmi3DoStepTYPE *fmi3;
+    } step;
     struct stepper_transfer set[HELD], get[HELD];
+    int32_t version; /* of FMI: 2 or 3 */
 };
+
+/* Statuses are the same numbers in both versions. This one is of a step that went well, after which a slave of FMI 3.0
+ * asks that no other follows. */
+enum { OK = fmi2OK, WARNING = fmi2Warning, ENDED = 6 };
 
 enum kind { SET, STEP, GET };
 
@@ -127,6 +142,8 @@ static INLINE const void *gathered(const struct stepper_transfer *inputs, enum h
         const double value = input_value(&inputs->values[i], step);
         if (held == DOUBLE)
             ((double *)inputs->room)[i] = value;
+        else if (held == BOOL)
+            ((bool *)inputs->room)[i] = value != 0.0;
         else
             ((int *)inputs->room)[i] = held == INT ? to_integer(value) : value != 0.0;
     }
@@ -142,12 +159,18 @@ static INLINE void *receiver(const struct stepper_transfer *outputs, int64_t ste
 /* Write what a call has left into the courses. */
 static INLINE void scatter(const struct stepper_transfer *outputs, enum held held, int64_t step)
 {
-    for (int64_t i = 0; outputs->room && i < outputs->count; i++)
-        outputs->values[i].values[step] =
-            held == DOUBLE ? ((const double *)outputs->room)[i] : ((const int *)outputs->room)[i];
+    for (int64_t i = 0; outputs->room && i < outputs->count; i++) {
+        double *const value = outputs->values[i].values + step;
+        if (held == DOUBLE)
+            *value = ((const double *)outputs->room)[i];
+        else
+            *value = held == BOOL ? ((const bool *)outputs->room)[i] : ((const int *)outputs->room)[i];
+    }
 }
 
-static INLINE fmi2Status set_ints(const struct stepper_turn *turn, enum held held, int64_t step)
+/* --- FMI 2.0 ------------------------------------------------------------------------------------- */
+
+static INLINE fmi2Status fmi2_set_ints(const struct stepper_turn *turn, enum held held, int64_t step)
 {
     const struct stepper_transfer *const set = &turn->set[held];
 
@@ -155,7 +178,7 @@ static INLINE fmi2Status set_ints(const struct stepper_turn *turn, enum held hel
                                      gathered(set, held, step));
 }
 
-static INLINE fmi2Status set_inputs(const struct stepper_turn *turn, int64_t step)
+static INLINE fmi2Status fmi2_set(const struct stepper_turn *turn, int64_t step)
 {
     const struct stepper_transfer *const reals = &turn->set[DOUBLE];
     fmi2Status status = fmi2OK;
@@ -164,13 +187,13 @@ static INLINE fmi2Status set_inputs(const struct stepper_turn *turn, int64_t ste
         status = reals->function.set_real(turn->instance, reals->references, (size_t)reals->count,
                                           gathered(reals, DOUBLE, step));
     if (turn->set[INT].count > 0 && status <= fmi2Warning)
-        status = set_ints(turn, INT, step);
+        status = fmi2_set_ints(turn, INT, step);
     if (turn->set[FLAG].count > 0 && status <= fmi2Warning)
-        status = set_ints(turn, FLAG, step);
+        status = fmi2_set_ints(turn, FLAG, step);
     return status;
 }
 
-static INLINE fmi2Status get_ints(const struct stepper_turn *turn, enum held held, int64_t step)
+static INLINE fmi2Status fmi2_get_ints(const struct stepper_turn *turn, enum held held, int64_t step)
 {
     const struct stepper_transfer *const get = &turn->get[held];
     const fmi2Status status =
@@ -180,7 +203,7 @@ static INLINE fmi2Status get_ints(const struct stepper_turn *turn, enum held hel
     return status;
 }
 
-static INLINE fmi2Status get_outputs(const struct stepper_turn *turn, int64_t step)
+static INLINE fmi2Status fmi2_get(const struct stepper_turn *turn, int64_t step)
 {
     const struct stepper_transfer *const reals = &turn->get[DOUBLE];
     fmi2Status status = fmi2OK;
@@ -191,10 +214,81 @@ static INLINE fmi2Status get_outputs(const struct stepper_turn *turn, int64_t st
         scatter(reals, DOUBLE, step);
     }
     if (turn->get[INT].count > 0 && status <= fmi2Warning)
-        status = get_ints(turn, INT, step);
+        status = fmi2_get_ints(turn, INT, step);
     if (turn->get[FLAG].count > 0 && status <= fmi2Warning)
-        status = get_ints(turn, FLAG, step);
+        status = fmi2_get_ints(turn, FLAG, step);
     return status;
+}
+
+/* --- FMI 3.0: variables are scalars, so that there are as many values as references ---------------- */
+
+static fmi3Status fmi3_set(const struct stepper_turn *turn, int64_t step)
+{
+    const struct stepper_transfer *const doubles = &turn->set[DOUBLE], *const ints = &turn->set[INT],
+                                         *const flags = &turn->set[BOOL];
+    const size_t n = (size_t)doubles->count, m = (size_t)ints->count, l = (size_t)flags->count;
+    fmi3Status status = fmi3OK;
+
+    if (n > 0)
+        status = doubles->function.set_float64(turn->instance, doubles->references, n,
+                                               gathered(doubles, DOUBLE, step), n);
+    if (m > 0 && status <= fmi3Warning)
+        status = ints->function.set_int32(turn->instance, ints->references, m, gathered(ints, INT, step), m);
+    if (l > 0 && status <= fmi3Warning)
+        status =
+            flags->function.set_boolean(turn->instance, flags->references, l, gathered(flags, BOOL, step), l);
+    return status;
+}
+
+static int32_t fmi3_step(const struct stepper_turn *turn, double time, double step_size)
+{
+    fmi3Boolean event, terminate = fmi3False, early;
+    fmi3Float64 reached;
+    const fmi3Status status =
+        turn->step.fmi3(turn->instance, time, step_size, fmi3True, &event, &terminate, &early, &reached);
+
+    return status <= fmi3Warning && terminate ? ENDED : (int32_t)status;
+}
+
+static fmi3Status fmi3_get(const struct stepper_turn *turn, int64_t step)
+{
+    const struct stepper_transfer *const doubles = &turn->get[DOUBLE], *const ints = &turn->get[INT],
+                                         *const flags = &turn->get[BOOL];
+    const size_t n = (size_t)doubles->count, m = (size_t)ints->count, l = (size_t)flags->count;
+    fmi3Status status = fmi3OK;
+
+    if (n > 0) {
+        status =
+            doubles->function.get_float64(turn->instance, doubles->references, n, receiver(doubles, step), n);
+        scatter(doubles, DOUBLE, step);
+    }
+    if (m > 0 && status <= fmi3Warning) {
+        status = ints->function.get_int32(turn->instance, ints->references, m, receiver(ints, step), m);
+        scatter(ints, INT, step);
+    }
+    if (l > 0 && status <= fmi3Warning) {
+        status = flags->function.get_boolean(turn->instance, flags->references, l, receiver(flags, step), l);
+        scatter(flags, BOOL, step);
+    }
+    return status;
+}
+
+/* --- either: the version is a constant where these are called, so that FMI 2.0 does not wait for FMI 3.0 -------- */
+
+static INLINE int32_t set_inputs(const struct stepper_turn *turn, int32_t version, int64_t step)
+{
+    return version == 2 ? (int32_t)fmi2_set(turn, step) : (int32_t)fmi3_set(turn, step);
+}
+
+static INLINE int32_t make_step(const struct stepper_turn *turn, int32_t version, double time, double step_size)
+{
+    return version == 2 ? (int32_t)turn->step.fmi2(turn->instance, time, step_size, fmi2True)
+                        : fmi3_step(turn, time, step_size);
+}
+
+static INLINE int32_t get_outputs(const struct stepper_turn *turn, int32_t version, int64_t step)
+{
+    return version == 2 ? (int32_t)fmi2_get(turn, step) : (int32_t)fmi3_get(turn, step);
 }
 
 /* Tells a slave's calls where their values are. */
@@ -210,53 +304,67 @@ static void place(struct stepper_turn *turn, double *const *courses, bool steppi
 
 int32_t it2core_stepper_exchange(struct stepper_turn *turn, double *const *courses, bool sets, int32_t *kind)
 {
-    fmi2Status status = fmi2OK;
+    int32_t status = OK;
 
     place(turn, courses, false);
     *kind = SET;
     if (sets)
-        status = set_inputs(turn, 0);
-    if (status <= fmi2Warning) {
+        status = set_inputs(turn, turn->version, 0);
+    if (status <= WARNING) {
         *kind = GET;
-        status = get_outputs(turn, 0);
-    }
-    return (int32_t)status;
-}
-
-/* Return the status of a slave's turn in a step, and in `kind` which of its calls it is of. */
-static INLINE fmi2Status take_turn(const struct stepper_turn *turn, int64_t step, double time, double step_size,
-                                   int32_t *kind)
-{
-    fmi2Status status = set_inputs(turn, step);
-
-    *kind = SET;
-    if (status <= fmi2Warning) {
-        *kind = STEP;
-        status = turn->step(turn->instance, time, step_size, fmi2True);
-    }
-    if (status <= fmi2Warning) {
-        *kind = GET;
-        status = get_outputs(turn, step);
+        status = get_outputs(turn, turn->version, 0);
     }
     return status;
 }
 
-/* Return the number of complete steps, which is less than asked for where a slave refused one. */
-int64_t it2core_stepper_run(struct stepper_turn *turns, int32_t slaves, double *const *courses,
-                            int64_t first_step, int64_t steps, double step_size, struct stepper_fault *fault)
+/* Return the status of a slave's turn in a step, and in `kind` which of its calls it is of. */
+static INLINE int32_t take_turn(const struct stepper_turn *turn, int32_t version, int64_t step, double time,
+                                double step_size, int32_t *kind)
 {
-    for (int32_t i = 0; i < slaves; i++)
-        place(&turns[i], courses, true);
+    int32_t status = set_inputs(turn, version, step);
+
+    *kind = SET;
+    if (status <= WARNING) {
+        *kind = STEP;
+        status = make_step(turn, version, time, step_size);
+    }
+    if (status <= WARNING) {
+        *kind = GET;
+        status = get_outputs(turn, version, step);
+    }
+    return status;
+}
+
+/* Return the number of complete steps, which is less than asked for where a slave refused one. `mixed` is a constant
+ * where this is called. */
+static INLINE int64_t run(const struct stepper_turn *turns, int32_t slaves, int64_t first_step, int64_t steps,
+                          double step_size, bool mixed, struct stepper_fault *fault)
+{
     for (int64_t k = 0; k < steps; k++) {
         const double time = (double)(first_step + k) * step_size;
         for (int32_t i = 0; i < slaves; i++) {
             int32_t kind;
-            const fmi2Status status = take_turn(&turns[i], k, time, step_size, &kind);
-            if (status > fmi2Warning) {
-                *fault = (struct stepper_fault){ i, kind, (int32_t)status };
+            const int32_t status =
+                take_turn(&turns[i], mixed ? turns[i].version : 2, k, time, step_size, &kind);
+            if (status > WARNING) {
+                *fault = (struct stepper_fault){ i, kind, status };
                 return k;
             }
         }
     }
     return steps;
+}
+
+int64_t it2core_stepper_run(struct stepper_turn *turns, int32_t slaves, double *const *courses,
+                            int64_t first_step, int64_t steps, double step_size, struct stepper_fault *fault)
+{
+    bool mixed = false;
+
+    for (int32_t i = 0; i < slaves; i++) {
+        place(&turns[i], courses, true);
+        mixed |= turns[i].version != 2;
+    }
+    if (mixed)
+        return run(turns, slaves, first_step, steps, step_size, true, fault);
+    return run(turns, slaves, first_step, steps, step_size, false, fault);
 }

@@ -220,7 +220,9 @@ def make_parser() -> argparse.ArgumentParser:
     _add_own(commands)
 
     simulate = _command(commands, "simulate", _simulate, "run an FMU over signals from a CSV")
-    simulate.add_argument("fmu", metavar="FMU", type=Path, help="an FMU of FMI 2.0 with a sampleTime")
+    simulate.add_argument(
+        "fmu", metavar="FMU", type=Path, help="an FMU of FMI 2.0 or 3.0 with a sampleTime"
+    )
     simulate.add_argument(
         "--input", required=True, metavar="U.csv", type=Path, help="signals at the FMU's sampleTime"
     )

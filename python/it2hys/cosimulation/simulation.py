@@ -26,10 +26,13 @@ INVERSE_CHAIN = (
 
 
 def sample_time(slave: Slave) -> float:
-    """Return the sample time of an instance, s; raises InputError if it has none."""
-    if slave.sample_time is None:
+    """Return the sample time of an instance, s; raises InputError if it has none above 0."""
+    step = slave.sample_time
+    if step is None:
         raise InputError(f"{slave.path}: the FMU has no sampleTime to step at")
-    return slave.sample_time
+    if not step > 0.0:
+        raise InputError(f"{slave.path}: sampleTime is {step:g}; it must be positive to step at")
+    return step
 
 
 def simulate(

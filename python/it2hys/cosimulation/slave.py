@@ -1,8 +1,9 @@
 """One instance of an FMU through FMPy: unpacking, initialization, values, single steps."""
 
 import ctypes
+import math
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -11,17 +12,15 @@ from fmpy import fmi2
 from fmpy.model_description import ModelDescription, ScalarVariable, SimpleType
 
 from it2hys.cosimulation.archive import check_archive, is_plain_name, unpack
+from it2hys.cosimulation.faces import FACES
 from it2hys.errors import InputError
-from it2hys.model.compiled import library_function
 from it2hys.support.keys import known_names
 from it2hys.support.numerals import parse_number
 
 # messages kept of one run: a foreign FMU may log every step
 LARGEST_LOG = 20
-# FMI 2.0 hands over the items of an enumeration as integers
-BASE = {"Enumeration": "Integer"}
-_LISTENER = ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_char_p)
-CONVERT = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
+#: The same in all versions of FMI.
+WARNING, FATAL = fmi2.fmi2Warning, fmi2.fmi2Fatal
 
 
 class _Explained:
@@ -36,7 +35,7 @@ class _Explained:
     def __exit__(self, _type: object, error: BaseException | None, _traceback: object) -> None:
         if not isinstance(error, Exception) or isinstance(error, InputError):
             return
-        if getattr(error, "status", None) == fmi2.fmi2Fatal:
+        if getattr(error, "status", None) == FATAL:
             self._slave.abandon()
         raise self._slave.fault(str(error)) from None
 
@@ -84,28 +83,23 @@ class Slave:
         directory = tempfile.TemporaryDirectory(prefix="it2hys-", ignore_cleanup_errors=True)
         self._directory = self._stack.enter_context(directory)
         unpack(self.path, self._directory)
-        # kept, because the library holds a pointer to them
-        self._callbacks = fmi2.fmi2CallbackFunctions()
-        self._callbacks.logger = ctypes.cast(
-            library_function("it2core_stepper_log"), fmi2.fmi2CallbackLoggerTYPE
-        )
-        self._listener = _LISTENER(self._hear)
-        self._environment = ctypes.pointer(self._listener)
-        self._callbacks.componentEnvironment = ctypes.cast(self._environment, ctypes.c_void_p)
-        self._callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
-        self._callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
+        self._arrays: dict[int, list[str]] = {}
+        for name, variable in self.variables.items():
+            if variable.dimensions:
+                self._arrays.setdefault(variable.valueReference, []).append(name)
+        self._elements: dict[int, list] = {}  # of arrays, as they were set
+        self.face = FACES[self.description.fmiVersion](self._hear)
         self._stack.callback(self._free)
 
     def _instantiate(self) -> None:
-        fmu = fmi2.FMU2Slave(
+        self._fmu = self.face.instantiate(
             guid=self.description.guid,
             unzipDirectory=self._directory,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName=self.path.stem,
             libraryPath=self._library(),
         )
-        fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
-        self._fmu, self._used = fmu, False
+        self._used = False
 
     def _library(self) -> str | None:
         """Return the binary for this very processor, where there is one; FMPy looks for x86's alone."""
@@ -115,7 +109,7 @@ class Slave:
         return str(library) if library.is_file() else None
 
     def _hear(self, status: int, message: bytes) -> None:
-        self.warned |= status == fmi2.fmi2Warning
+        self.warned |= status == WARNING
         if len(self.messages) < LARGEST_LOG:
             self.messages.append(message.decode(errors="replace").strip())
 
@@ -160,9 +154,10 @@ class Slave:
             elif self._used:
                 self._fmu.reset()
             self._used = True
-            self._fmu.setupExperiment(startTime=0.0)
+            self._elements.clear()
+            self.face.set_up(self._fmu)
             self.set(start_values or {})
-            self._fmu.enterInitializationMode()
+            self.face.enter_initialization(self._fmu)
 
     def ready(self) -> None:
         """Leave initialization mode."""
@@ -198,25 +193,56 @@ class Slave:
 
     def set(self, values: Mapping) -> None:
         """Set variables by name; those of one type together."""
-        by_type: dict[str, tuple[list, list]] = {}
+        by_base: dict[str, dict[int, list]] = {}
         if "sampleTime" in values:
             self._sample_time, self._sample_time_set = None, True
         for name, value in values.items():
             variable = self.variable(name)
-            base = BASE.get(variable.type, variable.type)
-            references, numbers = by_type.setdefault(base, ([], []))
-            references.append(variable.valueReference)
-            numbers.append(CONVERT[base](value))
+            base, convert = self._typed(variable)
+            reference = variable.valueReference
+            numbers = self._whole(variable, convert) if variable.dimensions else [None]
+            numbers[self._place(variable)] = convert(value)
+            by_base.setdefault(base, {})[reference] = numbers
         with self._explained:
-            for base, (references, numbers) in by_type.items():
-                getattr(self._fmu, f"set{base}")(references, numbers)
+            for base, numbers_of in by_base.items():
+                setter = getattr(self._fmu, f"set{base}")
+                setter(
+                    list(numbers_of), [number for numbers in numbers_of.values() for number in numbers]
+                )
 
     def get(self, name: str) -> float | int | bool:
         """Return the value of a variable."""
         variable = self.variable(name)
-        base = BASE.get(variable.type, variable.type)
+        getter = getattr(self._fmu, f"get{self._typed(variable)[0]}")
         with self._explained:
-            return getattr(self._fmu, f"get{base}")([variable.valueReference])[0]
+            if not variable.dimensions:
+                return getter([variable.valueReference])[0]
+            elements = getter([variable.valueReference], math.prod(variable.shape))
+            return elements[self._place(variable)]
+
+    def _typed(self, variable: ScalarVariable) -> tuple[str, type]:
+        """Return what the FMI functions of a variable are named by, and what it is in Python."""
+        if variable.type not in self.face.types:
+            raise InputError(
+                f"{self.path}: {variable.name} is of the type {variable.type}, which is not taken here"
+            )
+        return self.face.types[variable.type]
+
+    def _place(self, element: ScalarVariable) -> int:
+        """Return the place of an element in its array; of a scalar, 0."""
+        return self._arrays[element.valueReference].index(element.name) if element.dimensions else 0
+
+    def _whole(self, element: ScalarVariable, convert: Callable) -> list:
+        """Return all elements of an array, as they were set or begin: it is set as a whole."""
+        reference = element.valueReference
+        if reference not in self._elements:
+            starts = [self.variables[name].start for name in self._arrays[reference]]
+            if None in starts:
+                raise InputError(f"{self.path}: {element.name} is of an array without start values")
+            self._elements[reference] = [
+                start == "true" if convert is bool else convert(parse_number(start)) for start in starts
+            ]
+        return self._elements[reference]
 
     # --- steps ---------------------------------------------------------------------------------
 
@@ -247,8 +273,8 @@ def read_description(path: Path) -> ModelDescription:
     ------
     InputError
         If the file is missing, is no FMU, is one that could write or load what is outside of it,
-        or one of another kind: not FMI 2.0, not for co-simulation, or without a binary for this
-        platform.
+        or one of another kind: not FMI 2.0 or 3.0, not for co-simulation, or without a binary for
+        this platform.
     """
     check_archive(path)
     try:
@@ -256,10 +282,10 @@ def read_description(path: Path) -> ModelDescription:
         platforms = fmpy.supported_platforms(str(path))
     except Exception as error:
         raise InputError(f"{path}: not an FMU: {error}") from None
-    if description.fmiVersion != "2.0":
+    if description.fmiVersion not in FACES:
         raise InputError(
-            f"{path}: this is an FMU of FMI {description.fmiVersion}, but FMI 2.0 is needed here. Of "
-            "this project's FMUs take those without _fmi3 in their names (`--fmi 2`), or run it in FMPy"
+            f"{path}: this is an FMU of FMI {description.fmiVersion}; "
+            f"FMI {' or '.join(FACES)} is needed here"
         )
     if description.coSimulation is None:
         raise InputError(f"{path}: not an FMU for co-simulation")
@@ -272,17 +298,22 @@ def read_description(path: Path) -> ModelDescription:
         _check_numbers(path, f"variable {variable.name!r}", variable)
     for declared in description.typeDefinitions:
         _check_numbers(path, f"type {declared.name!r}", declared)
+    try:
+        FACES[description.fmiVersion].complete(description)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     return description
 
 
 def _check_numbers(path: Path, owner: str, holder: ScalarVariable | SimpleType) -> None:
     """Refuse attributes that must be numbers and are not."""
-    if holder.type in ("Boolean", "String"):
+    if holder.type in ("Boolean", "String", "Binary", "Clock"):
         return
+    several = getattr(holder, "dimensions", None)
     for name in ("start", "min", "max", "nominal"):
         text = getattr(holder, name, None)
         try:
-            if text is not None:
-                parse_number(text)
+            for number in [] if text is None else text.split() if several else [text]:
+                parse_number(number)
         except ValueError:
             raise InputError(f"{path}: {owner}: {name} is {text!r}; it must be a number") from None

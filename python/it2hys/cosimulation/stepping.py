@@ -12,18 +12,20 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from fmpy import fmi2
 
-from it2hys.cosimulation.slave import BASE, Slave
+from it2hys.cosimulation.faces import untransferable
+from it2hys.cosimulation.slave import FATAL, WARNING, Slave
 from it2hys.errors import InputError
 from it2hys.model.compiled import library_function
 
-BASES = ("Real", "Integer", "Boolean")
-#: Numbers in a base's memory, by `enum held` of stepper.c.
-_HELD = (np.float64, np.int32, np.int32)
+#: Memory of the numbers that FMI functions take, by `enum held` of stepper.c.
+HELD = (np.float64, np.int32, np.int32, np.bool_)
 #: Messages of failed calls, by `enum kind` of stepper.c.
-FAILED = ("its inputs could not be set", "fmi2DoStep failed", "its outputs could not be read")
-STATUS = {2: "fmi2Discard", 3: "fmi2Error", 4: "fmi2Fatal", 5: "fmi2Pending (steps in the background)"}
+FAILED = ("its inputs could not be set", "DoStep failed", "its outputs could not be read")
+STATUS = {
+    2: "Discard", 3: "Error", FATAL: "Fatal", 5: "Pending (steps in the background)",
+    6: "DoStep asks to end the simulation",
+}  # fmt: skip
 _ADDRESS = ctypes.c_void_p
 
 
@@ -68,7 +70,7 @@ class _Turn(ctypes.Structure):
 
     _fields_ = (
         ("instance", _ADDRESS), ("step", _ADDRESS),
-        ("set", _Transfer * len(BASES)), ("get", _Transfer * len(BASES)),
+        ("set", _Transfer * len(HELD)), ("get", _Transfer * len(HELD)), ("version", ctypes.c_int32),
     )  # fmt: skip
 
 
@@ -121,7 +123,8 @@ class System:
     Raises
     ------
     InputError
-        If a name is unknown, an input is connected twice, or a variable is a String.
+        If a name is unknown, an input is connected twice, or a variable can be neither set nor
+        recorded as a number, such as a String.
     """
 
     def __init__(
@@ -141,7 +144,7 @@ class System:
         for name in wanted:
             self._find(name)
         for slave, groups in self._outputs.items():
-            for group in groups:
+            for group in groups.values():
                 self._slots.update({f"{slave}.{v}": len(self._slots) + i for i, v in enumerate(group)})
         self._inputs = {name: self._by_base(name, self._connections) for name in self.slaves}
         for target in self._connections:
@@ -159,15 +162,20 @@ class System:
         slave, _, variable = name.partition(".")
         if slave not in self.slaves:
             raise InputError(f"{name}: there is no FMU {slave!r}; there are {', '.join(self.slaves)}")
-        if self.slaves[slave].variable(variable).type == "String":
-            raise InputError(f"{name} is a String; numbers can be connected and recorded")
+        if fault := untransferable(self.slaves[slave].face, self.slaves[slave].variable(variable)):
+            raise InputError(f"{name} {fault}")
         return slave, variable
 
-    def _by_base(self, slave: str, names: Sequence[str]) -> list[list[str]]:
-        """Return a slave's variables among names: Real ones, Integer ones, Boolean ones."""
-        own = [n.partition(".")[2] for n in names if n.partition(".")[0] == slave]
-        kinds = {n: self.slaves[slave].variable(n).type for n in own}
-        return [[n for n in own if BASE.get(kinds[n], kinds[n]) == base] for base in BASES]
+    def _by_base(self, slave: str, names: Sequence[str]) -> dict[str, list[str]]:
+        """Return a slave's variables among names, by what their FMI functions are named by."""
+        owner = self.slaves.get(slave)
+        groups: dict[str, list[str]] = {}
+        for name in names:
+            of, _, own = name.partition(".")
+            if of == slave:
+                self._find(name)
+                groups.setdefault(owner.face.types[owner.variable(own).type][0], []).append(own)
+        return groups
 
     def initialize(
         self,
@@ -205,7 +213,7 @@ class System:
         """Read the outputs of a slave outside of a step, after setting its inputs if it is to."""
         turn, kind = ctypes.addressof(self._turns) + slave * ctypes.sizeof(_Turn), ctypes.c_int32()
         status = _exchange()(turn, self._last_places, sets, ctypes.byref(kind))
-        if status > fmi2.fmi2Warning:
+        if status > WARNING:
             raise self._explain(_Fault(slave, kind.value, status), 0.0)
 
     def _fill(self) -> None:
@@ -217,27 +225,24 @@ class System:
         self._kept.clear()
         self._turns = (_Turn * len(self.slaves))()
         for i, (name, slave) in enumerate(self.slaves.items()):
-            turn = self._turns[i]
-            turn.instance, turn.step = slave.instance, slave.function("fmi2DoStep")
-            for base, group in enumerate(self._inputs[name]):
-                if group:
-                    sources = [self._connections[f"{name}.{v}"] for v in group]
-                    ends = [
-                        (c.factor, c.offset, 0, self._slots[c.source], self._made(c, i))
-                        for c in sources
-                    ]
-                    plain = all(c.as_it_is for c in sources)
-                    turn.set[base] = self._transfer(slave, "Set", base, group, ends, plain)
-            for base, group in enumerate(self._outputs[name]):
-                if group:
-                    ends = [(1.0, 0.0, 0, self._slots[f"{name}.{v}"], True) for v in group]
-                    turn.get[base] = self._transfer(slave, "Get", base, group, ends, True)
+            turn, prefix, held = self._turns[i], slave.face.prefix, slave.face.held
+            turn.instance, turn.version = slave.instance, slave.face.number
+            turn.step = slave.function(f"{prefix}DoStep")
+            for base, group in self._inputs[name].items():
+                sources = [self._connections[f"{name}.{v}"] for v in group]
+                ends = [
+                    (c.factor, c.offset, 0, self._slots[c.source], self._made(c, i)) for c in sources
+                ]
+                plain = all(c.as_it_is for c in sources)
+                turn.set[held[base]] = self._transfer(slave, f"{prefix}Set{base}", group, ends, plain)
+            for base, group in self._outputs[name].items():
+                ends = [(1.0, 0.0, 0, self._slots[f"{name}.{v}"], True) for v in group]
+                turn.get[held[base]] = self._transfer(slave, f"{prefix}Get{base}", group, ends, True)
 
     def _transfer(
         self,
         slave: Slave,
-        verb: str,
-        base: int,
+        function: str,
         group: Sequence[str],
         ends: Sequence[tuple],
         plain: bool,
@@ -245,11 +250,12 @@ class System:
         """Return the call that sets or gets a slave's variables of one base."""
         references = np.array([slave.variable(v).valueReference for v in group], dtype=np.uint32)
         values = (_Value * len(group))(*ends)
-        room = np.zeros(len(group), dtype=_HELD[base])
+        base, _ = slave.face.types[slave.variable(group[0]).type]
+        room = np.zeros(len(group), dtype=HELD[slave.face.held[base]])
         self._kept += [references, values, room]
-        straight = plain and len(group) == 1 and BASES[base] == "Real"
+        straight = plain and len(group) == 1 and room.dtype == np.float64
         return _Transfer(
-            slave.function(f"fmi2{verb}{BASES[base]}"), references.ctypes.data,
+            slave.function(function), references.ctypes.data,
             ctypes.addressof(values), None if straight else room.ctypes.data, len(group),
         )  # fmt: skip
 
@@ -307,10 +313,11 @@ class System:
 
     def _explain(self, fault: _Fault, time: float) -> InputError:
         slave = list(self.slaves.values())[fault.slave]
-        if fault.status == fmi2.fmi2Fatal:
+        if fault.status == FATAL:
             slave.abandon()
-        said = slave.fault(FAILED[fault.kind])
-        return InputError(f"{said} ({STATUS.get(fault.status, fault.status)} at {time:g} s)")
+        prefix = slave.face.prefix
+        said = slave.fault(FAILED[fault.kind].replace("DoStep", f"{prefix}DoStep"))
+        return InputError(f"{said} ({prefix}{STATUS.get(fault.status, fault.status)} at {time:g} s)")
 
     @property
     def messages(self) -> list[str]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from it2hys.cosimulation.slave import BASE
+from it2hys.cosimulation.faces import FACES, untransferable
 from it2hys.errors import InputError
 from it2hys.stand import excitations
 from it2hys.support.keys import known_names
@@ -33,6 +33,7 @@ class Lookup:
             fmu: {v.name: v for v in description.modelVariables}
             for fmu, description in descriptions.items()
         }
+        self.faces = {fmu: FACES[d.fmiVersion] for fmu, d in descriptions.items()}
         self.starts = {fmu.name: fmu.start for fmu in scenario.fmus}
 
     def variable(self, place: str, name: str) -> ScalarVariable:
@@ -53,8 +54,9 @@ class Lookup:
                 known = known_names(name, list(self.signals))
                 raise InputError(f"{place}: there is no signal {name!r}; {known}; outputs are FMU.name")
             return
-        if self.variable(place, name).type == "String":
-            raise InputError(f"{place}: {name} is a String; only numbers can be recorded")
+        variable = self.variable(place, name)
+        if fault := untransferable(self.faces[name.partition(".")[0]], variable):
+            raise InputError(f"{place}: {name} {fault}")
         for setup in setups:
             if name.partition(".")[0] not in setup.fmus:
                 raise InputError(
@@ -95,8 +97,8 @@ class Lookup:
         variable = self.variable(place, target)
         if variable.causality not in ("parameter", "input") or variable.variability == "constant":
             raise InputError(f"{place}: {target} is {variable.causality}; it cannot be set")
-        if BASE.get(variable.type, variable.type) == "String":
-            raise InputError(f"{place}: {target} is a String; only numbers can be set")
+        if self.faces[name].types.get(variable.type, ("", str))[1] is str:
+            raise InputError(f"{place}: {target} is a {variable.type}; only numbers can be set")
         self._check_range(place, target, values, _bounds(variable))
         start = self.starts[name].get(key, variable.start)
         return float(start == "true") if start in ("true", "false") else float(start or 0.0)

@@ -99,7 +99,7 @@ class Fmu(Table):
 
     name: str = Field("", init=False)
     source: str
-    """`"IT2Plant"`, `"IT2Inverse"`, `"PIController"`, or the path of any FMI 2.0 co-simulation FMU."""
+    """`"IT2Plant"`, `"IT2Inverse"`, `"PIController"`, or the path of an FMU for co-simulation."""
     parameters: str | None = None
     """Another parameter set for this FMU: an SSV file or `"table 1"`."""
     start: dict[str, Any] = Field({})
