@@ -4,7 +4,7 @@
 # make diagnosis  the diagnosis on simulated stages of seeds that nothing was chosen on (SEEDS=30000, CASES=6): a gate, hours
 # make design  records designed between two effects, on simulated stages (SEEDS=90000, COUNT=10): do they decide? hours
 # make own-effects  the worked examples of own effects on simulated stages (SEEDS=20, KIND=given): hours; goes on where it ended
-# make bench  ratios against peers (REFERENCE_FMUS=their sources), limits and an earlier commit (BEFORE=commit), growth; soak
+# make bench  ratios against peers (REFERENCE_FMUS=their sources) and an earlier commit (BEFORE=commit), growth, soak; limits
 # make modelica  the Modelica library's release archive, dist/IT2Hysteresis-VERSION.zip
 # make clean  remove everything that was built
 #
@@ -137,13 +137,8 @@ own-effects: $(INSTALLED)
 	$(BIN)/python benchmarks/own_effects.py $(if $(SEEDS),--seeds $(SEEDS)) $(if $(KIND),--kind '$(KIND)')
 
 bench: $(INSTALLED) ctest
-	$(if $(BEFORE),PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python benchmarks/before.py $(BEFORE))
 	$(BIN)/cmake -S fmu_src -B $(CBUILD) -DREFERENCE_FMUS="$(if $(REFERENCE_FMUS),$(abspath $(REFERENCE_FMUS)))"
-	$(BIN)/cmake --build $(CBUILD) --target bench
-	$(BIN)/python benchmarks/identification.py
-	$(BIN)/python benchmarks/diagnosis.py --growth
-	$(BIN)/python benchmarks/sweep.py $(CBUILD)/bench/bare_loop
-	PYTHONPATH=tests $(BIN)/python tests/modelica/speed.py
+	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python benchmarks/bench.py --build $(CBUILD) $(if $(BEFORE),--before $(BEFORE))
 
 # what OpenModelica says of it, where there is omc: python tests/modelica/omc_acceptance.py
 modelica: $(INSTALLED)
