@@ -11,6 +11,7 @@ from effects import with_effects
 from foreign_fmu import build_foreign_3
 
 from it2hys.cli import main
+from it2hys.cosimulation import faces
 from it2hys.cosimulation.slave import Slave
 from it2hys.cosimulation.stepping import Connection, System
 from it2hys.errors import InputError
@@ -136,6 +137,14 @@ def test_types_arrays_and_messages_of_a_foreign_fmu(foreign):
         assert a.get("part.gain[2]") == 0.0 and not a.warned
         system.run({**signals, "n": np.full(steps, 20.0)}, steps, 0.1)
         assert a.warned and a.messages[0] == "that is a lot" and not b.warned
+
+
+def test_an_array_too_large_for_elements_is_not_set(foreign, monkeypatch):
+    monkeypatch.setattr(faces, "MOST_ELEMENTS", 1)
+    with pytest.raises(InputError, match=r"no variable 'part.gain\[1\]'"):
+        Slave(foreign, {"part.gain[1]": 2.0})
+    with pytest.raises(InputError, match=r"part.gain is of an array without start values, or of more"):
+        Slave(foreign, {"part.gain": 2.0})
 
 
 def test_a_foreign_fmu_that_asks_to_end_ends_the_run(foreign):

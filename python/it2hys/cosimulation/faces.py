@@ -24,7 +24,7 @@ from it2hys.model.compiled import library_function
 #: Listens to what an FMU logs: its status and text.
 Hear = Callable[[int, bytes], None]
 _LISTENER = ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_char_p)
-#: Elements of an array that are variables; no larger array has any.
+#: Elements of an array that are variables; a larger one has none, and cannot be set.
 MOST_ELEMENTS = 10_000
 
 
@@ -164,7 +164,9 @@ def _elements(array: ModelVariable) -> list[ModelVariable]:
     indices = itertools.product(*(range(1, length + 1) for length in shape))
     size = prod(shape)
     if size > MOST_ELEMENTS:
-        return [array]
+        whole = copy.copy(array)
+        whole.start = None  # not to be read as a number
+        return [whole]
     starts = (array.start or "").split() if isinstance(array.start, str) else []
     if len(starts) == 1:
         starts *= size

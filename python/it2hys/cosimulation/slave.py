@@ -3,8 +3,9 @@
 import ctypes
 import math
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
+from itertools import chain
 from pathlib import Path
 
 import fmpy
@@ -12,7 +13,7 @@ from fmpy import fmi2
 from fmpy.model_description import ModelDescription, ScalarVariable, SimpleType
 
 from it2hys.cosimulation.archive import check_archive, is_plain_name, unpack
-from it2hys.cosimulation.faces import FACES
+from it2hys.cosimulation.faces import FACES, MOST_ELEMENTS
 from it2hys.errors import InputError
 from it2hys.support.keys import known_names
 from it2hys.support.numerals import parse_number
@@ -199,16 +200,14 @@ class Slave:
         for name, value in values.items():
             variable = self.variable(name)
             base, convert = self._typed(variable)
-            reference = variable.valueReference
-            numbers = self._whole(variable, convert) if variable.dimensions else [None]
-            numbers[self._place(variable)] = convert(value)
-            by_base.setdefault(base, {})[reference] = numbers
+            numbers = [convert(value)]
+            if variable.dimensions:  # an array is set as a whole
+                numbers = self._elements_with(variable, *numbers)
+            by_base.setdefault(base, {})[variable.valueReference] = numbers
         with self._explained:
             for base, numbers_of in by_base.items():
                 setter = getattr(self._fmu, f"set{base}")
-                setter(
-                    list(numbers_of), [number for numbers in numbers_of.values() for number in numbers]
-                )
+                setter(list(numbers_of), list(chain.from_iterable(numbers_of.values())))
 
     def get(self, name: str) -> float | int | bool:
         """Return the value of a variable."""
@@ -229,19 +228,24 @@ class Slave:
         return self.face.types[variable.type]
 
     def _place(self, element: ScalarVariable) -> int:
-        """Return the place of an element in its array; of a scalar, 0."""
-        return self._arrays[element.valueReference].index(element.name) if element.dimensions else 0
+        """Return the place of an element in its array."""
+        return self._arrays[element.valueReference].index(element.name)
 
-    def _whole(self, element: ScalarVariable, convert: Callable) -> list:
-        """Return all elements of an array, as they were set or begin: it is set as a whole."""
+    def _elements_with(self, element: ScalarVariable, value: float | int | bool | str) -> list:
+        """Return an array with a new value of one element; the others are as set before, or begin."""
         reference = element.valueReference
         if reference not in self._elements:
             starts = [self.variables[name].start for name in self._arrays[reference]]
             if None in starts:
-                raise InputError(f"{self.path}: {element.name} is of an array without start values")
+                raise InputError(
+                    f"{self.path}: {element.name} is of an array without start values, or of more than "
+                    f"{MOST_ELEMENTS} elements; it cannot be set"
+                )
+            _, convert = self._typed(element)
             self._elements[reference] = [
                 start == "true" if convert is bool else convert(parse_number(start)) for start in starts
             ]
+        self._elements[reference][self._place(element)] = value
         return self._elements[reference]
 
     # --- steps ---------------------------------------------------------------------------------
