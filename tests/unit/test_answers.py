@@ -6,7 +6,7 @@ from it2hys.reports.answers import feedforward, verdict
 
 
 def report(role, plant, inverse):
-    """A diagnosis with creep added; pairs are errors before and after, µm."""
+    """Return a diagnosis with creep added; pairs are errors before and after, µm."""
 
     def entry(i):
         return {
