@@ -17,7 +17,7 @@
 #endif
 
 EXPORT size_t it2core_free_run(const struct it2_rule *rules, int count, const double *range, const double *x,
-                               size_t n, double y_initial, double *y, double *sensitivity);
+                               size_t n, double y_initial, double *y);
 EXPORT void it2core_one_step(const struct it2_rule *rules, int count, const double *range,
                              const double *y_previous, const double *x, size_t n, double *y);
 EXPORT void it2core_solve(const struct it2_rule *rules, int count, const double *range,
@@ -53,9 +53,9 @@ static struct it2_range range_of(const double *range)
 }
 
 size_t it2core_free_run(const struct it2_rule *rules, int count, const double *range, const double *x, size_t n,
-                        double y_initial, double *y, double *sensitivity)
+                        double y_initial, double *y)
 {
-    return it2_free_run(rules, count, range_of(range), x, n, y_initial, y, sensitivity);
+    return it2_free_run(rules, count, range_of(range), x, n, y_initial, y, NULL);
 }
 
 void it2core_one_step(const struct it2_rule *rules, int count, const double *range, const double *y_previous,

@@ -68,26 +68,6 @@ def test_gradients_of_c_casadi_and_complex_step_agree():
     assert by_y == pytest.approx(complex_step(TABLE_1, y_previous + 1j * h, x).imag / h, rel=1e-11)
 
 
-def test_free_run_sensitivities_agree_with_casadi_and_finite_differences():
-    x = identification_voltage()[:150]
-    _, sensitivity = compiled.free_run_sensitivity(TABLE_1, x, 0.3)
-    jacobian = casadi_core.free_run_function(3, len(x)).jacobian()
-    blocks = jacobian(0.3, x, TABLE_1, np.zeros((1, len(x))))
-    by_rules = blocks[2].full().reshape(len(x), 6, 3).transpose(0, 2, 1).reshape(len(x), -1)
-    np.testing.assert_allclose(sensitivity[:, -1], blocks[0].full().ravel(), rtol=1e-10)
-    np.testing.assert_allclose(sensitivity[:, :-1], by_rules, rtol=1e-8, atol=1e-13)
-    for index in np.ndindex(3, 6):
-        step = np.zeros((3, 6))
-        step[index] = 1e-5 * max(abs(TABLE_1[index]), 0.01)
-        difference = compiled.free_run(TABLE_1 + step, x, 0.3) - compiled.free_run(
-            TABLE_1 - step, x, 0.3
-        )
-        column = sensitivity[:, 6 * index[0] + index[1]]
-        np.testing.assert_allclose(
-            column, difference / (2 * step[index]), atol=1e-6 * np.abs(column).max()
-        )
-
-
 def test_usability_values_are_the_partial_derivatives_at_the_band_and_at_equilibrium():
     y = np.linspace(0.0, 16.0, 257)
     band = (y, 5.0 * y - 10.0, 5.0 * y + 20.0)

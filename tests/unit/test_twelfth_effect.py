@@ -24,11 +24,8 @@ EFFECT = "tilt"
 ROWS = """
 [[variable]]
 name = "tilt.gain"
-model = "both"
 effect = "tilt"
-causality = "parameter"
 type = "Ratio"
-start = 0.0
 description = "Share of its last change by which the displacement is ahead; 0 for none"
 """
 TESTS = (

@@ -25,6 +25,62 @@ _INTEGERS = np.ctypeslib.ndpointer(np.int32, flags="C_CONTIGUOUS")
 _DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 
 
+class _Record(ctypes.Structure):
+    """The `struct chain_record` of fmu_src/identification/chain_sensitivity.h."""
+
+    _fields_ = [
+        ("voltage", ctypes.c_void_p),
+        ("force", ctypes.c_void_p),
+        ("temperature", ctypes.c_void_p),
+        ("first_tick", ctypes.c_int64),
+        ("samples", ctypes.c_size_t),
+    ]
+
+
+_RULES = _DOUBLES, ctypes.c_int
+_RANGE = ctypes.c_double, ctypes.c_double
+_MESSAGE = ctypes.c_char_p, ctypes.c_size_t
+_RUN = *[_DOUBLES] * 4, ctypes.c_int64, ctypes.c_size_t, _DOUBLES
+#: Result and arguments of the functions of fmu_src/python/it2core.c.
+_FUNCTIONS = {
+    "free_run": (ctypes.c_size_t, *_RULES, *[_DOUBLES] * 2, ctypes.c_size_t, ctypes.c_double, _DOUBLES),
+    "solve": (None, *_RULES, *[_DOUBLES] * 3, ctypes.c_size_t, _DOUBLES),
+    "one_step": (None, *_RULES, *[_DOUBLES] * 3, ctypes.c_size_t, _DOUBLES),
+    "gradient": (ctypes.c_double, *_RULES, _DOUBLES, *_RANGE, *[_DOUBLES] * 2),
+    "contraction": (ctypes.c_double, *_RULES, *_RANGE),
+    "usability": (None, *_RULES, *[_DOUBLES] * 3, ctypes.c_size_t, _DOUBLES),
+    "check": (ctypes.c_bool, *_RULES, *_RANGE, *_MESSAGE),
+    "chain_size": (ctypes.c_size_t,),
+    "chain_parameter": (
+        ctypes.c_size_t,
+        ctypes.c_int,
+        ctypes.POINTER(ctypes.c_char_p),
+        ctypes.POINTER(ctypes.c_int),
+    ),
+    "chain_check": (ctypes.c_bool, _DOUBLES, *_MESSAGE),
+    "chain_run": (ctypes.c_size_t, *_RUN, _DOUBLES, _INTEGERS),
+    "chain_inverse": (ctypes.c_size_t, *_RUN, _INTEGERS),
+    "chain_equilibrium": (ctypes.c_double, _DOUBLES),
+    "chain_predict": (ctypes.c_size_t, _DOUBLES, ctypes.POINTER(_Record), *[ctypes.c_void_p] * 3),
+    "chain_predict_each": (
+        ctypes.c_bool,
+        _DOUBLES,
+        ctypes.c_size_t,
+        ctypes.POINTER(_Record),
+        ctypes.c_size_t,
+        ctypes.c_void_p,
+    ),
+    "chain_sensitivity": (
+        ctypes.c_size_t,
+        _DOUBLES,
+        ctypes.POINTER(_Record),
+        ctypes.POINTER(ctypes.c_size_t),
+        ctypes.c_int,
+        *[ctypes.c_void_p] * 2,
+    ),
+}
+
+
 def packaged_native() -> Path:
     """Return where the built binaries and the FMUs' C sources are that come with the package.
 
@@ -68,79 +124,10 @@ def _loaded(path: Path) -> ctypes.CDLL:
         raise ImportError(
             f"the C core is not built ({error}); run `make install` or `pip install .`"
         ) from None
-    library.it2core_free_run.restype = ctypes.c_size_t
-    library.it2core_free_run.argtypes = [
-        _DOUBLES, ctypes.c_int, _DOUBLES, _DOUBLES, ctypes.c_size_t, ctypes.c_double, _DOUBLES,
-        ctypes.c_void_p,
-    ]  # fmt: skip
-    for function in (library.it2core_solve, library.it2core_one_step):
-        function.restype = None
-        function.argtypes = [
-            _DOUBLES, ctypes.c_int, _DOUBLES, _DOUBLES, _DOUBLES, ctypes.c_size_t, _DOUBLES,
-        ]  # fmt: skip
-    library.it2core_gradient.restype = ctypes.c_double
-    library.it2core_gradient.argtypes = [
-        _DOUBLES, ctypes.c_int, _DOUBLES, ctypes.c_double, ctypes.c_double, _DOUBLES, _DOUBLES,
-    ]  # fmt: skip
-    library.it2core_contraction.restype = ctypes.c_double
-    library.it2core_contraction.argtypes = [
-        _DOUBLES,
-        ctypes.c_int,
-        ctypes.c_double,
-        ctypes.c_double,
-    ]
-    library.it2core_usability.restype = None
-    library.it2core_usability.argtypes = [
-        _DOUBLES, ctypes.c_int, *[_DOUBLES] * 3, ctypes.c_size_t, _DOUBLES,
-    ]  # fmt: skip
-    library.it2core_check.restype = ctypes.c_bool
-    library.it2core_check.argtypes = [
-        _DOUBLES, ctypes.c_int, ctypes.c_double, ctypes.c_double, ctypes.c_char_p, ctypes.c_size_t,
-    ]  # fmt: skip
-    for function in (library.it2core_chain_size, library.it2core_chain_parameter):
-        function.restype = ctypes.c_size_t
-    library.it2core_chain_parameter.argtypes = [
-        ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.POINTER(ctypes.c_int),
-    ]  # fmt: skip
-    library.it2core_chain_check.restype = ctypes.c_bool
-    library.it2core_chain_check.argtypes = [_DOUBLES, ctypes.c_char_p, ctypes.c_size_t]
-    library.it2core_chain_run.restype = ctypes.c_size_t
-    library.it2core_chain_run.argtypes = [
-        _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES, ctypes.c_int64, ctypes.c_size_t, _DOUBLES, _DOUBLES,
-        _INTEGERS,
-    ]  # fmt: skip
-    library.it2core_chain_inverse.restype = ctypes.c_size_t
-    library.it2core_chain_inverse.argtypes = [
-        _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES, ctypes.c_int64, ctypes.c_size_t, _DOUBLES, _INTEGERS,
-    ]  # fmt: skip
-    library.it2core_chain_equilibrium.restype = ctypes.c_double
-    library.it2core_chain_equilibrium.argtypes = [_DOUBLES]
-    library.it2core_chain_predict.restype = ctypes.c_size_t
-    library.it2core_chain_predict.argtypes = [
-        _DOUBLES, ctypes.POINTER(_Record), *[ctypes.c_void_p] * 3,
-    ]  # fmt: skip
-    library.it2core_chain_predict_each.restype = ctypes.c_bool
-    library.it2core_chain_predict_each.argtypes = [
-        _DOUBLES, ctypes.c_size_t, ctypes.POINTER(_Record), ctypes.c_size_t, ctypes.c_void_p,
-    ]  # fmt: skip
-    library.it2core_chain_sensitivity.restype = ctypes.c_size_t
-    library.it2core_chain_sensitivity.argtypes = [
-        _DOUBLES, ctypes.POINTER(_Record), ctypes.POINTER(ctypes.c_size_t), ctypes.c_int,
-        ctypes.c_void_p, ctypes.c_void_p,
-    ]  # fmt: skip
+    for name, (result, *arguments) in _FUNCTIONS.items():
+        function = getattr(library, f"it2core_{name}")
+        function.restype, function.argtypes = result, arguments
     return library
-
-
-class _Record(ctypes.Structure):
-    """The `struct chain_record` of fmu_src/identification/chain_sensitivity.h."""
-
-    _fields_ = [
-        ("voltage", ctypes.c_void_p),
-        ("force", ctypes.c_void_p),
-        ("temperature", ctypes.c_void_p),
-        ("first_tick", ctypes.c_int64),
-        ("samples", ctypes.c_size_t),
-    ]
 
 
 def library_function(name: str) -> Any:
@@ -185,36 +172,9 @@ def free_run(
     rules, count = _rules(rules)
     x = np.ascontiguousarray(x, dtype=np.float64)
     y = np.empty(len(x))
-    done = _library().it2core_free_run(rules, count, _limits(limits), x, len(x), y_initial, y, None)
+    done = _library().it2core_free_run(rules, count, _limits(limits), x, len(x), y_initial, y)
     y[done:] = np.nan
     return y
-
-
-def free_run_sensitivity(
-    rules: np.ndarray, x: np.ndarray, y_initial: float, limits: tuple[float, float] | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Simulate the core with forward sensitivities.
-
-    Parameters as for `free_run`.
-
-    Returns
-    -------
-    y : ndarray, shape (N,)
-        The free run.
-    sensitivity : ndarray, shape (N, 6 L + 1)
-        Derivatives of ``y[k]`` with respect to the rules' parameters, row by row, and `y_initial`.
-        NaN from the sample on at which the run is no longer finite.
-    """
-    rules, count = _rules(rules)
-    x = np.ascontiguousarray(x, dtype=np.float64)
-    y = np.empty(len(x))
-    sensitivity = np.empty((len(x), 6 * count + 1))
-    done = _library().it2core_free_run(
-        rules, count, _limits(limits), x, len(x), y_initial, y, sensitivity.ctypes.data
-    )
-    y[done:] = np.nan
-    sensitivity[done:] = np.nan
-    return y, sensitivity
 
 
 def _pairwise(

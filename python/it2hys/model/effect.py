@@ -83,6 +83,8 @@ class Effect(ABC):
     Attributes
     ----------
     memory : Memory
+    states : int
+        Number of states, where it is the same in all parameter sets.
     is_static : bool
         Whether it is a curve of the reading alone, which may be the sensor's.
     limits : bool
@@ -103,6 +105,7 @@ class Effect(ABC):
     """
 
     memory: ClassVar[Memory] = Memory.NONE
+    states: ClassVar[int] = 0
     is_static: ClassVar[bool] = False
     limits: ClassVar[bool] = False
     words: ClassVar[str | None] = None
@@ -117,11 +120,14 @@ class Effect(ABC):
 
     def size(self, parameters: Values) -> int:
         """Return the number of states."""
-        return 0
+        return self.states
 
     def rest(self, values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
-        """Return input and states at rest at the output y, of which the first `size` are used."""
-        return y, []
+        """Return input and states at rest at the output y, of which the first `size` are used.
+
+        By default all of them are the output.
+        """
+        return y, [y] * self.states
 
     @abstractmethod
     def step(

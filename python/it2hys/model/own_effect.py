@@ -117,7 +117,6 @@ class OwnEffect(Effect):
     description: ClassVar[str] = ""
     experiment: ClassVar[str] = ""
     channel: ClassVar[str | None] = None
-    states: ClassVar[int] = 0
     parameters: ClassVar[tuple[OwnParameter, ...]] = ()
     file: Path = Path()
     text: bytes = b""
@@ -150,10 +149,6 @@ class OwnEffect(Effect):
         """Return whether a parameter set has the effect."""
         return bool(parameters[self.switch] != 0.0)
 
-    def size(self, parameters: Values) -> int:
-        """Return the number of states."""
-        return self.states
-
     def starts(self, extent: Extent) -> dict[str, Start]:
         """Start at the first guesses."""
         return {
@@ -169,14 +164,11 @@ class OwnEffect(Effect):
         """
         if self.rest_steps and not self.states:
             return solved(self, values, [], y, AT_REST), []
-        x, state = y, self._still()
+        x, state = y, [0.0] * self.states
         for _ in range(self.rest_steps):
             x, *following = rest_step(self, values, y, [x, *state])
             state = list(following)
         return x, state
-
-    def _still(self) -> list[Scalar]:
-        return [0.0] * self.states
 
     @property
     def rest_steps(self) -> int:

@@ -111,13 +111,37 @@ def _expand(rows: list[dict], counts: dict[str, dict]) -> Iterator[tuple[dict, s
     """Yield row, name, index and start value of every scalar; a group's elements stay together."""
     for group, members in groupby(rows, key=lambda row: row.get("per")):
         if group is None:
-            yield from ((row, row["name"], None, row.get("start")) for row in members)
+            yield from ((row, row["name"], None, _start(row)) for row in members)
             continue
         elements = list(members)
         for index in range(1, counts[group]["maximum"] + 1):
             for row in elements:
-                start = row["start"][index - 1] if index <= len(row["start"]) else 0.0
+                own = row.get("start", [])
+                start = own[index - 1] if index <= len(own) else 0.0
                 yield row, row["name"].replace("[]", f"[{index}]"), index, start
+
+
+def _start(row: dict) -> Any:
+    """Return the start value of a scalar: a parameter's is 0 unless it has one, an output has none."""
+    return row.get("start", 0.0 if _causality(row) == "parameter" else None)
+
+
+def _causality(row: dict) -> str:
+    return row.get("causality", "parameter")
+
+
+def _variable(
+    row: dict, types: Mapping[str, DeclaredType], models: tuple[str, ...], **own: Any
+) -> Variable:
+    """Return a row as a variable, of which `own` is said beside it."""
+    return Variable(
+        models=models,
+        causality=_causality(row),
+        type=types[row["type"]],
+        depends=tuple(row.get("depends", ())),
+        description=row["description"],
+        **own,
+    )
 
 
 @cache
@@ -125,23 +149,21 @@ def load_table() -> Table:
     """Read and expand `variables.toml`."""
     source = tomllib.loads(TABLE.read_text(encoding="utf-8"))
     types = {name: DeclaredType(name, **fields) for name, fields in source["types"].items()}
-    variables: list[Variable] = []
-    for row, name, index, start in _expand(source["variable"], source["counts"]):
-        variables.append(
-            Variable(
-                name=name,
-                value_reference=len(variables),
-                models=MODELS if row["model"] == "both" else (row["model"],),
-                causality=row["causality"],
-                type=types[row["type"]],
-                start=start,
-                depends=tuple(row.get("depends", ())),
-                description=row["description"],
-                group=row.get("per"),
-                index=index,
-                effect=row.get("effect"),
-            )
+    expanded = _expand(source["variable"], source["counts"])
+    variables = [
+        _variable(
+            row,
+            types,
+            MODELS if row.get("model", "both") == "both" else (row["model"],),
+            name=name,
+            value_reference=place,
+            start=start,
+            group=row.get("per"),
+            index=index,
+            effect=row.get("effect"),
         )
+        for place, (row, name, index, start) in enumerate(expanded)
+    ]
     variables += [replace(v, value_reference=len(variables) + i) for i, v in enumerate(_more)]
     units = source["units"] | {v.type.unit: {} for v in _more if v.type.unit not in source["units"]}
     types |= {v.type.name: v.type for v in _more}
@@ -185,15 +207,8 @@ def load_controller() -> ControllerTable:
     source = tomllib.loads(CONTROLLER.read_text(encoding="utf-8"))
     types = load_table().types | {n: DeclaredType(n, **f) for n, f in source["types"].items()}
     variables = tuple(
-        Variable(
-            name=row["name"],
-            value_reference=place,
-            models=("controller",),
-            causality=row["causality"],
-            type=types[row["type"]],
-            start=row.get("start"),
-            depends=tuple(row.get("depends", ())),
-            description=row["description"],
+        _variable(
+            row, types, ("controller",), name=row["name"], value_reference=place, start=_start(row)
         )
         for place, row in enumerate(source["variable"])
     )

@@ -8,18 +8,11 @@ class Tilt(Effect):
     """Its state is the last input."""
 
     memory = Memory.AIMED
+    states = 1
 
     def is_on(self, parameters: Values) -> bool:
         """Return whether there is a tilt."""
         return parameters["tilt.gain"] != 0.0
-
-    def size(self, parameters: Values) -> int:
-        """Return the number of states: the last input."""
-        return 1
-
-    def rest(self, values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
-        """Return the input at rest and the state."""
-        return y, [y]
 
     def step(
         self, values: Values, state: list[Scalar], x: Scalar, around: Surroundings

@@ -11,19 +11,13 @@ class Lag(Effect):
     """First-order lag of the amplifier: a low-pass filter of the voltage."""
 
     memory = Memory.AIMED
+    #: The last output.
+    states = 1
     sampled = True
 
     def is_on(self, parameters: Values) -> bool:
         """Return whether there is a lag."""
         return parameters["lag.timeConstant"] > 0.0
-
-    def size(self, parameters: Values) -> int:
-        """Return the number of states: the last output."""
-        return 1
-
-    def rest(self, values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
-        """Return the input at rest and the state."""
-        return y, [y]
 
     def step(
         self, values: Values, state: list[Scalar], x: Scalar, around: Surroundings

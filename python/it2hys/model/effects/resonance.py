@@ -27,20 +27,14 @@ class Resonance(Effect):
     """Mechanical resonance: the displacement rings about its input after a fast change."""
 
     memory = Memory.AIMED
+    #: The last two outputs and the last input.
+    states = 3
     sampled = True
     sampling_delay = "resonance.samplingDelay"
 
     def is_on(self, parameters: Values) -> bool:
         """Return whether there is a resonance."""
         return parameters["resonance.frequency"] > 0.0
-
-    def size(self, parameters: Values) -> int:
-        """Return the number of states: the last two outputs and the last input."""
-        return 3
-
-    def rest(self, values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
-        """Return the input at rest and the states."""
-        return y, [y, y, y]
 
     def step(
         self, values: Values, state: list[Scalar], x: Scalar, around: Surroundings

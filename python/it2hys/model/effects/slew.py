@@ -11,6 +11,8 @@ class Slew(Effect):
     """Largest rate at which the amplifier's voltage can change."""
 
     memory = Memory.SHORT
+    #: The last output.
+    states = 1
     limits = True
     words = "slew limit"
     sampled = True
@@ -18,14 +20,6 @@ class Slew(Effect):
     def is_on(self, parameters: Values) -> bool:
         """Return whether there is a limit."""
         return parameters["slew.rate"] > 0.0
-
-    def size(self, parameters: Values) -> int:
-        """Return the number of states: the last output."""
-        return 1
-
-    def rest(self, values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
-        """Return the input at rest and the state."""
-        return y, [y]
 
     def step(
         self, values: Values, state: list[Scalar], x: Scalar, around: Surroundings
