@@ -104,9 +104,7 @@ static real rest(const struct chain *chain, int first, int end, struct chain_sta
 {
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
-        if (place->stage->rest)
-            y = place->stage->rest(chain_constants_of(chain, place), chain_state_of(state, place), y,
-                                   parameters);
+        y = chain_rest_of(place, chain_constants_of(chain, place), chain_state_of(state, place), y, parameters);
     }
     return y;
 }

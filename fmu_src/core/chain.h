@@ -175,6 +175,19 @@ static inline void *chain_state_of(struct chain_state *state, const struct chain
     return (char *)state + place->state;
 }
 
+/* The input of a stage at rest at the output y, and its state. */
+static inline real chain_rest_of(const struct chain_place *place, const void *constants, void *state, real y,
+                                 const struct chain_parameters *parameters)
+{
+    real *number = state;
+
+    if (place->stage->rest)
+        return place->stage->rest(constants, state, y, parameters);
+    for (size_t i = 0; i < place->state_size / sizeof y; i++)
+        number[i] = y;
+    return y;
+}
+
 bool chain_check(const struct chain_parameters *parameters, char *message, size_t size);
 void chain_prepare(struct chain *chain, const struct chain_parameters *parameters);
 

@@ -259,8 +259,12 @@ void chain_prepare_tangent(const struct chain *chain, struct chain *d,
     memset(d, 0, sizeof *d);
     for (int i = 0; i < chain->all; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        chain_analysis(chain, i)->prepare_tangent((char *)d + place->constants,
-                                                  chain_constants_of(chain, place), parameters, d_parameters);
+        const struct stage_analysis *analysis = chain_analysis(chain, i);
+        void *d_constants = (char *)d + place->constants;
+        if (analysis->prepare_tangent)
+            analysis->prepare_tangent(d_constants, chain_constants_of(chain, place), parameters, d_parameters);
+        else
+            place->stage->prepare(d_constants, d_parameters);
     }
 }
 
@@ -272,13 +276,13 @@ real chain_rest_tangent(const struct chain *chain, int first, int end, const str
 
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
+        const struct stage_analysis *analysis = chain_analysis(chain, i);
         const void *constants = chain_constants_of(chain, place);
-        if (!place->stage->rest)
-            continue;
-        y = place->stage->rest(constants, chain_state_of(&state, place), y, parameters);
-        d_y = chain_analysis(chain, i)->rest_tangent(constants, chain_constants_of(d_chain, place),
-                                                     chain_state_of(&state, place), chain_state_of(d, place), y,
-                                                     d_y, parameters, d_parameters);
+        void *own = chain_state_of(&state, place), *d_own = chain_state_of(d, place);
+        y = chain_rest_of(place, constants, own, y, parameters);
+        d_y = analysis->rest_tangent ? analysis->rest_tangent(constants, chain_constants_of(d_chain, place),
+                                                              own, d_own, y, d_y, parameters, d_parameters)
+                                     : chain_rest_of(place, NULL, d_own, d_y, NULL);
     }
     return d_y;
 }

@@ -30,13 +30,6 @@ static real drift_inverse(const void *constants, void *state, real y, const stru
     return y - drift_offset(constants, around);
 }
 
-static void drift_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
-                                  const struct chain_parameters *d)
-{
-    (void)constants, (void)p;
-    drift_prepare(d_constants, d);
-}
-
 static void drift_tangent(const void *constants, const void *state, real x,
                           const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                           int count, real *restrict d_state, real *restrict row)
@@ -73,7 +66,6 @@ const struct stage drift_stage = {
 };
 
 const struct stage_analysis drift_analysis = {
-    .prepare_tangent = drift_prepare_tangent,
     .tangent = drift_tangent,
     .by_parameters = drift_by_parameters,
     .inverse_tangent = drift_inverse_tangent,

@@ -32,13 +32,6 @@ static real hum_step(const void *constants, void *state, real y, const struct st
     return y + hum->amplitude * sine(TWO_PI * hum->frequency * around->time + hum->phase);
 }
 
-static void hum_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
-                                const struct chain_parameters *d)
-{
-    (void)constants, (void)p;
-    hum_prepare(d_constants, d);
-}
-
 static real hum_by_parameters(const void *constants, const void *d_constants, const void *state, real y,
                               const struct stage_surroundings *around, real *d_state, int stride)
 {
@@ -58,6 +51,5 @@ const struct stage hum_stage = {
 
 const struct stage_analysis hum_analysis = {
     .check = hum_check,
-    .prepare_tangent = hum_prepare_tangent,
     .by_parameters = hum_by_parameters,
 };

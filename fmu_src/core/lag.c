@@ -33,14 +33,6 @@ static void lag_prepare(void *constants, const struct chain_parameters *p)
     lag->per_gain = 1 / lag->gain;
 }
 
-static real lag_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
-{
-    struct lag_state *s = state;
-
-    (void)constants, (void)p;
-    return s->y = y;
-}
-
 static real lag_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct lag *lag = constants;
@@ -71,14 +63,6 @@ static void lag_prepare_tangent(void *d_constants, const void *constants, const 
 
     (void)constants;
     result->gain = -ratio / time_constant * real_exp(-ratio) * d->lag.timeConstant;
-}
-
-static real lag_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
-                             real x, real d_y, const struct chain_parameters *p,
-                             const struct chain_parameters *d)
-{
-    (void)state, (void)d_constants, (void)x, (void)d;
-    return lag_rest(constants, d_state, d_y, p);
 }
 
 static void lag_tangent(const void *constants, const void *state, real x,
@@ -117,7 +101,6 @@ static real lag_inverse_tangent(const void *constants, const void *state, real x
 const struct stage lag_stage = {
     .is_on = lag_is_on,
     .prepare = lag_prepare,
-    .rest = lag_rest,
     .step = lag_step,
     .inverse = lag_inverse,
 };
@@ -125,7 +108,6 @@ const struct stage lag_stage = {
 const struct stage_analysis lag_analysis = {
     .check = lag_check,
     .prepare_tangent = lag_prepare_tangent,
-    .rest_tangent = lag_rest_tangent,
     .tangent = lag_tangent,
     .by_parameters = lag_by_parameters,
     .inverse_tangent = lag_inverse_tangent,

@@ -40,13 +40,6 @@ static real load_inverse(const void *constants, void *state, real y, const struc
     return y + load->compliance * around->force;
 }
 
-static void load_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
-                                 const struct chain_parameters *d)
-{
-    (void)constants, (void)p;
-    load_prepare(d_constants, d);
-}
-
 static void load_tangent(const void *constants, const void *state, real x,
                          const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                          int count, real *restrict d_state, real *restrict row)
@@ -84,7 +77,6 @@ const struct stage load_stage = {
 
 const struct stage_analysis load_analysis = {
     .check = load_check,
-    .prepare_tangent = load_prepare_tangent,
     .tangent = load_tangent,
     .by_parameters = load_by_parameters,
     .inverse_tangent = load_inverse_tangent,

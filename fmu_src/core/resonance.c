@@ -65,14 +65,6 @@ static real resonance_latency(const void *constants)
     return resonance->latency;
 }
 
-static real resonance_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
-{
-    struct resonance_state *s = state;
-
-    (void)constants, (void)p;
-    return s->y1 = s->y2 = s->x1 = y;
-}
-
 static void resonance_advance(struct resonance_state *state, real x, real y)
 {
     state->y2 = state->y1;
@@ -133,14 +125,6 @@ static void resonance_prepare_tangent(void *d_constants, const void *constants,
     result->ticks = d->resonance.samplingDelay / p->sampleTime;
 }
 
-static real resonance_rest_tangent(const void *constants, const void *d_constants, const void *state,
-                                   void *d_state, real x, real d_y, const struct chain_parameters *p,
-                                   const struct chain_parameters *d)
-{
-    (void)state, (void)d_constants, (void)x, (void)d;
-    return resonance_rest(constants, d_state, d_y, p);
-}
-
 static void resonance_tangent(const void *constants, const void *state, real x,
                               const struct stage_surroundings *around,
                               const struct stage_surroundings *d_around, int count, real *restrict d_state,
@@ -198,7 +182,6 @@ static real resonance_inverse_tangent(const void *constants, const void *state, 
 const struct stage resonance_stage = {
     .is_on = resonance_is_on,
     .prepare = resonance_prepare,
-    .rest = resonance_rest,
     .step = resonance_step,
     .inverse = resonance_inverse,
     .latency = resonance_latency,
@@ -207,7 +190,6 @@ const struct stage resonance_stage = {
 const struct stage_analysis resonance_analysis = {
     .check = resonance_check,
     .prepare_tangent = resonance_prepare_tangent,
-    .rest_tangent = resonance_rest_tangent,
     .tangent = resonance_tangent,
     .by_parameters = resonance_by_parameters,
     .inverse_tangent = resonance_inverse_tangent,

@@ -34,13 +34,6 @@ static real saturation_step(const void *constants, void *state, real x, const st
     return clamp(x, limits->minimum, limits->maximum);
 }
 
-static void saturation_prepare_tangent(void *d_constants, const void *constants,
-                                       const struct chain_parameters *p, const struct chain_parameters *d)
-{
-    (void)constants, (void)p;
-    saturation_prepare(d_constants, d);
-}
-
 static void saturation_tangent(const void *constants, const void *state, real x,
                                const struct stage_surroundings *around,
                                const struct stage_surroundings *d_around, int count, real *restrict d_state,
@@ -74,7 +67,6 @@ const struct stage saturation_stage = {
 
 const struct stage_analysis saturation_analysis = {
     .check = saturation_check,
-    .prepare_tangent = saturation_prepare_tangent,
     .tangent = saturation_tangent,
     .by_parameters = saturation_by_parameters,
 };

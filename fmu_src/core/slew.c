@@ -22,14 +22,6 @@ static void slew_prepare(void *constants, const struct chain_parameters *p)
     slew->step = p->slew.rate * p->sampleTime;
 }
 
-static real slew_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
-{
-    struct slew_state *s = state;
-
-    (void)constants, (void)p;
-    return s->y = y;
-}
-
 static real slew_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct slew *slew = constants;
@@ -47,14 +39,6 @@ static void slew_prepare_tangent(void *d_constants, const void *constants, const
 
     (void)constants;
     result->step = d->slew.rate * p->sampleTime;
-}
-
-static real slew_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
-                              real x, real d_y, const struct chain_parameters *p,
-                              const struct chain_parameters *d)
-{
-    (void)state, (void)d_constants, (void)x, (void)d;
-    return slew_rest(constants, d_state, d_y, p);
 }
 
 /* 1 above what it lets through, -1 below, 0 within. */
@@ -89,7 +73,6 @@ const struct stage slew_stage = {
     .limits = true,
     .is_on = slew_is_on,
     .prepare = slew_prepare,
-    .rest = slew_rest,
     .step = slew_step,
     .inverse = slew_step,
 };
@@ -97,7 +80,6 @@ const struct stage slew_stage = {
 const struct stage_analysis slew_analysis = {
     .check = slew_check,
     .prepare_tangent = slew_prepare_tangent,
-    .rest_tangent = slew_rest_tangent,
     .tangent = slew_tangent,
     .by_parameters = slew_by_parameters,
 };

@@ -46,8 +46,8 @@ struct stage {
     bool (*is_idle)(const struct chain_parameters *);
     void (*prepare)(void *constants, const struct chain_parameters *);
 
-    /* At rest at the output y; returns the input. NULL: that is y, and there is no state. Before the
-     * core, with a memory that is not LONG, the constants say all: there may be no parameters. */
+    /* At rest at the output y; returns the input. NULL: that is y, and so are all numbers of the state. Before
+     * the core, with a memory that is not LONG, the constants say all: there may be no parameters. */
     real (*rest)(const void *constants, void *state, real y, const struct chain_parameters *);
 
     /* Input to output; advances the state. */
@@ -70,11 +70,11 @@ struct stage_analysis {
     /* Are the parameters usable? If not, the message names the culprit. */
     bool (*check)(const struct chain_parameters *, char *message, size_t size);
 
-    /* Of `prepare`; d_constants holds zeros. */
+    /* Of `prepare`; d_constants holds zeros. NULL: that is linear, without a constant or a sampleTime. */
     void (*prepare_tangent)(void *d_constants, const void *constants, const struct chain_parameters *,
                             const struct chain_parameters *d);
 
-    /* Of `rest`, which has returned x and left the state. */
+    /* Of `rest`, which has returned x and left the state; NULL where that is. */
     real (*rest_tangent)(const void *constants, const void *d_constants, const void *state, void *d_state,
                          real x, real d_y, const struct chain_parameters *, const struct chain_parameters *d);
 

@@ -79,6 +79,17 @@ static inline void add_effects(uint64_t *seed, struct chain_parameters *p, unsig
         p->hum = (struct hum_parameters){ 0.02, random_between(seed, 10.0, 400.0), 1.0 };
 }
 
+/* The voltage that holds a set where it begins. */
+static inline double hold_voltage(const struct chain_parameters *p)
+{
+    struct chain chain;
+    struct chain_state state;
+
+    chain_prepare(&chain, p);
+    chain_reset(&chain, &state, p);
+    return chain_equilibrium(&chain, &state);
+}
+
 /* Smooth signals over the actuator's range. */
 static inline double swing(double low, double high, int tick, double phase)
 {

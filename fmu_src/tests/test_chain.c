@@ -1,8 +1,7 @@
 /* The chain without effects forwards and backwards is the identity; out of reach it does not wind up;
  * tangents. */
-#include "chain.h"
 #include "check.h"
-#include "sets.h"
+#include "effect_sets.h"
 
 CHECK_MAIN;
 
@@ -217,16 +216,6 @@ static void tangents(void)
                 chain_inverse_tangent(&chain, &state, 17.0, &REST, d_state, d_input, &STILL), y, 17.0, d_y,
                 d_input);
     }
-}
-
-static double hold_voltage(const struct chain_parameters *p)
-{
-    struct chain chain;
-    struct chain_state state;
-
-    chain_prepare(&chain, p);
-    chain_reset(&chain, &state, p);
-    return chain_equilibrium(&chain, &state);
 }
 
 /* The parameters that the equilibrium depends on: initialDisplacement, the ends of the range and the limits of the

@@ -1,7 +1,6 @@
 /* The effects as stages of the chain: off they are not there, inverse of step is the identity, tangents
  * are the derivatives, what is cut off does not wind up, a displacement is what the sensor reads, and
  * unusable parameters are named. */
-#include "chain.h"
 #include "check.h"
 #include "effect_sets.h"
 
@@ -675,16 +674,6 @@ static void curve_tangent(void)
         CHECK(slope > 0.0 && row[1] == 0.5 * row[0]);
     }
     CHECK(bend(&p, 0.0) == 0.0 && bend(&p, 16.0) == 16.0);
-}
-
-static double hold_voltage(const struct chain_parameters *p)
-{
-    struct chain chain;
-    struct chain_state state;
-
-    chain_prepare(&chain, p);
-    chain_reset(&chain, &state, p);
-    return chain_equilibrium(&chain, &state);
 }
 
 static void equilibrium(void)

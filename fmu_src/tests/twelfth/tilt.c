@@ -8,12 +8,6 @@ static void tilt_prepare(void *constants, const struct chain_parameters *p)
     ((struct tilt *)constants)->gain = p->tilt.gain;
 }
 
-static double tilt_rest(const void *constants, void *state, double y, const struct chain_parameters *p)
-{
-    (void)constants, (void)p;
-    return ((struct tilt_state *)state)->x = y;
-}
-
 static double tilt_step(const void *constants, void *state, double x, const struct stage_surroundings *around)
 {
     struct tilt_state *s = state;
@@ -35,21 +29,6 @@ static double tilt_inverse(const void *constants, void *state, double y,
 static bool tilt_check(const struct chain_parameters *p, char *message, size_t size)
 {
     return p->tilt.gain > -1.0 || refuse(message, size, "tilt.gain is %g", p->tilt.gain);
-}
-
-static void tilt_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
-                                 const struct chain_parameters *d)
-{
-    (void)constants, (void)p;
-    tilt_prepare(d_constants, d);
-}
-
-static double tilt_rest_tangent(const void *constants, const void *d_constants, const void *state,
-                                void *d_state, double x, double d_y, const struct chain_parameters *p,
-                                const struct chain_parameters *d)
-{
-    (void)d_constants, (void)state, (void)x, (void)d;
-    return tilt_rest(constants, d_state, d_y, p);
 }
 
 static void tilt_tangent(const void *constants, const void *state, double x,
@@ -82,15 +61,12 @@ static double tilt_inverse_tangent(const void *constants, const void *state, dou
 const struct stage tilt_stage = {
     .is_on = tilt_is_on,
     .prepare = tilt_prepare,
-    .rest = tilt_rest,
     .step = tilt_step,
     .inverse = tilt_inverse,
 };
 
 const struct stage_analysis tilt_analysis = {
     .check = tilt_check,
-    .prepare_tangent = tilt_prepare_tangent,
-    .rest_tangent = tilt_rest_tangent,
     .tangent = tilt_tangent,
     .by_parameters = tilt_by_parameters,
     .inverse_tangent = tilt_inverse_tangent,

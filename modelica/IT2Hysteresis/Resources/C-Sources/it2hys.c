@@ -121,9 +121,7 @@ static real rest(const struct chain *chain, int first, int end, struct chain_sta
 {
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
-        if (place->stage->rest)
-            y = place->stage->rest(chain_constants_of(chain, place), chain_state_of(state, place), y,
-                                   parameters);
+        y = chain_rest_of(place, chain_constants_of(chain, place), chain_state_of(state, place), y, parameters);
     }
     return y;
 }
@@ -699,8 +697,12 @@ void chain_prepare_tangent(const struct chain *chain, struct chain *d,
     memset(d, 0, sizeof *d);
     for (int i = 0; i < chain->all; i++) {
         const struct chain_place *place = chain_active(chain, i);
-        chain_analysis(chain, i)->prepare_tangent((char *)d + place->constants,
-                                                  chain_constants_of(chain, place), parameters, d_parameters);
+        const struct stage_analysis *analysis = chain_analysis(chain, i);
+        void *d_constants = (char *)d + place->constants;
+        if (analysis->prepare_tangent)
+            analysis->prepare_tangent(d_constants, chain_constants_of(chain, place), parameters, d_parameters);
+        else
+            place->stage->prepare(d_constants, d_parameters);
     }
 }
 
@@ -712,13 +714,13 @@ real chain_rest_tangent(const struct chain *chain, int first, int end, const str
 
     for (int i = end - 1; i >= first; i--) {
         const struct chain_place *place = chain_active(chain, i);
+        const struct stage_analysis *analysis = chain_analysis(chain, i);
         const void *constants = chain_constants_of(chain, place);
-        if (!place->stage->rest)
-            continue;
-        y = place->stage->rest(constants, chain_state_of(&state, place), y, parameters);
-        d_y = chain_analysis(chain, i)->rest_tangent(constants, chain_constants_of(d_chain, place),
-                                                     chain_state_of(&state, place), chain_state_of(d, place), y,
-                                                     d_y, parameters, d_parameters);
+        void *own = chain_state_of(&state, place), *d_own = chain_state_of(d, place);
+        y = chain_rest_of(place, constants, own, y, parameters);
+        d_y = analysis->rest_tangent ? analysis->rest_tangent(constants, chain_constants_of(d_chain, place),
+                                                              own, d_own, y, d_y, parameters, d_parameters)
+                                     : chain_rest_of(place, NULL, d_own, d_y, NULL);
     }
     return d_y;
 }
@@ -1188,13 +1190,6 @@ static real drift_inverse(const void *constants, void *state, real y, const stru
     return y - drift_offset(constants, around);
 }
 
-static void drift_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
-                                  const struct chain_parameters *d)
-{
-    (void)constants, (void)p;
-    drift_prepare(d_constants, d);
-}
-
 static void drift_tangent(const void *constants, const void *state, real x,
                           const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                           int count, real *restrict d_state, real *restrict row)
@@ -1231,7 +1226,6 @@ const struct stage drift_stage = {
 };
 
 const struct stage_analysis drift_analysis = {
-    .prepare_tangent = drift_prepare_tangent,
     .tangent = drift_tangent,
     .by_parameters = drift_by_parameters,
     .inverse_tangent = drift_inverse_tangent,
@@ -1312,13 +1306,6 @@ static real hum_step(const void *constants, void *state, real y, const struct st
     return y + hum->amplitude * sine(TWO_PI * hum->frequency * around->time + hum->phase);
 }
 
-static void hum_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
-                                const struct chain_parameters *d)
-{
-    (void)constants, (void)p;
-    hum_prepare(d_constants, d);
-}
-
 static real hum_by_parameters(const void *constants, const void *d_constants, const void *state, real y,
                               const struct stage_surroundings *around, real *d_state, int stride)
 {
@@ -1338,7 +1325,6 @@ const struct stage hum_stage = {
 
 const struct stage_analysis hum_analysis = {
     .check = hum_check,
-    .prepare_tangent = hum_prepare_tangent,
     .by_parameters = hum_by_parameters,
 };
 
@@ -2288,14 +2274,6 @@ static void lag_prepare(void *constants, const struct chain_parameters *p)
     lag->per_gain = 1 / lag->gain;
 }
 
-static real lag_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
-{
-    struct lag_state *s = state;
-
-    (void)constants, (void)p;
-    return s->y = y;
-}
-
 static real lag_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct lag *lag = constants;
@@ -2326,14 +2304,6 @@ static void lag_prepare_tangent(void *d_constants, const void *constants, const 
 
     (void)constants;
     result->gain = -ratio / time_constant * real_exp(-ratio) * d->lag.timeConstant;
-}
-
-static real lag_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
-                             real x, real d_y, const struct chain_parameters *p,
-                             const struct chain_parameters *d)
-{
-    (void)state, (void)d_constants, (void)x, (void)d;
-    return lag_rest(constants, d_state, d_y, p);
 }
 
 static void lag_tangent(const void *constants, const void *state, real x,
@@ -2372,7 +2342,6 @@ static real lag_inverse_tangent(const void *constants, const void *state, real x
 const struct stage lag_stage = {
     .is_on = lag_is_on,
     .prepare = lag_prepare,
-    .rest = lag_rest,
     .step = lag_step,
     .inverse = lag_inverse,
 };
@@ -2380,7 +2349,6 @@ const struct stage lag_stage = {
 const struct stage_analysis lag_analysis = {
     .check = lag_check,
     .prepare_tangent = lag_prepare_tangent,
-    .rest_tangent = lag_rest_tangent,
     .tangent = lag_tangent,
     .by_parameters = lag_by_parameters,
     .inverse_tangent = lag_inverse_tangent,
@@ -2426,13 +2394,6 @@ static real load_inverse(const void *constants, void *state, real y, const struc
     return y + load->compliance * around->force;
 }
 
-static void load_prepare_tangent(void *d_constants, const void *constants, const struct chain_parameters *p,
-                                 const struct chain_parameters *d)
-{
-    (void)constants, (void)p;
-    load_prepare(d_constants, d);
-}
-
 static void load_tangent(const void *constants, const void *state, real x,
                          const struct stage_surroundings *around, const struct stage_surroundings *d_around,
                          int count, real *restrict d_state, real *restrict row)
@@ -2470,7 +2431,6 @@ const struct stage load_stage = {
 
 const struct stage_analysis load_analysis = {
     .check = load_check,
-    .prepare_tangent = load_prepare_tangent,
     .tangent = load_tangent,
     .by_parameters = load_by_parameters,
     .inverse_tangent = load_inverse_tangent,
@@ -3072,14 +3032,6 @@ static real resonance_latency(const void *constants)
     return resonance->latency;
 }
 
-static real resonance_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
-{
-    struct resonance_state *s = state;
-
-    (void)constants, (void)p;
-    return s->y1 = s->y2 = s->x1 = y;
-}
-
 static void resonance_advance(struct resonance_state *state, real x, real y)
 {
     state->y2 = state->y1;
@@ -3140,14 +3092,6 @@ static void resonance_prepare_tangent(void *d_constants, const void *constants,
     result->ticks = d->resonance.samplingDelay / p->sampleTime;
 }
 
-static real resonance_rest_tangent(const void *constants, const void *d_constants, const void *state,
-                                   void *d_state, real x, real d_y, const struct chain_parameters *p,
-                                   const struct chain_parameters *d)
-{
-    (void)state, (void)d_constants, (void)x, (void)d;
-    return resonance_rest(constants, d_state, d_y, p);
-}
-
 static void resonance_tangent(const void *constants, const void *state, real x,
                               const struct stage_surroundings *around,
                               const struct stage_surroundings *d_around, int count, real *restrict d_state,
@@ -3205,7 +3149,6 @@ static real resonance_inverse_tangent(const void *constants, const void *state, 
 const struct stage resonance_stage = {
     .is_on = resonance_is_on,
     .prepare = resonance_prepare,
-    .rest = resonance_rest,
     .step = resonance_step,
     .inverse = resonance_inverse,
     .latency = resonance_latency,
@@ -3214,7 +3157,6 @@ const struct stage resonance_stage = {
 const struct stage_analysis resonance_analysis = {
     .check = resonance_check,
     .prepare_tangent = resonance_prepare_tangent,
-    .rest_tangent = resonance_rest_tangent,
     .tangent = resonance_tangent,
     .by_parameters = resonance_by_parameters,
     .inverse_tangent = resonance_inverse_tangent,
@@ -3254,13 +3196,6 @@ static real saturation_step(const void *constants, void *state, real x, const st
     return clamp(x, limits->minimum, limits->maximum);
 }
 
-static void saturation_prepare_tangent(void *d_constants, const void *constants,
-                                       const struct chain_parameters *p, const struct chain_parameters *d)
-{
-    (void)constants, (void)p;
-    saturation_prepare(d_constants, d);
-}
-
 static void saturation_tangent(const void *constants, const void *state, real x,
                                const struct stage_surroundings *around,
                                const struct stage_surroundings *d_around, int count, real *restrict d_state,
@@ -3294,7 +3229,6 @@ const struct stage saturation_stage = {
 
 const struct stage_analysis saturation_analysis = {
     .check = saturation_check,
-    .prepare_tangent = saturation_prepare_tangent,
     .tangent = saturation_tangent,
     .by_parameters = saturation_by_parameters,
 };
@@ -3321,14 +3255,6 @@ static void slew_prepare(void *constants, const struct chain_parameters *p)
     slew->step = p->slew.rate * p->sampleTime;
 }
 
-static real slew_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
-{
-    struct slew_state *s = state;
-
-    (void)constants, (void)p;
-    return s->y = y;
-}
-
 static real slew_step(const void *constants, void *state, real x, const struct stage_surroundings *around)
 {
     const struct slew *slew = constants;
@@ -3346,14 +3272,6 @@ static void slew_prepare_tangent(void *d_constants, const void *constants, const
 
     (void)constants;
     result->step = d->slew.rate * p->sampleTime;
-}
-
-static real slew_rest_tangent(const void *constants, const void *d_constants, const void *state, void *d_state,
-                              real x, real d_y, const struct chain_parameters *p,
-                              const struct chain_parameters *d)
-{
-    (void)state, (void)d_constants, (void)x, (void)d;
-    return slew_rest(constants, d_state, d_y, p);
 }
 
 /* 1 above what it lets through, -1 below, 0 within. */
@@ -3388,7 +3306,6 @@ const struct stage slew_stage = {
     .limits = true,
     .is_on = slew_is_on,
     .prepare = slew_prepare,
-    .rest = slew_rest,
     .step = slew_step,
     .inverse = slew_step,
 };
@@ -3396,7 +3313,6 @@ const struct stage slew_stage = {
 const struct stage_analysis slew_analysis = {
     .check = slew_check,
     .prepare_tangent = slew_prepare_tangent,
-    .rest_tangent = slew_rest_tangent,
     .tangent = slew_tangent,
     .by_parameters = slew_by_parameters,
 };
