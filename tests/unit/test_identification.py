@@ -191,7 +191,7 @@ def test_the_paper_s_model_is_the_chain_with_no_effect_on():
         np.testing.assert_array_equal(model.run(t, i)[0], run)
         # alone, the core has a way of its own through the record
         alone, among = (
-            compiled.chain_sensitivity(model.packed(t, i), t.drive, names)[1]
+            compiled.chain_sensitivity(model.packed(i), t.drive, names)[1]
             for names in (["initialDisplacement"], ["initialDisplacement", "hum.phase"])
         )
         np.testing.assert_allclose(among[:, :-1], alone, rtol=1e-12, atol=1e-15)

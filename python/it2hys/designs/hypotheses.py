@@ -109,14 +109,12 @@ class Question:
         return (self.neither or self.hypotheses[0]).parameters
 
 
-def trace_of(
-    voltage: np.ndarray, y: np.ndarray, noise: float, sample_time: float, name: str = "designed"
-) -> Trace:
+def trace_of(voltage: np.ndarray, y: np.ndarray, noise: float, sample_time: float) -> Trace:
     """Return a record, all of whose samples are fitted and judged, from voltage, V, and reading, m."""
     trusted = np.ones(len(y), dtype=bool)
     references = References(y, trusted, noise, sample_time)
     return Trace(
-        name, "train", Drive.of(voltage), y, 1.0 * trusted, trusted, 0, noise, references
+        "designed", "train", Drive.of(voltage), y, 1.0 * trusted, trusted, 0, noise, references
     )  # fmt: skip
 
 
@@ -208,7 +206,7 @@ def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str]:
     shape = identification(np.arange(_PROBE) * 1e-4)
     voltage = low + (high - low) * shape / shape.max()
     drive = Drive.of(voltage)
-    run = chain_predict(model.packed(trace_of(voltage, voltage, 0.0, sample_time), 0), drive)[0]
+    run = chain_predict(model.packed(0), drive)[0]
     extent = Extent(
         sample_time,
         _PROBE * sample_time,

@@ -206,15 +206,6 @@ class Ground:
 
     # --- one of several ------------------------------------------------------------------------------
 
-    def separation(
-        self, truth: Hypothesis, rival: Hypothesis, voltage: np.ndarray, thorough: bool = False
-    ) -> Separation:
-        """Return how far a rival stays from the truth on a voltage, (N,).
-
-        `thorough` is as for `left_over`.
-        """
-        return self.judged(truth, rival, self.left_over(truth, rival, voltage, thorough))
-
     @np.errstate(over="ignore", invalid="ignore")
     def left_over(
         self, truth: Hypothesis, rival: Hypothesis, voltage: np.ndarray, thorough: bool = False

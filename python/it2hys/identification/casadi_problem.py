@@ -125,16 +125,14 @@ class CasadiProblem:
         return {name: getattr(self, name) for name in ("lbx", "ubx", "lbg", "ubg")}
 
 
-def casadi_problem(criterion: ChainCriterion, band: Band | None = None) -> CasadiProblem:
+def casadi_problem(criterion: ChainCriterion) -> CasadiProblem:
     """State the fit of a chain as a CasADi problem.
 
     Parameters
     ----------
     criterion : ChainCriterion
-        Its penalties, which stand for the constraints in a least-squares fit, are left out.
-    band : Band, optional
-        Where the core is to contract and be invertible; by default that of the criterion's penalties.
-        Without either there is no such constraint.
+        Its penalties, which stand for the constraints in a least-squares fit, are left out. The core is
+        to contract and be invertible over their band; without one there is no such constraint.
 
     Returns
     -------
@@ -146,13 +144,12 @@ def casadi_problem(criterion: ChainCriterion, band: Band | None = None) -> Casad
     >>> solver = ca.nlpsol("fit", "ipopt", stated.problem)                       # doctest: +SKIP
     >>> found = solver(x0=criterion.pack(criterion.model), **stated.bounds)      # doctest: +SKIP
     """
-    band = criterion.band if band is None else band
     free = criterion.unconstrained()
     residuals = Residuals(free)
     x = ca.MX.sym("x", len(free.lower))
     r = residuals(x)
     held = [
-        *(_contraction_and_slope(x, criterion.rule_count, band) if band else ()),
+        *(_contraction_and_slope(x, criterion.rule_count, criterion.band) if criterion.band else ()),
         *_rising_curve(x, criterion),
     ]
     g = ca.vertcat(*(expression for expression, _, _ in held))

@@ -133,7 +133,7 @@ class Model:
         names = _rule_names(int(self.values["ruleCount"]))
         return np.array([self.values[n] for n in names]).reshape(-1, len(RULE_FIELDS))
 
-    def packed(self, trace: Trace, index: int) -> np.ndarray:
+    def packed(self, index: int) -> np.ndarray:
         """Return the parameters for one record as the C core takes them."""
         return compiled.pack_chain(self.start(index), self._shared)
 
@@ -152,7 +152,7 @@ class Model:
 
     def run(self, trace: Trace, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return reading, core's input and core's output of the free run over a record."""
-        return compiled.chain_predict(self.packed(trace, index), trace.drive)
+        return compiled.chain_predict(self.packed(index), trace.drive)
 
 
 @cache

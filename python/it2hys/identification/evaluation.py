@@ -19,9 +19,7 @@ from it2hys.model.variables import load_table
 from it2hys.records import Record
 
 
-def evaluate(
-    parameters: ParameterSet, records: Sequence[Record], offsets: bool = False
-) -> tuple[Judgement, ...]:
+def evaluate(parameters: ParameterSet, records: Sequence[Record]) -> tuple[Judgement, ...]:
     """Run a model with all its effects on records, in free run and one step ahead.
 
     Parameters
@@ -30,8 +28,6 @@ def evaluate(
         The model.
     records : sequence of Record
         All at one sample time.
-    offsets : bool
-        Let every record differ from the model by a constant, which is removed.
 
     Returns
     -------
@@ -45,7 +41,7 @@ def evaluate(
     """
     check_sample_times(records)
     prepared = [prepare(record) for record in records]
-    traces = [to_trace(p, "test", offsets) for p in prepared]
+    traces = [to_trace(p, "test", False) for p in prepared]
     effects, known = active_effects(parameters), load_table().parameters()
     own = {
         name: np.full(len(traces), parameters[name])

@@ -164,7 +164,8 @@ class OwnEffect(Effect):
         """
         if self.rest_steps and not self.states:
             return solved(self, values, [], y, AT_REST), []
-        x, state = y, [0.0] * self.states
+        x: Scalar = y
+        state: list[Scalar] = [0.0] * self.states
         for _ in range(self.rest_steps):
             x, *following = rest_step(self, values, y, [x, *state])
             state = list(following)

@@ -184,11 +184,11 @@ def _shape_notes(voltage: np.ndarray, displacement: np.ndarray) -> list[str]:
     return notes
 
 
-def _constant_runs(values: np.ndarray, shortest: int = 5) -> list[tuple[int, int]]:
-    """Return (start, stop) of each stretch of at least `shortest` equal samples."""
+def _constant_runs(values: np.ndarray) -> list[tuple[int, int]]:
+    """Return (start, stop) of each stretch of at least five equal samples."""
     equal = np.concatenate((np.diff(values) == 0.0, [False]))
     runs = [(start, stop + 1) for start, stop in _runs(equal)]
-    return [(start, stop) for start, stop in runs if stop - start >= shortest]
+    return [(start, stop) for start, stop in runs if stop - start >= 5]
 
 
 def _runs(mask: np.ndarray) -> list[tuple[int, int]]:

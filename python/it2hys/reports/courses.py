@@ -175,8 +175,8 @@ def read_courses(directory: Path, names: Sequence[str]) -> dict[str, Course]:
         ) from None
 
 
-def voltages_at_hand(report: Path, sample_time: float, most: int = 2) -> dict[str, np.ndarray]:
-    """Return the voltages of the longest records of a report, V, by name, as far as they are whole.
+def voltages_at_hand(report: Path, sample_time: float) -> dict[str, np.ndarray]:
+    """Return the voltages of the two longest records of a report, V, by name, as far as they are whole.
 
     Parameters
     ----------
@@ -184,8 +184,6 @@ def voltages_at_hand(report: Path, sample_time: float, most: int = 2) -> dict[st
         A `report.json`; beside another file there are none.
     sample_time : float
         s; a course that was thinned for the page has another one.
-    most : int
-        Records.
     """
     path = report.with_name(COURSES)
     if report.suffix != ".json" or not path.is_file():
@@ -198,5 +196,5 @@ def voltages_at_hand(report: Path, sample_time: float, most: int = 2) -> dict[st
                 steps = np.diff(stored[f"{name}{_SEPARATOR}time"])
                 if np.allclose(steps, sample_time, rtol=1e-3):
                     found[name] = stored[key].astype(float)
-    longest = sorted(found, key=lambda name: -len(found[name]))[:most]
+    longest = sorted(found, key=lambda name: -len(found[name]))[:2]
     return {name: found[name] for name in longest}

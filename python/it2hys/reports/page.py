@@ -83,7 +83,6 @@ class View:
 
     title: str
     content: str
-    caption: str = ""
 
 
 @dataclass(frozen=True)
@@ -176,12 +175,7 @@ def write_pictures(
         write_atomically(directory / f"{name}.png", png(figure))
 
 
-def write_page(
-    directory: Path,
-    page: Page,
-    progress: Progress = lambda share, text: None,
-    name: str = PAGE,
-) -> Path:
+def write_page(directory: Path, page: Page, name: str = PAGE) -> Path:
     """Write `report.html`, or a page of another name, and its PNG files into an existing directory.
 
     Returns
@@ -194,7 +188,7 @@ def write_page(
     InputError
         If a picture that was written before is not there, or the directory cannot be written to.
     """
-    write_pictures(directory, page.all_pictures, progress)
+    write_pictures(directory, page.all_pictures)
     environment = Environment(
         loader=PackageLoader("it2hys.reports"), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )

@@ -7,12 +7,10 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from it2hys.records import Record
-
-_CHUNK = 1 << 20
+from it2hys.support.version import package_version
 
 
 @dataclass(frozen=True)
@@ -89,23 +87,12 @@ def _text(path: Path | None, directory: Path | None) -> str | None:
     return None if path is None else path.as_posix()
 
 
-def package_version() -> str:
-    """Return the version of it2hys."""
-    try:
-        return version("it2hys")
-    except PackageNotFoundError:  # a checkout that is not installed
-        return "unknown"
-
-
 def file_hash(path: Path | None) -> str | None:
     """Return the SHA-256 of a file as hexadecimal digits, or None where there is no file."""
     if path is None or not path.is_file():
         return None
-    digest = hashlib.sha256()
     with path.open("rb") as file:
-        while chunk := file.read(_CHUNK):
-            digest.update(chunk)
-    return digest.hexdigest()
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def about(report: Mapping) -> str:

@@ -90,7 +90,7 @@ def check_directory(directory: str | Path, room: int = ROOM) -> None:
         )
 
 
-def check_file(path: str | Path, inputs: Sequence[str | Path] = (), room: int = 0) -> None:
+def check_file(path: str | Path, inputs: Sequence[str | Path] = ()) -> None:
     """Refuse an output file that cannot be used, before the work: nor may it be one of the inputs.
 
     Raises
@@ -105,7 +105,7 @@ def check_file(path: str | Path, inputs: Sequence[str | Path] = (), room: int = 
         raise InputError(
             f"{path}: this is a directory; -o needs the name of a file, such as {path / 'y.csv'}"
         )
-    check_directory(path.parent, room)
+    check_directory(path.parent, room=0)
 
 
 @contextmanager

@@ -30,13 +30,13 @@ class CreepEvidence(EffectEvidence):
 
     of_a_controller = True
 
-    def guesses(self, clues: Clues, count: int = COUNT) -> list[dict[str, float]]:
+    def guesses(self, clues: Clues) -> list[dict[str, float]]:
         """Return no, small and large gains at time constants spread over the records' decades."""
-        values = EFFECT.starts(clues.extent, count)
+        values = EFFECT.starts(clues.extent, COUNT)
         constants = {name: start.value for name, start in values.items() if "timeConstant" in name}
         gains = [name for name in values if "gain" in name]
         return [
-            {"creepCount": count, **constants, **dict.fromkeys(gains, total / count)}
+            {"creepCount": COUNT, **constants, **dict.fromkeys(gains, total / COUNT)}
             for total in (1e-3, 0.02, 0.1)
         ]
 

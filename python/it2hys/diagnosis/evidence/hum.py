@@ -23,14 +23,14 @@ class HumEvidence(EffectEvidence):
 
     by_its_signature = True
 
-    def guesses(self, clues: Clues, lines: int = 3) -> list[dict[str, float]]:
-        """Return the strongest lines of the residual; their phases differ from record to record."""
+    def guesses(self, clues: Clues) -> list[dict[str, float]]:
+        """Return the residual's three strongest lines; their phases differ from record to record."""
         longest = max(len(c.residual) for c in clues.records)
         frequency, power = clues.spectrum(4 * longest)
         floor = median_filter(power, size=4 * 40 + 1)
         ratio = power / (floor + np.finfo(float).tiny)
         peaks, _ = find_peaks(ratio, distance=12)
-        highest = peaks[np.argsort(ratio[peaks])[::-1][:lines]]
+        highest = peaks[np.argsort(ratio[peaks])[::-1][:3]]
         least = PHYSICS.line_periods / clues.extent.duration
         return [_fitted_line(clues, frequency[i]) for i in highest if frequency[i] > least]
 

@@ -37,11 +37,11 @@ class PlayEvidence(EffectEvidence):
 
     of_any_loop = True
 
-    def guesses(self, clues: Clues, count: int = COUNT) -> list[dict[str, float]]:
+    def guesses(self, clues: Clues) -> list[dict[str, float]]:
         """Return equal weights, for hardly any, a weak and a strong memory."""
-        held = {"playCount": count, **thresholds(clues.extent, count)}
+        held = {"playCount": COUNT, **thresholds(clues.extent, COUNT)}
         return [
-            {**held, **{f"play[{j}].weight": total / count for j in range(1, count + 1)}}
+            {**held, **{f"play[{j}].weight": total / COUNT for j in range(1, COUNT + 1)}}
             for total in (0.01, 0.1, 0.4)
         ]
 

@@ -342,12 +342,13 @@ def after_steps(clues: Clues) -> float | None:
     return float(products[0] / products[1]) if products[1] > 0.0 else None
 
 
-def branches(clues: Clues, bins: int = 20) -> tuple[np.ndarray, np.ndarray] | None:
+def branches(clues: Clues) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the mean residual on rising and on falling branches by displacement, (B,) each.
 
     Only bins that both branches reach are kept; None where there are fewer than three or nothing in
     them.
     """
+    bins = 20
     level = np.concatenate([scaled(clues, c)[c.used] for c in clues.records])
     direction = np.concatenate([np.sign(np.gradient(modelled(c)))[c.used] for c in clues.records])
     residual = np.concatenate([(c.residual - c.residual[c.used].mean())[c.used] for c in clues.records])
