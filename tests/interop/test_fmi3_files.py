@@ -275,16 +275,6 @@ def test_the_controller_gives_the_bits_of_that_of_fmi_2(controllers):
 CHOICES = [([], (2, 3)), (["--fmi", "2"], (2,)), (["--fmi", "3"], (3,))]
 
 
-def test_the_commands_that_run_fmus_name_the_one_to_take(packaged_fmi3, tmp_path, capsys):
-    (tmp_path / "u.csv").write_text("time_s,voltage_V\n0,0\n1e-4,1\n", encoding="utf-8")
-    path = packaged_fmi3["table_1"][1]["plant"].path
-    arguments = ["--input", str(tmp_path / "u.csv"), "-o", str(tmp_path / "y.csv")]
-    assert main(["simulate", str(path), *arguments]) == 2
-    said = capsys.readouterr().err
-    assert f"{path}: this is an FMU of FMI 3.0, " in said and "without _fmi3 in their names" in said
-    assert said.count("\n") == 1
-
-
 @pytest.mark.parametrize(("arguments", "versions"), CHOICES)
 def test_the_commands_write_both_versions_or_one(arguments, versions, tmp_path):
     assert main(["build", "-o", str(tmp_path / "a"), "--quiet", *arguments]) == 0
