@@ -106,7 +106,7 @@ pytest: $(TOOLS) $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched 
 	# two workers are all the cores there may be: no threads besides
 	# slipcover counts lines at 4 % of the time, where coverage takes half as much again on Python 3.11 (measured)
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m slipcover --source python/it2hys \
-	  --missing-width 40 -m pytest -n 2
+	  --missing-width 40 -m pytest -n 2 --dist worksteal
 
 # once, and by itself: it builds and installs the package in all the ways that pip has
 installation: $(TOOLS) $(INSTALLED)
