@@ -195,6 +195,7 @@ class Instance:
         resources: object = _DEFAULT,
         library: Path | None = None,
         logging: bool = True,
+        name: str = "instance",
     ) -> None:
         self.unpacked = unpacked
         self.messages: list[tuple[int, str, str]] = []
@@ -202,7 +203,7 @@ class Instance:
             guid=guid or unpacked.description.guid,
             unzipDirectory=str(unpacked.directory),
             modelIdentifier=unpacked.identifier,
-            instanceName="instance",
+            instanceName=name,
             libraryPath=str(library or unpacked.binary),
         )
         self._callbacks = fmi2.fmi2CallbackFunctions()
@@ -211,7 +212,7 @@ class Instance:
             resources = (unpacked.directory / "resources").as_uri()
         self.fmu.callbacks = self._callbacks
         self.fmu.component = self.fmu.fmi2Instantiate(
-            b"instance",
+            name.encode(),
             fmi2.fmi2CoSimulation,
             self.fmu.guid.encode(),
             resources if resources is None else resources.encode(),
@@ -494,4 +495,11 @@ def model(request: pytest.FixtureRequest, models: dict[str, Unpacked]) -> Unpack
 def plant(models: dict[str, Unpacked]) -> Iterator[Instance]:
     """Yield a plant instance, not yet initialized."""
     with Instance(models["plant"]) as instance:
+        yield instance
+
+
+@pytest.fixture
+def inverse(models: dict[str, Unpacked]) -> Iterator[Instance]:
+    """Yield an instance of the inverse, not yet initialized."""
+    with Instance(models["inverse"]) as instance:
         yield instance

@@ -72,9 +72,9 @@ struct chain {
     int solved_before, solved_all, limiting_all;
     struct it2 core;
     struct it2_range displacement; /* of the set */
-    struct it2_range reference; /* that a reference is kept to: wider behind a core on which something rings */
-    struct it2_range voltage;   /* that the inverse keeps to */
-    real latency;               /* of all stages, s */
+    struct it2_range reference;    /* that a reference is kept to: wider where a stage behind the core rings */
+    struct it2_range voltage;      /* that the inverse keeps to */
+    real latency;                  /* of all stages, s */
     /* bytes of struct chain_state, from its beginning, that each way needs */
     size_t walked, retraced;
 #define CHAIN_CONSTANTS(name, NAME, side) struct name name;

@@ -104,7 +104,7 @@ def test_identify_writes_what_design_promises(stage):
     assert not [name for name in written if name.startswith(".")]
 
 
-def test_report_json_holds_the_model_and_its_errors(stage):
+def test_report_json_has_the_settled_keys(stage):
     report = json.loads((stage / "out" / "report.json").read_text())
     assert report["effects"] == [] and report["evidence"] == []
     assert report["unexplained"] is True
@@ -117,6 +117,7 @@ def test_report_json_holds_the_model_and_its_errors(stage):
     parameters = read_ssv(stage / "out" / "parameters.ssv")
     for name, entry in report["parameters"].items():
         assert entry["value"] == parameters[name]
+        assert set(entry) >= {"value", "ci95", "unit"}
 
 
 @pytest.mark.parametrize("name", ["train", "test"])
@@ -376,6 +377,13 @@ def test_one_per_cent_of_missing_samples_is_refused_or_mended(clean, tmp_path, c
     assert "resampl" in html_of(tmp_path / "b").lower()
 
 
+def test_a_jittering_time_base_is_refused_or_mended(clean, tmp_path, capsys):
+    jitter = np.random.default_rng(0).uniform(-1e-5, 1e-5, len(clean))
+    path = write_rows(tmp_path / "r.csv", clean.time + jitter, clean)
+    assert_refused(capsys, ["identify", path, "-o", tmp_path / "a"], "--resample")
+    assert identify_quickly(path, tmp_path / "b", "--resample") == 0
+
+
 def test_an_outlier_is_named_and_does_not_move_the_model(clean, tmp_path):
     spiked = clean.displacement.copy()
     spiked[300] += 5e-6
@@ -387,6 +395,13 @@ def test_an_outlier_is_named_and_does_not_move_the_model(clean, tmp_path):
         errors.append(report["error"]["after"][name]["e_rms_um"])
     assert errors[1] == pytest.approx(errors[0], rel=0.05)
     assert "302" in html_of(tmp_path / "spiked")  # the spike's line
+
+
+def test_a_clipped_sensor_is_noted_and_its_stretch_gets_no_weight(clean, tmp_path):
+    clipped = np.minimum(clean.displacement, 14e-6)
+    path = write_rows(tmp_path / "clipped.csv", clean.time, clean, clipped)
+    assert identify_quickly(path, tmp_path / "out") == 0
+    assert "clip" in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_simulating_at_another_rate_is_refused(tmp_path, capsys):

@@ -28,6 +28,7 @@ SAMPLES, NOISE = 800, 0.006 * UM
 COMPLIANCE = 2e-8
 ONE_RULE = (5 * UM, 15 * UM, 8 * UM, 0.9, 1.5e-8, 0.1 * UM)
 ROLES = {"a": "train", "b": "train", "v": "validation", "t": "test"}
+KEYS = {"effects", "unexplained", "noise_rms_um", "error", "evidence", "parameters"}
 
 
 def stage_with(**effects: float) -> ParameterSet:
@@ -124,9 +125,11 @@ def test_the_report_is_one_self_contained_page_with_all_its_pictures(folder):
     assert not re.search(r">[^<]*\de\+\d", said)  # 1e+02 % is 100 %
 
 
-def test_report_json_says_of_every_effect_why(folder):
+def test_report_json_has_the_settled_keys(folder):
     report = report_of(folder / "out")
+    assert set(report) >= KEYS
     assert report["effects"] == ["load"]
+    assert isinstance(report["unexplained"], bool)
     assert report["noise_rms_um"] == pytest.approx(NOISE / UM, rel=0.3)
     for when in ("before", "after"):
         assert {n: e["role"] for n, e in report["error"][when].items()} == ROLES
@@ -134,6 +137,9 @@ def test_report_json_says_of_every_effect_why(folder):
             assert np.isfinite([entry["e_mr_percent"], entry["e_rms_um"]]).all()
     assert [e["effect"] for e in report["evidence"]] == list(EFFECTS)
     for entry in report["evidence"]:
+        assert {"effect", "statistic", "p_value", "held_out_gain_percent", "accepted", "why"} <= {
+            *entry
+        }
         assert entry["why"] and entry["accepted"] is (entry["effect"] == "load")
 
 

@@ -1,5 +1,6 @@
 """PIController.fmu: its equations, its ticks, and every capability that its XML claims."""
 
+import ctypes
 import math
 import struct
 from collections.abc import Sequence
@@ -9,6 +10,7 @@ import pytest
 from conftest import TS, UM, Instance, Unpacked
 from fmpy import fmi2
 from fmpy.validation import validate_fmu
+from lxml import etree
 
 from it2hys.cosimulation.slave import Slave
 from it2hys.errors import InputError
@@ -68,6 +70,21 @@ def test_the_controller_computes_its_equations_and_does_not_wind_up(controller):
     assert read[110] < 60.0
 
 
+def test_the_controllers_ticks_do_not_depend_on_the_steps(controller):
+    gains = {"integralGain": 1e9}
+    inputs = {"reference": 6 * UM, "displacement": 5 * UM}
+    results = []
+    for size in (TS, 0.3 * TS, 7 * TS):
+        with Slave(controller.path, gains) as slave:
+            time, steps = 0.0, round(2.1e-2 / size)
+            for k in range(steps):
+                slave.step(k * size, size, inputs)
+                time = (k + 1) * size
+            assert math.isclose(time, 2.1e-2)
+            results.append(slave.get("voltage"))
+    assert results[0] == results[1] == results[2] > 0
+
+
 @pytest.mark.parametrize(
     ("values", "said"),
     [
@@ -111,6 +128,22 @@ def test_initial_outputs_depend_on_what_the_xml_says(controller):
                     read.append(instance.initialize(start).get("voltage"))
             moved |= {name} if read[0] != read[1] else set()
     assert moved == {v.name for v in unknown.dependencies}
+
+
+def test_the_controller_refuses_a_step_beyond_the_stop_time(controller):
+    with Instance(controller) as instance:
+        instance.initialize(GAINS, stop_time=1.0)
+        assert instance.step(0.0, 2.0) == ERROR
+        assert "after stopTime, 1 s" in instance.said(ERROR)[0]
+        assert instance.step(0.0, 1.0) == OK
+        assert instance.step(1.0, TS) == ERROR
+
+
+@pytest.mark.parametrize(("stop_time", "status"), [(0.5, ERROR), (math.nan, ERROR), (math.inf, OK)])
+def test_a_stop_time_before_the_start_is_refused_and_infinity_is_none(controller, stop_time, status):
+    with Instance(controller) as instance:
+        assert instance.status_of(instance.fmu.setupExperiment, None, 1.0, stop_time) == status
+        assert status == OK or "stopTime" in instance.said(ERROR)[0]
 
 
 # --- capabilities ------------------------------------------------------------------------------
@@ -239,6 +272,16 @@ def test_the_promise_is_kept(controller, flag):
 # --- what cannot be ----------------------------------------------------------------------------
 
 
+def test_bytes_that_are_no_state_are_refused(controller):
+    with started(controller) as instance:
+        blob = instance.fmu.serializeFMUstate(instance.fmu.getFMUstate())
+        damaged = [b"", blob[:-1], blob + b"\0", bytes(len(blob))]
+        for place in range(len(blob)):
+            damaged.append(blob[:place] + bytes([blob[place] ^ 0x10]) + blob[place + 1 :])
+        assert {instance.deserialize(bad) for bad in damaged} == {ERROR}
+        assert instance.deserialize(blob) == OK
+
+
 HEADER, CHECKSUM = 40, 32
 #: Words of the serialized state (struct fmu_snapshot) that hold no doubles: phase and status, findings,
 #: the clock's ticks, the flags, the ticks of the last step.
@@ -277,3 +320,49 @@ def test_an_integral_that_overflows_discards_the_step(controller):
         assert instance.get("voltage") == before
         instance.assign({"reference": 5 * UM})
         assert instance.step(0.0, TS) == OK
+
+
+def test_null_pointers_and_unknown_categories_are_refused(controller):
+    with started(controller) as instance:
+        fmu, c = instance.fmu, instance.fmu.component
+        names = (ctypes.c_char_p * 1)(b"logNonsense%s")
+        for call in (
+            lambda: fmu.fmi2GetReal(c, None, 1, None),
+            lambda: fmu.fmi2GetBoolean(c, None, 1, None),
+            lambda: fmu.fmi2SetReal(c, None, 1, None),
+            lambda: fmu.fmi2GetFMUstate(c, None),
+            lambda: fmu.fmi2SetFMUstate(c, None),
+            lambda: fmu.fmi2DeSerializeFMUstate(c, None, 10, None),
+            lambda: fmu.fmi2GetRealStatus(c, 2, None),
+            lambda: fmu.fmi2DoStep(None, 0.0, TS, True),
+            lambda: fmu.fmi2SetDebugLogging(c, True, 1, names),
+        ):
+            assert instance.status_of(call) == ERROR
+        assert "logNonsense%s" in instance.said(ERROR)[-1]
+        assert instance.step(0.0, TS) == OK
+
+
+def test_log_categories_are_honoured(controller):
+    with started(controller) as instance:
+        root = etree.parse(controller.directory / "modelDescription.xml").getroot()
+        listed = [c.get("name") for c in root.iterfind("LogCategories/Category")]
+        said = {}
+        for name in listed:
+            for on in (False, True):
+                names = (ctypes.c_char_p * 1)(name.encode())
+                instance.fmu.fmi2SetDebugLogging(instance.fmu.component, on, 1, names)
+                instance.messages.clear()
+                assert instance.step(5.0, TS) == ERROR
+                said[name, on] = len(instance.messages)
+        assert said == {
+            ("logEvents", False): 1,
+            ("logEvents", True): 1,
+            ("logStatusError", False): 0,
+            ("logStatusError", True): 1,
+            ("logStatusWarning", False): 1,
+            ("logStatusWarning", True): 1,
+            ("logStatusDiscard", False): 1,
+            ("logStatusDiscard", True): 1,
+            ("logAll", False): 0,
+            ("logAll", True): 1,
+        }

@@ -2,13 +2,24 @@
 
 import numpy as np
 import pytest
-from conftest import INPUT, MODELS, OUTPUT, TS, UM, Instance, Master, tick_values
+from conftest import (
+    INPUT,
+    MODELS,
+    OUTPUT,
+    TS,
+    UM,
+    Instance,
+    Master,
+    tick_values,
+)
 from fmpy import fmi2
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from it2hys.model import compiled
 from it2hys.model.parameters import table_1
+
+OK = fmi2.fmi2OK
 
 
 def polygon(knots: np.ndarray, values: np.ndarray):
@@ -19,6 +30,32 @@ def polygon(knots: np.ndarray, values: np.ndarray):
         return (values[i + 1] - values[i]) / (knots[i + 1] - knots[i])
 
     return lambda t: float(np.interp(t, knots, values)), slope
+
+
+def held_at(times: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the value of the last tick before each time: its left limit."""
+    return values[np.ceil(times / TS - 1e-6).astype(int) - 1]
+
+
+@pytest.fixture(scope="module")
+def zigzag():
+    """Return a signal with corners at times that are no ticks."""
+    rng = np.random.default_rng(7)
+    knots = np.concatenate([[0.0], np.cumsum(rng.uniform(20.3, 180.7, 12))]) * TS
+    return knots, rng.uniform(0.1, 0.9, len(knots))
+
+
+@pytest.mark.parametrize("which", MODELS)
+@pytest.mark.parametrize("size", [1 / 3, 1.0, 7.3, 100.0])
+def test_ticks_do_not_depend_on_the_communication_step(models, zigzag, which, size):
+    knots, values = zigzag
+    signal, slope = polygon(knots, values * {"plant": 100.0, "inverse": 15 * UM}[which])
+    regular = np.arange(int(knots[-1] / TS / size)) * size * TS
+    times = np.unique(np.concatenate([regular, knots[knots < regular[-1]]]))
+    with Master(models[which]) as master:
+        read = master.run_steps(signal, slope, times)
+    expected = held_at(times[1:], tick_values(which, signal, int(times[-1] / TS) + 2))
+    np.testing.assert_allclose(read, expected, rtol=1e-12, atol=1e-12 * np.max(np.abs(expected)))
 
 
 @given(
@@ -61,6 +98,47 @@ def test_what_is_read_is_the_value_of_the_last_tick_before_the_communication_poi
         plant.step(i * TS / 4, TS / 4)
         read.append(plant.get("displacement"))
     np.testing.assert_allclose(read, [y[0]] * 4 + [y[1]] * 4, rtol=1e-12)
+
+
+def test_a_start_time_between_ticks_waits_for_the_next_tick(plant):
+    plant.initialize(start_time=2.5 * TS)
+    plant.assign({"voltage": 50.0})
+    plant.step(2.5 * TS, 0.5 * TS)
+    assert plant.get("displacement") == 0.0
+    plant.step(3 * TS, 0.01 * TS)
+    assert plant.get("displacement") > 0.0
+
+
+@pytest.mark.parametrize("start", [-0.05, 3600.0, 1e6])
+def test_ticks_are_counted_far_from_zero_too(models, start):
+    """A hundred steps of a third of Ts, wherever: 34 ticks, because ticks are counted."""
+    rules = table_1().rules
+    y = compiled.free_run(rules, np.full(40, 50.0), 0.0)
+    with Instance(models["plant"]) as instance:
+        instance.initialize(start_time=start)
+        instance.assign({"voltage": 50.0})
+        for i in range(100):
+            assert instance.step(start + i * TS / 3, TS / 3) == OK, instance.messages
+        assert instance.get("displacement") == pytest.approx(y[33], rel=1e-12)
+
+
+def test_an_hour_of_accumulated_steps_keeps_the_ticks_in_place(plant):
+    """Masters add up floating-point time; 36,000 steps of 0.1 s are 36,000,000 ticks to count."""
+    plant.initialize({"sampleTime": 0.01})
+    plant.assign({"voltage": 50.0})
+    time, read = 0.0, []
+    for _ in range(36_000):
+        assert plant.step(time, 0.1) == OK, plant.messages
+        time += 0.1
+    assert abs(time - 3600) > 1e-9  # it did drift
+    plant.assign({"voltage": 51.0})
+    for _ in range(20):  # ten ticks of 0.01 s in each step
+        plant.step(time, 0.1)
+        time += 0.1
+        read.append(plant.get("displacement"))
+    rest = compiled.free_run(table_1().rules, np.full(5000, 50.0), 0.0)[-1]
+    y = compiled.free_run(table_1().rules, np.full(200, 51.0), rest)
+    np.testing.assert_allclose(read, y[9::10], rtol=1e-9)
 
 
 FINE = 1e-5  # sample time
@@ -128,6 +206,17 @@ def follow(
         assert instance.step(time, length) <= fmi2.fmi2Warning, instance.messages
         read.append(instance.get(output))
     return read
+
+
+@pytest.mark.parametrize("which", [*MODELS, "controller"])
+def test_a_step_that_would_run_for_days_is_refused_with_the_number_of_its_ticks(
+    models, controller, which
+):
+    with Instance({**models, "controller": controller}[which]) as instance:
+        instance.initialize({"sampleTime": TS})
+        assert instance.step(0.0, 1e9) == fmi2.fmi2Error
+        assert "1e+13 ticks of 0.0001 s; at most 1e+09" in instance.said(fmi2.fmi2Error)[0]
+        assert instance.step(0.0, TS) <= fmi2.fmi2Warning
 
 
 def test_a_derivative_acts_from_the_communication_point_on_and_stays(plant):

@@ -101,7 +101,7 @@ def accepted(start: float) -> ParameterSet:
     data=st.data(),
 )
 def test_the_plant_stays_put_whatever_is_asked_of_it(start, seed, constant, modest, data):
-    """Ten seconds from any start that is accepted."""
+    """Ten seconds from any start that is accepted; see also tests/interop/test_range_fmus.py."""
     parameters, ticks = accepted(start), 100_000
     drawn = data.draw(MODEST if modest else ANY)
     limit = abs(drawn)

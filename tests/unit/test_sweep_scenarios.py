@@ -20,7 +20,7 @@ from it2hys.stand import Stand, excitations
 from it2hys.support.files import write_atomically
 from it2hys.sweeps import parse_sweep, read_sweep
 from it2hys.sweeps.cases import make_plan
-from it2hys.sweeps.measures import KINDS, Judged, bandwidth, loop_area
+from it2hys.sweeps.measures import KINDS, MetricData, bandwidth, loop_area
 from it2hys.sweeps.plan import LARGEST_CASES, LARGEST_STEPS
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -496,14 +496,14 @@ def test_metrics_are_what_they_are_called():
     }  # fmt: skip
     assert set(expected) | {"bandwidth", "loop area"} == set(KINDS)
     for kind, value in expected.items():
-        assert KINDS[kind].function(Judged(y, r, 0.1)) == pytest.approx(value), kind
+        assert KINDS[kind].function(MetricData(y, r, 0.1)) == pytest.approx(value), kind
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "time true"])
 def test_no_metric_takes_what_is_not_finite(kind):
     y = np.array([1.0, np.nan, 3.0, 2.0])
     with pytest.raises(InputError, match="not finite"):
-        KINDS[kind].function(Judged(y, np.array([1.0, 2.0, 4.0, 0.0]), 0.1))
+        KINDS[kind].function(MetricData(y, np.array([1.0, 2.0, 4.0, 0.0]), 0.1))
 
 
 @pytest.mark.parametrize("pole", [30.0, 100.0])

@@ -39,7 +39,7 @@ def max_relative_error(y: ArrayLike, y_hat: ArrayLike) -> float:
     InputError
         Where the shapes differ, the arrays are empty or not finite, or `y` is constant.
     """
-    return Comparison(y, y_hat).max_relative_error()
+    return OutputError(y, y_hat).max_relative_error()
 
 
 @np.errstate(all="ignore")
@@ -63,7 +63,7 @@ def rms_error(y: ArrayLike, y_hat: ArrayLike) -> float:
     InputError
         Where the shapes differ, or the arrays are empty or not finite.
     """
-    return Comparison(y, y_hat).rms_error()
+    return OutputError(y, y_hat).rms_error()
 
 
 class Errors(NamedTuple):
@@ -76,26 +76,15 @@ class Errors(NamedTuple):
 @np.errstate(all="ignore")
 def errors(y: ArrayLike, y_hat: ArrayLike) -> Errors:
     """Return both figures of a model output `y_hat` against a measured one `y`."""
-    compared = Comparison(y, y_hat)
+    compared = OutputError(y, y_hat)
     return Errors(compared.max_relative_error(), compared.rms_error())
 
 
-class Comparison:
-    """A model output beside a measured one, for both figures of merit: their difference is taken once.
+class OutputError:
+    """The difference of a measured and a model output, taken once for both figures of merit.
 
-    Where numbers overflow, numpy warns, unless it is told not to.
-
-    Parameters
-    ----------
-    y : array_like, shape (n,)
-        Measured output, in any unit.
-    y_hat : array_like, shape (n,)
-        Model output, in the unit of `y`.
-
-    Raises
-    ------
-    InputError
-        Where the shapes differ, or the arrays are empty.
+    Parameters and errors raised are those of `max_relative_error`. Where numbers overflow, numpy warns,
+    unless it is told not to.
     """
 
     def __init__(self, y: ArrayLike, y_hat: ArrayLike) -> None:

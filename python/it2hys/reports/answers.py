@@ -263,9 +263,9 @@ def feedforward(report: Mapping) -> list[str]:
     clamped = max(after[n]["inverse_clamped_percent"] or 0.0 for n in names)
     if clamped > 0.0:
         texts.append(
-            f"At up to {clamped:.3g} % of a record's samples the inverse was clamped: its voltage "
-            f"keeps to {bottom:.4g} to {top:.4g} V, the range of the training records, and to the "
-            "limits of the effects in the model."
+            f"At up to {clamped:.3g} % of a record's samples the inverse was clamped, or not yet back "
+            f"where the reference is: its voltage keeps to {bottom:.4g} to {top:.4g} V, the range of "
+            "the training records, and to the limits of the effects in the model."
         )
     texts.append(
         "This was measured without the rig: the inverse is fed with the displacement that was "

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from it2hys.errors import InputError
-from it2hys.records.figures_of_merit import Comparison
+from it2hys.records.figures_of_merit import OutputError
 
 #: A gain has fallen by 3 dB where it is below this share of its low-frequency value.
 HALF_POWER = 1.0 / np.sqrt(2.0)
@@ -98,7 +98,7 @@ def loop_area(voltage: np.ndarray, displacement: np.ndarray) -> float:
     return float(abs(area) / (periods * box)) if box and periods else float("nan")
 
 
-class Judged:
+class MetricData:
     """What metrics are computed from, and what those of one output share.
 
     Parameters
@@ -113,12 +113,12 @@ class Judged:
 
     def __init__(self, output: np.ndarray, against: np.ndarray | None, step: float) -> None:
         self.output, self.against, self.step = output, against, step
-        self._compared: Comparison | None = None
+        self._compared: OutputError | None = None
 
-    def compared(self) -> Comparison:
+    def compared(self) -> OutputError:
         """Return the output as a model's, beside what it is compared with."""
         if self._compared is None:
-            self._compared = Comparison(self.against, self.output)
+            self._compared = OutputError(self.against, self.output)
         return self._compared
 
     def finite(self) -> np.ndarray:
@@ -153,7 +153,7 @@ class Kind:
         What it is, for the documentation.
     """
 
-    function: Callable[[Judged], float]
+    function: Callable[[MetricData], float]
     compares: bool
     unit: str
     text: str
@@ -168,7 +168,7 @@ KINDS: dict[str, Kind] = {
         lambda it: it.compared().max_relative_error(), True, "share", "(24), largest error over range"
     ),
     "e_rms": Kind(lambda it: it.compared().rms_error(), True, "same", "(25), rms error"),
-    "gain": Kind(Judged.gain, True, "1", "range over the range of `against`"),
+    "gain": Kind(MetricData.gain, True, "1", "range over the range of `against`"),
     "loop area": Kind(
         lambda it: loop_area(it.against, it.finite()),
         True,

@@ -17,7 +17,7 @@ import numpy as np
 from it2hys.cosimulation.slave import Slave
 from it2hys.cosimulation.stepping import System, named
 from it2hys.errors import InputError
-from it2hys.sweeps.measures import KINDS, Judged
+from it2hys.sweeps.measures import KINDS, MetricData
 from it2hys.sweeps.plan import Plan, Setup, signal_values
 
 OK, FAILED = "ok", "failed"
@@ -193,7 +193,7 @@ class Runner:
             "out_of_range": int(np.count_nonzero(reduce(np.logical_or, outside))) if outside else None,
             "message": MESSAGES_APART.join(system.messages) or None,
         }
-        judged: dict[tuple[str, str], Judged] = {}
+        judged: dict[tuple[str, str], MetricData] = {}
         for metric in plan.metrics:
             pair = metric.of, metric.against
             if pair not in judged:
@@ -201,7 +201,7 @@ class Runner:
                     self._output(name, records, values, step, count, metric.of) for name in pair
                 )
                 other = None if against is None else against[skipped:]
-                judged[pair] = Judged(of[skipped:], other, step)
+                judged[pair] = MetricData(of[skipped:], other, step)
             number = KINDS[metric.kind].function(judged[pair])
             if isinf(number):
                 raise InputError(f"{metric.name} is not finite: the outputs diverge")
