@@ -61,7 +61,7 @@ SHARES = (0.25, 0.5, 1.0)
 GROWING = ((), ("creep",), ("play", "creep"))
 #: Whole training records of it, the first of them alone, for the growth in records.
 RECORDS = (3, 5)
-#: What a diagnosis of them all may take, s; on two free processors, while this is one process.
+#: What a diagnosis of 40,000 samples in eight records may take on two free processors, s.
 LONGEST = 45.0
 #: Seed of the case that grows.
 SEED = 7000
@@ -449,7 +449,7 @@ def _text(effects: Sequence[str]) -> str:
 
 
 def measure_growth() -> list[dict]:
-    """Print how the time of one diagnosis grows with samples, effects and records; one process."""
+    """Print how the time of one diagnosis grows with samples, effects and records."""
     results = []
     for effects in GROWING:
         case = Case(SEED, "growing", effects)
@@ -460,8 +460,8 @@ def measure_growth() -> list[dict]:
         for share, count in cuts:
             train = [_cut(record, share) for record in whole[:count]]
             validation = [_cut(record, share) for record in case.validation]
-            start, busy = time.perf_counter(), time.process_time()
-            found = diagnose(train, validation)
+            start, busy = time.perf_counter(), _processor_time()
+            found = diagnose(train, validation, workers=PROCESSES)
             results.append(
                 {
                     "there": list(effects),
@@ -469,7 +469,7 @@ def measure_growth() -> list[dict]:
                     "records": len(train) + len(validation),
                     "samples": sum(len(r) for r in [*train, *validation]),
                     "seconds": time.perf_counter() - start,
-                    "cpu_seconds": time.process_time() - busy,
+                    "cpu_seconds": _processor_time() - busy,
                     "search_seconds": found.seconds["search"],
                 }
             )
@@ -484,7 +484,7 @@ def measure_growth() -> list[dict]:
     header = (
         "there", "named", "records", "samples", "seconds", "of them search", "CPU s", "CPU us a sample",
     )  # fmt: skip
-    table("How the time of one diagnosis grows, one process", header, rows)
+    table(f"How the time of one diagnosis grows, {PROCESSES} processes", header, rows)
     longest = max(results, key=lambda r: r["seconds"])
     verdict = "met" if longest["seconds"] <= LONGEST else "missed"
     print(
@@ -492,6 +492,11 @@ def measure_growth() -> list[dict]:
         f"{longest['seconds']:.0f} s   <= {LONGEST:g} s {verdict}"
     )
     return results
+
+
+def _processor_time() -> float:
+    """Return the processor time of this process and of those that it has ended, s."""
+    return sum(os.times()[:4])
 
 
 def _cut(record: Record, share: float) -> Record:

@@ -366,6 +366,12 @@ class ChainCriterion:
         return offsets
 
     @cached_property
+    def _held(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places of the coordinates that have a prior, and its weights."""
+        held = np.flatnonzero(self._prior > 0.0)
+        return held, self._prior[held]
+
+    @cached_property
     def _measured(self) -> np.ndarray:
         """The measured displacement of all records, one after the other, m."""
         return np.concatenate([t.y for t in self.traces])
@@ -431,17 +437,19 @@ class ChainCriterion:
     def residual(self, point: np.ndarray) -> np.ndarray | None:
         """Return the weighted residuals, or None where a run is no longer finite."""
         lengths = self._drives.lengths
-        read = compiled.chain_predict_each(self._packed(point), self._drives)
-        if read is None:
+        error = compiled.chain_predict_each(self._packed(point), self._drives)
+        if error is None:
             return None
-        error = (read + np.repeat(self._offsets(point), lengths) - self._measured) / self.scaling.y_unit
-        squares = np.add.reduceat(error * error, np.cumsum(lengths) - lengths)
-        if not np.all(squares < _DIVERGED**2 * lengths):
+        error += np.repeat(self._offsets(point), lengths)
+        error -= self._measured
+        error /= self.scaling.y_unit
+        squares = np.add.reduceat(error * error, self._drives.firsts)
+        if not (squares < _DIVERGED**2 * lengths).all():
             return None
         places, weight = self._fitted
         parts = [weight * error[places]]
-        held = self._prior > 0.0
-        parts.append((self._prior * (point - self._guess))[held])
+        held, prior = self._held
+        parts.append(prior * (point - self._guess)[held])
         if len(self._roughness):
             parts.append(self._roughness @ point)
         if len(self._steepness):
@@ -531,8 +539,7 @@ class ChainCriterion:
     def _blocks(self, point: np.ndarray) -> Iterator[Block | None]:
         """Yield records, priors and penalties; None where a run is no longer finite."""
         yield from self._record_blocks(point)
-        every, held = np.eye(len(point)), self._prior > 0.0
-        weights = self._prior[held]
+        every, (held, weights) = np.eye(len(point)), self._held
         yield np.diag(weights), weights * (point - self._guess)[held], every[held]
         if len(self._roughness):
             yield self._roughness, self._roughness @ point, every

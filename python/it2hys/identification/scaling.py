@@ -71,8 +71,9 @@ class Scaling:
 
     def physical_rules(self, scaled: np.ndarray) -> np.ndarray:
         """Return rules of the scaled signals, shape (L, 6), in SI units."""
-        constant = np.array([0.0, 0.0, self.y_centre, 0.0, 0.0, self.y_centre])
-        return scaled @ self._by_rule.T + constant
+        physical = scaled @ self._by_rule.T
+        physical[:, [2, 5]] += self.y_centre
+        return physical
 
     def rule_jacobian(self, scaled: np.ndarray) -> np.ndarray:
         """Return d(rules in SI units) / d(scaled rules), shape (6 L, 6 L), row by row of the rules.

@@ -94,17 +94,21 @@ class Guard:
 
     def residual(self, rules: np.ndarray) -> np.ndarray:
         """Return the penalties, shape (4 G,): 0 where the conditions hold."""
-        return self._penalties(rules)[0]
+        return self._strength * self._excess(usability_values(rules, self.band)).ravel()
 
     def linearise(self, rules: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the penalties' derivatives by the coordinates, (4 G, 6 L), and themselves."""
-        residual, slopes = self._penalties(rules)
+        values = usability_values(rules, self.band)
+        excess = self._excess(values)
+        signs = np.sign(values) * (excess > 0.0)
+        signs[3] = -1.0 * (excess[3] > 0.0)
+        slopes = self._strength * signs.ravel()
         derivatives = np.zeros((4, len(self.band.y), rules.size))
         active = np.flatnonzero(np.any(slopes.reshape(4, -1), axis=0))
         if len(active):
             derivatives[:, active] = self._derivatives(rules, active)
         by_rules = derivatives.reshape(4 * len(self.band.y), -1) * slopes[:, None]
-        return rule_coordinates.chain_rule(by_rules, rules), residual
+        return rule_coordinates.chain_rule(by_rules, rules), self._strength * excess.ravel()
 
     def _derivatives(self, rules: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Return the derivatives of the values at K points by the rules, (4, K, 6 L)."""
@@ -114,16 +118,14 @@ class Guard:
         by_rules = _Derivatives.of(len(rules), size)(rules, self.band, repeated)
         return by_rules.reshape(4, size, -1)[:, : len(points)]
 
-    def _penalties(self, rules: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return penalties and their derivatives by the values of the grid, row by row."""
-        values = usability_values(rules, self.band)
-        contraction, slope = values[:3], values[3]
-        excess = np.maximum(np.abs(contraction) - CORE.contraction, 0.0)
+    @staticmethod
+    def _excess(values: np.ndarray) -> np.ndarray:
+        """Return by how much the values of the grid, (4, G), are beyond what they may be."""
+        excess = np.abs(values)
+        excess[:3] -= CORE.contraction
         # relative to dy/dx of order (1 - contraction): a scaled loop has unit height and width
-        lack = np.maximum(_smallest_slope(slope) - slope, 0.0)
-        signs = np.vstack([np.sign(contraction) * (excess > 0), -1.0 * (lack > 0)])
-        penalties = np.vstack([excess, lack])
-        return self._strength * penalties.ravel(), self._strength * signs.ravel()
+        np.subtract(_smallest_slope(values[3]), values[3], out=excess[3])
+        return np.maximum(excess, 0.0, out=excess)
 
 
 class _Derivatives:

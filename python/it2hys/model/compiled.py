@@ -499,6 +499,7 @@ class Drives:
     def __init__(self, drives: Sequence[Drive]) -> None:
         self._drives = tuple(drives)
         self.lengths = np.array([len(d.voltage) for d in self._drives])
+        self.firsts = np.cumsum(self.lengths) - self.lengths
 
     def __reduce__(self) -> tuple:
         """Leave the addresses behind when another process gets the channels."""
