@@ -136,11 +136,11 @@ def test_an_effect_is_found_in_short_records(case):
 def test_what_is_there_is_named_and_nothing_else(name):
     case = CASES[name]
     roles = records(case, 1200)
-    found = diagnose(*roles)
+    found = diagnose(*roles, options=FEW_STARTS)
     assert set(found.effects) == set(case.truth)
     assert_sound(found, roles[0])
     assert unseen_error(found.after) < 1.5 * case.noise_rms
-    told = diagnose(*roles, declared=case.truth)
+    told = diagnose(*roles, declared=case.truth, options=FEW_STARTS)
     assert told.declared == case.truth and told.effects == ()
     assert_sound(told, roles[0])
     assert unseen_error(found.after) < 1.1 * unseen_error(told.after)
@@ -149,7 +149,7 @@ def test_what_is_there_is_named_and_nothing_else(name):
 def test_where_nothing_is_nothing_is_named_and_noise_is_left():
     case = CASES["none 1"]
     roles = records(case, 1500)
-    found = diagnose(*roles)
+    found = diagnose(*roles, options=FEW_STARTS)
     assert found.effects == ()
     assert not found.unexplained, found.left_over
     assert len(found.left_over) == 1  # of the test records, too, nothing is to be told
@@ -160,7 +160,7 @@ def test_where_nothing_is_nothing_is_named_and_noise_is_left():
 def test_an_effect_outside_the_catalogue_is_left_unexplained_and_described():
     case = CASES["outside: jumps"]
     roles = records(case, 1200)
-    found = diagnose(*roles)
+    found = diagnose(*roles, options=FEW_STARTS)
     assert found.effects == ()
     assert found.unexplained
     assert len(found.left_over) >= 3 and "noise" in found.left_over[0]

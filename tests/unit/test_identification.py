@@ -383,7 +383,7 @@ def test_every_solver_finds_the_optimum_of_a_second_one(solver):
 @pytest.fixture(scope="module")
 def of_the_stand() -> tuple[Record, Identification]:
     """Return a record of the simulated stand, which has what the paper's model lacks, and its fit."""
-    measured = Stand().record(excitations.identification(time(1200)), "rig", seed=1)
+    measured = Stand().record(excitations.identification(time(800)), "rig", seed=1)
     return measured, identify([measured], rules=3, options=QUICK)
 
 
