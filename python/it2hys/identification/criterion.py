@@ -344,25 +344,32 @@ class ChainCriterion:
 
     def _packed(self, point: np.ndarray) -> np.ndarray:
         """Return what the model of the coordinates packs for each record, shape (R, ...)."""
-        places, packed = self._places, np.tile(self._shared, (len(self.traces), 1))
+        places, packed = self._places, self._template.copy()
         at_rules, at_common, at_own = self._packed_places
         packed[:, at_rules] = self.scaling.physical_rules(self.rules(point)).ravel()
-        common = zip(self.common, point[places["effects"]], strict=True)
-        packed[:, at_common] = [c.value(value) for c, value in common]
+        if self.common:
+            common = zip(self.common, point[places["effects"]].tolist(), strict=True)
+            packed[:, at_common] = [c.value(value) for c, value in common]
         for c, at in zip(self._own, at_own, strict=True):
             packed[:, at] = point[places[c.name]] * c.unit
         return packed
 
     @cached_property
-    def _packed_places(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        names = _rule_names(self.rule_count), [c.name for c in self.common], [c.name for c in self._own]
-        rules, common, own = map(compiled.chain_places, names)
-        return rules, common, own
+    def _template(self) -> np.ndarray:
+        """What is packed for each record and is not fitted, shape (R, ...)."""
+        return np.tile(self._shared, (len(self.traces), 1))
+
+    @cached_property
+    def _packed_places(self) -> tuple[slice, np.ndarray, list[int]]:
+        first = int(compiled.chain_places(_rule_names(1))[0])  # the rules are an array there
+        common, own = (compiled.chain_places([c.name for c in cs]) for cs in (self.common, self._own))
+        return slice(first, first + self.rule_size), common, own.tolist()
 
     def _offsets(self, point: np.ndarray) -> np.ndarray:
         """Return the constant of each record, m, shape (R,)."""
         offsets = np.array(self.model.offsets, dtype=float)
-        offsets[self._with_offset] = point[self._places["offsets"]] * self.scaling.y_unit
+        if self._with_offset:
+            offsets[self._with_offset] = point[self._places["offsets"]] * self.scaling.y_unit
         return offsets
 
     @cached_property

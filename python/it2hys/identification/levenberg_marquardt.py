@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.lapack import dposv
 
 #: A part of a problem: the residual, (N,), its derivatives by variables of its own, (N, n), and theirs
 #: by the coordinates, (n, P); in the order jacobian, residual, to_point.
@@ -221,15 +222,22 @@ def _damped_solver(
         while len(moving):
             step[moving] = 0.0
             downhill = -(gradient + damped @ step)[moving]
-            step[moving] = np.linalg.solve(damped[np.ix_(moving, moving)], downhill)
+            rows = damped if len(moving) == len(step) else damped[np.ix_(moving, moving)]
+            step[moving] = _solved(rows, downhill)
             kept = np.clip(step, lower - point, upper - point)
             inside = kept[moving] == step[moving]
             step, moving = kept, moving[inside]
-            if inside.all():
+            if len(moving) == len(inside):
                 break
         return step
 
     return solve
+
+
+def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solve a symmetric system; by LAPACK itself, for a fit of short records solves as long as it runs."""
+    *_, solution, info = dposv(matrix, right)
+    return np.linalg.solve(matrix, right) if info else solution
 
 
 def _acceleration(
