@@ -235,7 +235,7 @@ def _damped_solver(
 
 
 def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solve a symmetric system; by LAPACK itself, for a fit of short records solves as long as it runs."""
+    """Solve a symmetric system by LAPACK itself: in a fit of short records this is called most."""
     *_, solution, info = dposv(matrix, right)
     return np.linalg.solve(matrix, right) if info else solution
 
