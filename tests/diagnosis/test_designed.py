@@ -16,5 +16,21 @@ def test_what_the_first_record_left_open_is_named_on_the_designed_one(loop):
     assert loop.designed == (loop.truth,) == ("lag",)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("pair", "seed"),
+    [
+        pytest.param(("delay", "lag"), 95_000, id="a delay beside which another effect does nothing"),
+        pytest.param(("delay", "lag"), 95_001, id="a model that diverges on the new record"),
+        pytest.param(("nonlinearity", "play"), 95_005, id="a fit that its penalties led astray"),
+        pytest.param(("lag", "resonance"), 95_009, id="a stage that rings over four times its travel"),
+    ],
+)
+def test_a_designed_record_names_what_is_there(pair, seed):
+    loop = run_loop(pair, seed, length=1200, compared=False)
+    assert loop.failure == ""
+    assert loop.designed == (loop.truth,)
+
+
 def test_a_loop_is_read_as_it_was_written(loop):
     assert Loop.read(loop.line) == loop

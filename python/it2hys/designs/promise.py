@@ -344,14 +344,16 @@ class Ground:
     ) -> dict[str, tuple[float, float]]:
         """Return the 95 % intervals of a model's parameters on a record, by FMU name, SI units.
 
-        They are those of the report of a fit, at the truth, to a record with noise.
+        They are those of the report of a fit, at the truth, to a record with noise. There are none
+        where the model's run on the voltage is on its way to infinity.
         """
         y = self.reading(hypothesis, voltage)
         noisy = y + self.noise_draw(len(y), np.random.default_rng(seed))
         trace = self.trace(voltage, noisy)
         criterion = Starts([trace], self.scaling, self.extent).criterion(hypothesis.model)
-        at_truth = minimise(criterion, 0)
-        found = assess(at_truth).intervals
+        if criterion.jacobian(criterion.pack(hypothesis.model)) is None:
+            return {}
+        found = assess(minimise(criterion, 0)).intervals
         effects = {n: ends for n, ends in found.items() if not n.startswith("rule[")}
         return effects or found
 

@@ -253,8 +253,10 @@ class _Session:
             )
         travel = given.displacement_range[1] - given.displacement_range[0]
         share = (record_high - record_low) / (high - low)
-        ratio = self._extent.displacement_span / (share * travel)
-        if not 1.0 / COVERAGE.same_unit < ratio < COVERAGE.same_unit:
+        # a stage that rings spans more than it moves with the voltage
+        spans = self._extent.displacement_span, _gain(self._train) * (record_high - record_low)
+        ratios = [span / (share * travel) for span in spans]
+        if not any(1.0 / COVERAGE.same_unit < ratio < COVERAGE.same_unit for ratio in ratios):
             raise InputError(
                 f"{name} moves {1e6 * share * travel:.4g} µm over the records' voltages, the records "
                 f"{1e6 * self._extent.displacement_span:.4g} µm: check the unit of the displacement"
@@ -520,6 +522,16 @@ def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple
             column = f"{channel} channel ({channel}_{next(iter(UNITS[channel]))})"
             raise InputError(f"--declared {name}: no training record has a {column}")
     return tuple(e for e in EFFECTS if e in names)
+
+
+def _gain(records: Sequence[Record]) -> float:
+    """Return by how much the displacement of records follows their voltage where it is slow, m/V.
+
+    It is the regression of one's running sum on the other's, in which what rings counts for little.
+    """
+    sums = [np.cumsum([c - c.mean() for c in (r.voltage, r.displacement)], axis=1) for r in records]
+    moments = sum(s @ s.T for s in sums)
+    return float(moments[0, 1] / moments[0, 0])
 
 
 def _effect_of(parameter: str) -> str | None:

@@ -346,7 +346,8 @@ class Bench(Starts):
         if not fits:
             return None
         best = min(fits, key=lambda fit: fit.minimum.cost)
-        return self._rough_fit(best.model, _SETTLING)
+        # the penalties are those of where its core was to go then: they may lead it astray from there
+        return min(best, self._rough_fit(best.model, _SETTLING), key=lambda fit: fit.minimum.cost)
 
     def _prepared(self, model: Model, effect: str) -> Model:
         if gain := EVIDENCE[effect].gain_at_rest(model.values):
@@ -358,19 +359,20 @@ class Bench(Starts):
         """Return for each trial the cost that is left once the model's own parameters adapt, linearly.
 
         No trial is fitted for this: the residual's part in the span of the model's Jacobian is what
-        those parameters can take up. By shape, what a trial changes may have any size and sign.
+        those parameters can take up. By shape, what a trial changes may have any size and sign. A model
+        whose run is on its way to infinity takes up nothing.
         """
         criterion = self.criterion(model)
-        jacobian, _ = criterion.jacobian(criterion.pack(model))
-        step = max(1, len(jacobian) // _ROWS)
-        basis, _ = np.linalg.qr(jacobian[::step])
+        linear = criterion.jacobian(criterion.pack(model))
+        step = max(1, sum(np.count_nonzero(t.weight) for t in self.traces) // _ROWS)
+        basis = np.linalg.qr(linear[0][::step])[0] if linear else None
 
         def left_by(trial: Model) -> np.ndarray:
             errors = [
                 (t.weight * (trial.predict(t, i) - t.y))[t.fitted] for i, t in enumerate(self.traces)
             ]
             residual = np.concatenate(errors)[::step] / self.scaling.y_unit
-            return residual - basis @ (basis.T @ residual)
+            return residual if basis is None else residual - basis @ (basis.T @ residual)
 
         costs, before = [], left_by(model)
         for trial in trials:
@@ -402,15 +404,13 @@ class Bench(Starts):
         seen = []
         for i, t in enumerate(self.traces):
             reading, x, y = model.run(t, i)
-            if not np.all(np.isfinite(reading)):
-                continue
-            # the measurement less what the stages behind the core add to it
-            target = t.y - model.offsets[i] - (reading - y)
+            # the measurement less what the stages behind the core add to it, where its run tells that
+            added = reading - y if np.all(np.isfinite(reading)) else 0.0
+            target = t.y - model.offsets[i] - added
             core = replace(t, drive=Drive.of(x), y=target, has_offset=False)
             # what is set aside at the end has nothing to say here
             seen.append(core.part(slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)))
-        if seen:
-            model = self._with_found_rules(model, seen, starts)
+        model = self._with_found_rules(model, seen, starts)
         waiting = self.criterion(model).guarded(1.0).holding(["effects"])
         return minimise(waiting, _SETTLING, waiting.rough_tolerance)
 

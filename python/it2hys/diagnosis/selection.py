@@ -23,7 +23,7 @@ from it2hys.diagnosis.fitting import (
     without_effect,
 )
 from it2hys.identification.criterion import ChainFit, Model
-from it2hys.identification.starts import with_histories
+from it2hys.identification.starts import SHIFT, sampling_delay, with_histories
 from it2hys.model.chain import EFFECTS
 from it2hys.policy import CORE, SEARCH
 
@@ -171,7 +171,10 @@ class Search:
 
     def run(self, model: Model) -> Node:
         """Search; return the model that was chosen."""
-        self.root = _node(self.bench, frozenset(), self.bench.fit(model, FINISHING))
+        first = self.bench.fit(model, FINISHING)
+        if not np.isfinite(first.minimum.cost):  # the given core does not contract where records go
+            first = self.bench.reshaped(model)
+        self.root = _node(self.bench, frozenset(), first)
         if not self.bench.leaves_noise(self.root.fit):
             self.root = _resolved(self.bench, _with_roles(self.bench, self.root))
         self._keep(self.root)
@@ -390,6 +393,7 @@ class Search:
         alike = alike or [best]
         fewest = min((len(n.effects), len(n.added)) for n in alike)
         alike = [n for n in alike if (len(n.effects), len(n.added)) == fewest]
+        alike = [n for n in alike if not any(_delays_beside(n, other) for other in alike)]
         chosen, *others = sorted(alike, key=lambda n: n.rms)
         self.rivals = [n for n in others if not self._predicts_better(chosen, n)]
         return chosen
@@ -427,6 +431,20 @@ def overdriven_by(node: Node, child: Node, gain: float) -> tuple[str, ...]:
     effects = sorted(node.fit.model.effects)
     before, after = (resting_on_bounds(n.fit, effects) for n in (node, child))
     return tuple(e for e in effects if {*after.get(e, ())} - {*before.get(e, ())})
+
+
+def _delays_beside(node: Node, other: Node) -> bool:
+    """Return whether a model is another one, which delays, with an effect beside most of that delay.
+
+    A delay of a part of a sample belongs to whatever acts within samples. A model that needs most of
+    it, and an effect, too, to predict no better is no rival of the one that only delays.
+    """
+    model, delays = node.fit.model, other.effects - node.effects
+    if delays != {WAITING} or len(node.effects) != len(other.effects):
+        return False
+    (effect,) = node.effects - other.effects
+    name = sampling_delay(model, effect)
+    return bool(name) and model.values[name] > 0.5 * other.fit.model.values[SHIFT]
 
 
 def _rms(errors: list[np.ndarray]) -> float:
