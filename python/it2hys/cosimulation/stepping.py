@@ -22,9 +22,9 @@ from it2hys.model.compiled import address, library_function
 HELD = (np.float64, np.int32, np.int32, np.bool_)
 #: Messages of failed calls, by `enum kind` of stepper.c.
 FAILED = (
-    "its inputs could not be set", "DoStep failed", "its outputs could not be read", "Reset failed",
-    "SetupExperiment failed", "its parameters could not be set", "EnterInitializationMode failed",
-    "ExitInitializationMode failed",
+    "its inputs could not be set", "{}DoStep failed", "its outputs could not be read", "{}Reset failed",
+    "{}SetupExperiment failed", "its parameters could not be set",
+    "{}EnterInitializationMode failed", "{}ExitInitializationMode failed",
 )  # fmt: skip
 #: The last kind of a call that is of a step.
 _LAST_OF_A_STEP = 2
@@ -174,8 +174,7 @@ class System:
         self._turns = (_Turn * 0)()
         self._parameters = (ctypes.c_double * 0)()
         self._placed: list[list[str]] = []  # names of these by slave,
-        self._others: list[list[str]] = []  # and of those that are no such numbers
-        self._turns = (_Turn * 0)()
+        self._others: list[tuple[int, list[str]]] = []  # and of those that are no such numbers
 
     def _find(self, name: str) -> tuple[str, str]:
         slave, _, variable = name.partition(".")
@@ -216,7 +215,7 @@ class System:
             If an FMU refuses a value; in its own words.
         """
         self._step = 0
-        self._last[:] = 0.0
+        self._last.fill(0.0)
         for name, value in (signals or {}).items():
             self._last[self._slots[name]] = value
         given = [(start_values or {}).get(name) or {} for name in self.slaves]
@@ -239,9 +238,8 @@ class System:
             float(values[n]) for values, placed in zip(given, self._placed, strict=True) for n in placed
         ]
         self._parameters[:] = numbers
-        for slave, values, others in zip(self.slaves.values(), given, self._others, strict=True):
-            if others:
-                slave.set({name: values[name] for name in others})
+        for i, others in self._others:
+            list(self.slaves.values())[i].set({name: given[i][name] for name in others})
 
     def _fill(self, given: Sequence[Mapping]) -> None:
         """Fill in what the slaves do, with the addresses that the instances have now."""
@@ -273,14 +271,11 @@ class System:
     def _fill_parameters(self, given: Sequence[Mapping]) -> None:
         """Give parameters places in the turns, where they are numbers that compiled code can set."""
         groups, self._others = [], []
-        for slave, values in zip(self.slaves.values(), given, strict=True):
-            by_base: dict[str, list[str]] = {}
-            others = [n for n in values if untransferable(slave.face, slave.variable(n))]
-            for name in values:
-                if name not in others:
-                    by_base.setdefault(slave.face.types[slave.variable(name).type][0], []).append(name)
-            groups.append(by_base)
-            self._others.append(others)
+        for i, (name, slave) in enumerate(self.slaves.items()):
+            others = [n for n in given[i] if untransferable(slave.face, slave.variable(n))]
+            groups.append(self._by_base(name, [f"{name}.{n}" for n in given[i] if n not in others]))
+            if others:
+                self._others.append((i, others))
         self._placed = [[n for group in by_base.values() for n in group] for by_base in groups]
         self._parameters = (ctypes.c_double * sum(map(len, self._placed)))()
         place = ctypes.addressof(self._parameters)
@@ -368,9 +363,9 @@ class System:
         if fault.status == FATAL:
             slave.abandon()
         prefix = slave.face.prefix
-        said = slave.fault(FAILED[fault.kind].replace("DoStep", f"{prefix}DoStep"))
+        said = slave.fault(FAILED[fault.kind].format(prefix))
         if fault.kind > _LAST_OF_A_STEP:
-            return InputError(said)
+            return said
         return InputError(f"{said} ({prefix}{STATUS.get(fault.status, fault.status)} at {time:g} s)")
 
     @property

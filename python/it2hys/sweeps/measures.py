@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from math import isfinite, sqrt
 
 import numpy as np
@@ -151,49 +151,48 @@ class MetricData:
     def __init__(self, output: np.ndarray, against: np.ndarray | None, step: float) -> None:
         self.output = np.ascontiguousarray(output, dtype=np.float64)
         self.against, self.step = against, step
+        self._range: _Range | None = None
+        self._error: _Error | None = None
 
-    @cached_property
-    def _range(self) -> _Range:
-        found = _Range()
-        _function("range")(address(self.output), self.output.size, found)
-        return found
-
-    @cached_property
-    def _error(self) -> _Error:
-        """How far the output is from what it is compared with."""
-        against, found = np.ascontiguousarray(self.against, dtype=np.float64), _Error()
-        if against.shape != self.output.shape:
-            raise InputError(
-                f"shapes differ, {self.output.shape} and {against.shape}: both must be equal"
-            )
-        _function("error")(address(self.output), address(against), self.output.size, found)
-        return found
+    def _compared(self) -> _Error:
+        """Return how far the output is from what it is compared with."""
+        if self._error is None:
+            against, self._error = np.ascontiguousarray(self.against, dtype=np.float64), _Error()
+            if against.shape != self.output.shape:
+                raise InputError(
+                    f"shapes differ, {self.output.shape} and {against.shape}: both must be equal"
+                )
+            _function("error")(address(self.output), address(against), self.output.size, self._error)
+        return self._error
 
     def e_mr(self) -> float:
         """Return the largest error over the range of what the output is compared with, (24)."""
-        error = self._error
+        error = self._compared()
         if isfinite(error.squares) and error.high > error.low:
             return error.largest / (error.high - error.low)
         return max_relative_error(self.against, self.output)  # which says what is wrong
 
     def e_rms(self) -> float:
         """Return the root of the mean squared error, (25)."""
-        squares = self._error.squares
+        squares = self._compared().squares
         if isfinite(squares):
             return sqrt(squares / self.output.size)
         return rms_error(self.against, self.output)
 
-    def finite(self) -> np.ndarray:
-        """Return the output; raises InputError if a sample of it is not finite."""
+    def limits(self) -> tuple[float, float]:
+        """Return the least and the greatest value; raises InputError if a sample is not finite."""
+        if self._range is None:
+            self._range = _Range()
+            _function("range")(address(self.output), self.output.size, self._range)
         if self._range.zero != 0.0:
             bad = int(np.argmin(np.isfinite(self.output)))
             raise InputError(f"the output is not finite, first at sample {bad} of those judged")
-        return self.output
-
-    def limits(self) -> tuple[float, float]:
-        """Return the least and the greatest value of the output."""
-        self.finite()
         return self._range.low, self._range.high
+
+    def finite(self) -> np.ndarray:
+        """Return the output; raises InputError if a sample of it is not finite."""
+        self.limits()
+        return self.output
 
     def range(self) -> float:
         """Return the greatest less the least value of the output."""
