@@ -1,5 +1,5 @@
 /* Steps connected FMUs over arrays: the loop of a master, without an interpreter in it. The FMUs are
- * anyone's slaves of FMI 2.0 or FMI 3.0, instantiated and initialised by the caller (python/it2hys/cosimulation/stepping.py), and
+ * anyone's slaves of FMI 2.0 or FMI 3.0, instantiated by the caller (python/it2hys/cosimulation/stepping.py), and
  * known here by their instances and the addresses of their functions.
  *
  * Every signal and every output has a course: its values step by step, those of an output after what it was before
@@ -67,29 +67,59 @@ struct stepper_turn {
     } step;
     struct stepper_transfer set[HELD], get[HELD];
     int32_t version; /* of FMI: 2 or 3 */
+
+    /* Before the first step. */
+    union {
+        fmi2ResetTYPE *fmi2;
+        fmi3ResetTYPE *fmi3;
+    } reset;
+    fmi2SetupExperimentTYPE *setup; /* of FMI 2.0 */
+    union {
+        fmi2EnterInitializationModeTYPE *fmi2;
+        fmi3EnterInitializationModeTYPE *fmi3;
+    } enter;
+    union {
+        fmi2ExitInitializationModeTYPE *fmi2;
+        fmi3ExitInitializationModeTYPE *fmi3;
+    } leave;
+    struct stepper_transfer start[HELD]; /* parameters, whose values are in their places */
+};
+
+/* Where the courses are: those of the signals one by one, and those of all outputs behind each other. `last` has the
+ * values before the first step, and after a run those of its last one. */
+struct stepper_courses {
+    double *const *signals;
+    double *outputs;
+    double *last;
+    int64_t length; /* of an output's */
+    int32_t signal_count, output_count;
 };
 
 /* Statuses are the same numbers in both versions. This one is of a step that went well, after which a slave of FMI 3.0
  * asks that no other follows. */
 enum { OK = fmi2OK, WARNING = fmi2Warning, ENDED = 6 };
 
-enum kind { SET, STEP, GET };
+enum kind { SET, STEP, GET, RESET, SETUP, START, ENTER, LEAVE };
 
-/* Where and why a run ended early. */
+/* Which call of which slave ended a run. */
 struct stepper_fault {
     int32_t slave;
     int32_t kind; /* of the call */
     int32_t status;
 };
 
-EXPORT int64_t it2core_stepper_run(struct stepper_turn *turns, int32_t slaves, double *const *courses,
-                                   int64_t first_step, int64_t steps, double step_size,
-                                   struct stepper_fault *fault);
+EXPORT int64_t it2core_stepper_run(struct stepper_turn *turns, int32_t slaves,
+                                   const struct stepper_courses *courses, int64_t first_step, int64_t steps,
+                                   double step_size, struct stepper_fault *fault);
 
-/* Gets a slave's outputs outside of a step, where courses are a single value, and sets its inputs before if it is to.
- * Returns the status, and in `kind` which of the calls it is of. */
-EXPORT int32_t it2core_stepper_exchange(struct stepper_turn *turn, double *const *courses, bool sets,
-                                        int32_t *kind);
+/* Makes slaves ready for values to be set before initialization mode. Returns whether all went well. */
+EXPORT bool it2core_stepper_reset(const struct stepper_turn *turns, int32_t slaves,
+                                  struct stepper_fault *fault);
+
+/* Sets parameters and goes through initialization mode: inputs and outputs are exchanged in it, and outputs got after
+ * it. Courses are a single value here. Returns whether all went well. */
+EXPORT bool it2core_stepper_start(struct stepper_turn *turns, int32_t slaves,
+                                  const struct stepper_courses *courses, struct stepper_fault *fault);
 
 /* Who listens to an instance: its component environment. */
 struct stepper_listener {
@@ -170,26 +200,24 @@ static INLINE void scatter(const struct stepper_transfer *outputs, enum held hel
 
 /* --- FMI 2.0 ------------------------------------------------------------------------------------- */
 
-static INLINE fmi2Status fmi2_set_ints(const struct stepper_turn *turn, enum held held, int64_t step)
+static INLINE fmi2Status fmi2_set_ints(void *instance, const struct stepper_transfer *set, enum held held,
+                                       int64_t step)
 {
-    const struct stepper_transfer *const set = &turn->set[held];
-
-    return set->function.set_integer(turn->instance, set->references, (size_t)set->count,
-                                     gathered(set, held, step));
+    return set->function.set_integer(instance, set->references, (size_t)set->count, gathered(set, held, step));
 }
 
-static INLINE fmi2Status fmi2_set(const struct stepper_turn *turn, int64_t step)
+static INLINE fmi2Status fmi2_set(void *instance, const struct stepper_transfer set[HELD], int64_t step)
 {
-    const struct stepper_transfer *const reals = &turn->set[DOUBLE];
+    const struct stepper_transfer *const reals = &set[DOUBLE];
     fmi2Status status = fmi2OK;
 
     if (reals->count > 0)
-        status = reals->function.set_real(turn->instance, reals->references, (size_t)reals->count,
+        status = reals->function.set_real(instance, reals->references, (size_t)reals->count,
                                           gathered(reals, DOUBLE, step));
-    if (turn->set[INT].count > 0 && status <= fmi2Warning)
-        status = fmi2_set_ints(turn, INT, step);
-    if (turn->set[FLAG].count > 0 && status <= fmi2Warning)
-        status = fmi2_set_ints(turn, FLAG, step);
+    if (set[INT].count > 0 && status <= fmi2Warning)
+        status = fmi2_set_ints(instance, &set[INT], INT, step);
+    if (set[FLAG].count > 0 && status <= fmi2Warning)
+        status = fmi2_set_ints(instance, &set[FLAG], FLAG, step);
     return status;
 }
 
@@ -222,21 +250,20 @@ static INLINE fmi2Status fmi2_get(const struct stepper_turn *turn, int64_t step)
 
 /* --- FMI 3.0: variables are scalars, so that there are as many values as references ---------------- */
 
-static fmi3Status fmi3_set(const struct stepper_turn *turn, int64_t step)
+static fmi3Status fmi3_set(void *instance, const struct stepper_transfer set[HELD], int64_t step)
 {
-    const struct stepper_transfer *const doubles = &turn->set[DOUBLE], *const ints = &turn->set[INT],
-                                         *const flags = &turn->set[BOOL];
+    const struct stepper_transfer *const doubles = &set[DOUBLE], *const ints = &set[INT],
+                                         *const flags = &set[BOOL];
     const size_t n = (size_t)doubles->count, m = (size_t)ints->count, l = (size_t)flags->count;
     fmi3Status status = fmi3OK;
 
     if (n > 0)
-        status = doubles->function.set_float64(turn->instance, doubles->references, n,
-                                               gathered(doubles, DOUBLE, step), n);
-    if (m > 0 && status <= fmi3Warning)
-        status = ints->function.set_int32(turn->instance, ints->references, m, gathered(ints, INT, step), m);
-    if (l > 0 && status <= fmi3Warning)
         status =
-            flags->function.set_boolean(turn->instance, flags->references, l, gathered(flags, BOOL, step), l);
+            doubles->function.set_float64(instance, doubles->references, n, gathered(doubles, DOUBLE, step), n);
+    if (m > 0 && status <= fmi3Warning)
+        status = ints->function.set_int32(instance, ints->references, m, gathered(ints, INT, step), m);
+    if (l > 0 && status <= fmi3Warning)
+        status = flags->function.set_boolean(instance, flags->references, l, gathered(flags, BOOL, step), l);
     return status;
 }
 
@@ -277,7 +304,8 @@ static fmi3Status fmi3_get(const struct stepper_turn *turn, int64_t step)
 
 static INLINE int32_t set_inputs(const struct stepper_turn *turn, int32_t version, int64_t step)
 {
-    return version == 2 ? (int32_t)fmi2_set(turn, step) : (int32_t)fmi3_set(turn, step);
+    return version == 2 ? (int32_t)fmi2_set(turn->instance, turn->set, step)
+                        : (int32_t)fmi3_set(turn->instance, turn->set, step);
 }
 
 static INLINE int32_t make_step(const struct stepper_turn *turn, int32_t version, double time, double step_size)
@@ -291,31 +319,109 @@ static INLINE int32_t get_outputs(const struct stepper_turn *turn, int32_t versi
     return version == 2 ? (int32_t)fmi2_get(turn, step) : (int32_t)fmi3_get(turn, step);
 }
 
+static double *find_course(const struct stepper_courses *courses, int32_t number)
+{
+    return number < courses->signal_count
+               ? courses->signals[number]
+               : courses->outputs + (number - courses->signal_count) * courses->length;
+}
+
 /* Tells a slave's calls where their values are. */
-static void place(struct stepper_turn *turn, double *const *courses, bool stepping)
+static void place(struct stepper_turn *turn, const struct stepper_courses *courses, bool stepping)
 {
     for (struct stepper_transfer *set = turn->set, *get = turn->get; set < turn->set + HELD; set++, get++) {
         for (int64_t i = 0; i < set->count; i++)
-            set->values[i].values = courses[set->values[i].course] + (stepping ? set->values[i].this_step : 0);
+            set->values[i].values =
+                find_course(courses, set->values[i].course) + (stepping ? set->values[i].this_step : 0);
         for (int64_t i = 0; i < get->count; i++)
-            get->values[i].values = courses[get->values[i].course] + (stepping ? 1 : 0);
+            get->values[i].values = find_course(courses, get->values[i].course) + (stepping ? 1 : 0);
     }
 }
 
-int32_t it2core_stepper_exchange(struct stepper_turn *turn, double *const *courses, bool sets, int32_t *kind)
-{
-    int32_t status = OK;
+/* --- before the first step: return the status of a slave's calls, and in `kind` which of them it is of ------------ */
 
-    place(turn, courses, false);
+static int32_t reset(const struct stepper_turn *turn, int32_t *kind)
+{
+    int32_t status = turn->version == 2 ? (int32_t)turn->reset.fmi2(turn->instance)
+                                        : (int32_t)turn->reset.fmi3(turn->instance);
+
+    *kind = RESET;
+    if (status <= WARNING && turn->version == 2) {
+        *kind = SETUP;
+        status = (int32_t)turn->setup(turn->instance, fmi2False, 0.0, 0.0, fmi2False, 0.0);
+    }
+    return status;
+}
+
+static int32_t enter(const struct stepper_turn *turn, int32_t *kind)
+{
+    int32_t status = turn->version == 2 ? (int32_t)fmi2_set(turn->instance, turn->start, 0)
+                                        : (int32_t)fmi3_set(turn->instance, turn->start, 0);
+
+    *kind = START;
+    if (status <= WARNING) {
+        *kind = ENTER;
+        status = turn->version == 2
+                     ? (int32_t)turn->enter.fmi2(turn->instance)
+                     : (int32_t)turn->enter.fmi3(turn->instance, fmi3False, 0.0, 0.0, fmi3False, 0.0);
+    }
+    return status;
+}
+
+static int32_t exchange(const struct stepper_turn *turn, int32_t *kind)
+{
+    int32_t status = set_inputs(turn, turn->version, 0);
+
     *kind = SET;
-    if (sets)
-        status = set_inputs(turn, turn->version, 0);
     if (status <= WARNING) {
         *kind = GET;
         status = get_outputs(turn, turn->version, 0);
     }
     return status;
 }
+
+static int32_t leave(const struct stepper_turn *turn, int32_t *kind)
+{
+    int32_t status = turn->version == 2 ? (int32_t)turn->leave.fmi2(turn->instance)
+                                        : (int32_t)turn->leave.fmi3(turn->instance);
+
+    *kind = LEAVE;
+    if (status <= WARNING) {
+        *kind = GET;
+        status = get_outputs(turn, turn->version, 0);
+    }
+    return status;
+}
+
+static bool all(const struct stepper_turn *turns, int32_t slaves,
+                int32_t (*calls)(const struct stepper_turn *, int32_t *), struct stepper_fault *fault)
+{
+    for (int32_t i = 0; i < slaves; i++) {
+        int32_t kind;
+        const int32_t status = calls(&turns[i], &kind);
+        if (status > WARNING) {
+            *fault = (struct stepper_fault){ i, kind, status };
+            return false;
+        }
+    }
+    return true;
+}
+
+bool it2core_stepper_reset(const struct stepper_turn *turns, int32_t slaves, struct stepper_fault *fault)
+{
+    return all(turns, slaves, reset, fault);
+}
+
+bool it2core_stepper_start(struct stepper_turn *turns, int32_t slaves, const struct stepper_courses *courses,
+                           struct stepper_fault *fault)
+{
+    for (int32_t i = 0; i < slaves; i++)
+        place(&turns[i], courses, false);
+    return all(turns, slaves, enter, fault) && all(turns, slaves, exchange, fault) &&
+           all(turns, slaves, leave, fault);
+}
+
+/* --- steps ----------------------------------------------------------------------------------------- */
 
 /* Return the status of a slave's turn in a step, and in `kind` which of its calls it is of. */
 static INLINE int32_t take_turn(const struct stepper_turn *turn, int32_t version, int64_t step, double time,
@@ -443,8 +549,9 @@ static int64_t run_simple(const struct simple_turn *turns, int32_t slaves, int64
     return steps;
 }
 
-int64_t it2core_stepper_run(struct stepper_turn *turns, int32_t slaves, double *const *courses,
-                            int64_t first_step, int64_t steps, double step_size, struct stepper_fault *fault)
+/* The way that fits the slaves. */
+static int64_t run_any(struct stepper_turn *turns, int32_t slaves, const struct stepper_courses *courses,
+                       int64_t first_step, int64_t steps, double step_size, struct stepper_fault *fault)
 {
     struct simple_turn simple[SIMPLE_SLAVES];
     bool mixed = false, all_simple = slaves <= SIMPLE_SLAVES;
@@ -459,4 +566,18 @@ int64_t it2core_stepper_run(struct stepper_turn *turns, int32_t slaves, double *
     if (mixed)
         return run(turns, slaves, first_step, steps, step_size, true, fault);
     return run(turns, slaves, first_step, steps, step_size, false, fault);
+}
+
+int64_t it2core_stepper_run(struct stepper_turn *turns, int32_t slaves, const struct stepper_courses *courses,
+                            int64_t first_step, int64_t steps, double step_size, struct stepper_fault *fault)
+{
+    double *const last = courses->last, *const outputs = courses->outputs;
+    const int64_t length = courses->length;
+
+    for (int32_t i = 0; i < courses->output_count; i++)
+        outputs[i * length] = last[i];
+    const int64_t done = run_any(turns, slaves, courses, first_step, steps, step_size, fault);
+    for (int32_t i = 0; i < courses->output_count; i++)
+        last[i] = outputs[i * length + done];
+    return done;
 }

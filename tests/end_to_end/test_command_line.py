@@ -476,7 +476,7 @@ def test_a_sweep_whose_disk_is_full_goes_on_where_it_ended_once_there_is_room(di
     (tmp_path / "s.toml").write_text(SWEEP.format(duration="0.02", more="samples = 3"))
     place = disk(size="40m", nr_inodes=4)
     command = ["sweep", tmp_path / "s.toml", "--workers", 0, "-o", place]
-    assert_full(run(*command), place, ["parts", "parts/000000.parquet", "parts/sweep.json"])
+    assert_full(run(*command), place, ["parts", "parts/000000.arrow", "parts/sweep.json"])
     disk(nr_inodes=100)
     done = run(*command, "-v")
     assert done.returncode == 0 and "results.parquet" in done.stdout

@@ -14,7 +14,6 @@ import sys
 import threading
 import time
 from collections import namedtuple
-from io import BytesIO
 from pathlib import Path
 
 import jsonschema
@@ -132,7 +131,7 @@ def test_a_dask_cluster_gives_the_same_table_though_a_worker_is_killed(scenario,
     killed = []
 
     def kill_a_worker():
-        while not list(tmp_path.glob("parts/0*.parquet")):
+        while not list(tmp_path.glob("parts/0*.arrow")):
             time.sleep(0.005)
         killed.append(next(iter(cluster.workers.values())).pid)
         os.kill(killed[0], signal.SIGKILL)
@@ -198,16 +197,16 @@ def test_kill_9_at_any_moment_loses_nothing_and_doubles_nothing(scenario, expect
     for _ in range(2):
         process = start(scenario, tmp_path)
         # from the first part that this run adds, so that every run gets somewhere
-        while process.poll() is None and len(list(tmp_path.glob("parts/0*.parquet"))) <= kept[-1]:
+        while process.poll() is None and len(list(tmp_path.glob("parts/0*.arrow"))) <= kept[-1]:
             time.sleep(0.005)
         time.sleep(generator.uniform(0.0, 0.15))
         process.send_signal(signal.SIGKILL)
         process.wait()
         process.stderr.close()
         assert group_is_gone(process.pid)
-        for part in tmp_path.glob("parts/0*.parquet"):
-            pl.read_parquet(part)
-        kept.append(len(list(tmp_path.glob("parts/0*.parquet"))))
+        for part in tmp_path.glob("parts/0*.arrow"):
+            pl.read_ipc_stream(part)
+        kept.append(len(list(tmp_path.glob("parts/0*.arrow"))))
     assert kept[1] > 0 or (tmp_path / "results.parquet").exists()
     process = start(scenario, tmp_path)
     assert process.wait() == 0, process.stderr.read()
@@ -227,7 +226,7 @@ def test_a_resumed_sweep_runs_only_what_is_missing(scenario, expected, tmp_path,
     monkeypatch.setattr(worker, "run_cases", interrupted)
     with pytest.raises(KeyboardInterrupt):
         run_sweep(read_sweep(scenario), tmp_path, 0)
-    (tmp_path / "parts" / ".000007.parquet.half").write_bytes(b"PAR1")  # a write that was cut off
+    (tmp_path / "parts" / ".000007.arrow.half").write_bytes(b"half")  # a write that was cut off
     run_sweep(read_sweep(scenario), tmp_path, 0)
     assert_same(tmp_path, expected)
     chunks = make_plan(read_sweep(scenario)).chunks()
@@ -248,7 +247,7 @@ def test_a_worker_that_is_killed_costs_no_case(scenario, expected, tmp_path, mon
     monkeypatch.setattr(sweep, "Processes", processes)
 
     def kill_a_worker():
-        while not list(tmp_path.glob("parts/0*.parquet")):
+        while not list(tmp_path.glob("parts/0*.arrow")):
             time.sleep(0.005)
         os.kill(next(iter(pools[0]._pool._processes)), signal.SIGKILL)
 
@@ -351,7 +350,7 @@ def test_an_fmu_that_allows_but_one_instance_is_shared_by_threads(tmp_path):
     pieces = {}
 
     def run(cases):
-        pieces[cases.start] = pl.read_parquet(BytesIO(worker.run_cases(plan.fingerprint, cases)))
+        pieces[cases.start] = pl.read_ipc_stream(worker.run_cases(plan.fingerprint, cases))
 
     threads = [threading.Thread(target=run, args=(range(a, a + 10),)) for a in range(0, 40, 10)]
     for thread in threads:
@@ -410,7 +409,7 @@ def test_a_disk_that_fills_up_ends_the_sweep_which_can_be_resumed(
     replace, count = os.replace, []
 
     def full(source, target):
-        if str(target).endswith("000002.parquet") and not count:
+        if str(target).endswith("000002.arrow") and not count:
             count.append(1)
             raise OSError(errno.ENOSPC, "No space left on device")
         replace(source, target)
@@ -418,8 +417,8 @@ def test_a_disk_that_fills_up_ends_the_sweep_which_can_be_resumed(
     monkeypatch.setattr(os, "replace", full)
     arguments = ["sweep", str(scenario), "-o", str(tmp_path), "--workers", "0", "--quiet"]
     assert main(arguments) == 2
-    assert "000002.parquet: cannot be written: No space left on device" in capsys.readouterr().err
-    assert len(list((tmp_path / "parts").glob("*.parquet"))) == 2
+    assert "000002.arrow: cannot be written: No space left on device" in capsys.readouterr().err
+    assert len(list((tmp_path / "parts").glob("*.arrow"))) == 2
     assert not (tmp_path / "results.parquet").exists()
     assert main(arguments) == 0
     assert_same(tmp_path, expected)

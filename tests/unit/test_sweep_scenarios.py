@@ -2,6 +2,7 @@
 
 import copy
 import doctest
+import itertools
 import json
 import re
 import tomllib
@@ -497,6 +498,36 @@ def test_metrics_are_what_they_are_called():
     assert set(expected) | {"bandwidth", "loop area"} == set(KINDS)
     for kind, value in expected.items():
         assert KINDS[kind].function(MetricData(y, r, 0.1)) == pytest.approx(value), kind
+
+
+@pytest.mark.parametrize("length", [1, 7, 8, 9, 127, 128, 129, 1000, 8193, 10_000])
+def test_what_metrics_are_made_of_in_one_pass_is_numpys_to_the_last_bit(length):
+    y, r = np.random.default_rng(length).normal(size=(2, length))
+    y[::3] = 0.0
+    error = r - y
+    expected = {
+        "e_rms": np.sqrt(np.sum(error * error) / length), "min": y.min(), "max": y.max(),
+        "range": np.ptp(y), "time true": 0.1 * np.count_nonzero(y),
+    }  # fmt: skip
+    if length > 1:
+        expected["e_mr"] = np.abs(error).max() / np.ptp(r)
+    for kind, value in expected.items():
+        assert KINDS[kind].function(MetricData(y, r, 0.1)) == value, kind
+
+
+@pytest.mark.parametrize("length", [5, 8, 200])
+def test_what_is_not_finite_is_found_wherever_it_is(length):
+    r = np.linspace(0.0, 1.0, length)
+    for bad, value in itertools.product(range(length), (np.nan, np.inf, -np.inf)):
+        y = r.copy()
+        y[bad] = value
+        for kind, text in {
+            "max": f"sample {bad} of",
+            "e_mr": f"sample {bad}",
+            "e_rms": f"sample {bad}",
+        }.items():
+            with pytest.raises(InputError, match=f"not finite, first at {text}"):
+                KINDS[kind].function(MetricData(y, r, 0.1))
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "time true"])

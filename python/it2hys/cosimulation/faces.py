@@ -42,6 +42,13 @@ class Face(ABC):
     prefix: str
     #: Base of a type, which its functions are named by, and what it is in Python.
     types: ClassVar[Mapping[str, tuple[str, type]]]
+    #: Functions of an instance, by their places in `struct stepper_turn` of stepper.c.
+    functions: ClassVar[Mapping[str, str]] = {
+        "step": "DoStep",
+        "reset": "Reset",
+        "enter": "EnterInitializationMode",
+        "leave": "ExitInitializationMode",
+    }
     #: Where variables of a base are in a step, by `enum held` of stepper.c. No others are connected.
     held: ClassVar[Mapping[str, int]]
 
@@ -70,6 +77,7 @@ class Fmi2(Face):
     """FMI 2.0."""
 
     number, prefix = 2, "fmi2"
+    functions: ClassVar = {**Face.functions, "setup": "SetupExperiment"}
     types: ClassVar = {
         "Real": ("Real", float),
         "Integer": ("Integer", int),

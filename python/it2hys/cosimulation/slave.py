@@ -66,7 +66,7 @@ class Slave:
         self.messages: list[str] = []
         self.warned = False
         self._stack = ExitStack()
-        self._fmu, self._used = None, False
+        self._fmu = None
         self._sample_time: float | None = None
         self._sample_time_set = False
         self._explained = _Explained(self)
@@ -100,7 +100,6 @@ class Slave:
             instanceName=self.path.stem,
             libraryPath=self._library(),
         )
-        self._used = False
 
     def _library(self) -> str | None:
         """Return the binary for this very processor, where there is one; FMPy looks for x86's alone."""
@@ -143,19 +142,28 @@ class Slave:
         self.begin(start_values)
         self.ready()
 
-    def begin(self, start_values: Mapping | None = None) -> None:
-        """Enter initialization mode: outputs can be read, inputs be set, until `ready`."""
+    def renew(self, start_values: Mapping) -> None:
+        """Forget an earlier run, before the instance is reset and these values are set.
+
+        An instance is made where there is none: at first, and after a fatal status.
+        """
         self.messages.clear()
         self.warned = False
-        if self._sample_time_set:
-            self._sample_time, self._sample_time_set = None, False
-        with self._explained:
-            if self._fmu is None:
+        given = "sampleTime" in start_values
+        if self._sample_time_set or given:
+            self._sample_time, self._sample_time_set = None, given
+        self._elements.clear()
+        if self._fmu is None:
+            with self._explained:
                 self._instantiate()
-            elif self._used:
+
+    def begin(self, start_values: Mapping | None = None) -> None:
+        """Enter initialization mode: outputs can be read, inputs be set, until `ready`."""
+        used = self._fmu is not None
+        self.renew(start_values or {})
+        with self._explained:
+            if used:
                 self._fmu.reset()
-            self._used = True
-            self._elements.clear()
             self.face.set_up(self._fmu)
             self.set(start_values or {})
             self.face.enter_initialization(self._fmu)

@@ -14,14 +14,20 @@ from functools import cache
 import numpy as np
 
 from it2hys.cosimulation.faces import untransferable
-from it2hys.cosimulation.slave import FATAL, WARNING, Slave
+from it2hys.cosimulation.slave import FATAL, Slave
 from it2hys.errors import InputError
-from it2hys.model.compiled import library_function
+from it2hys.model.compiled import address, library_function
 
 #: Memory of the numbers that FMI functions take, by `enum held` of stepper.c.
 HELD = (np.float64, np.int32, np.int32, np.bool_)
 #: Messages of failed calls, by `enum kind` of stepper.c.
-FAILED = ("its inputs could not be set", "DoStep failed", "its outputs could not be read")
+FAILED = (
+    "its inputs could not be set", "{}DoStep failed", "its outputs could not be read", "{}Reset failed",
+    "{}SetupExperiment failed", "its parameters could not be set",
+    "{}EnterInitializationMode failed", "{}ExitInitializationMode failed",
+)  # fmt: skip
+#: The last kind of a call that is of a step.
+_LAST_OF_A_STEP = 2
 STATUS = {
     2: "Discard", 3: "Error", FATAL: "Fatal", 5: "Pending (steps in the background)",
     6: "DoStep asks to end the simulation",
@@ -71,38 +77,42 @@ class _Turn(ctypes.Structure):
     _fields_ = (
         ("instance", _ADDRESS), ("step", _ADDRESS),
         ("set", _Transfer * len(HELD)), ("get", _Transfer * len(HELD)), ("version", ctypes.c_int32),
+        *((name, _ADDRESS) for name in ("reset", "setup", "enter", "leave")),
+        ("start", _Transfer * len(HELD)),
+    )  # fmt: skip
+
+
+class _Courses(ctypes.Structure):
+    """`struct stepper_courses` of stepper.c."""
+
+    _fields_ = (
+        ("signals", ctypes.POINTER(_ADDRESS)), ("outputs", _ADDRESS), ("last", _ADDRESS),
+        ("length", ctypes.c_int64), ("signal_count", ctypes.c_int32), ("output_count", ctypes.c_int32),
     )  # fmt: skip
 
 
 class _Fault(ctypes.Structure):
+    """`struct stepper_fault` of stepper.c."""
+
     _fields_ = (("slave", ctypes.c_int32), ("kind", ctypes.c_int32), ("status", ctypes.c_int32))
 
 
-@cache
-def _run() -> ctypes._CFuncPtr:
-    run = library_function("it2core_stepper_run")
-    run.restype = ctypes.c_int64
-    run.argtypes = [
-        _ADDRESS, ctypes.c_int32, _ADDRESS, ctypes.c_int64, ctypes.c_int64, ctypes.c_double,
-        ctypes.POINTER(_Fault),
-    ]  # fmt: skip
-    return run
+#: Result of the functions of stepper.c, and what they take behind turns and before a fault.
+_FUNCTIONS = {
+    "reset": (ctypes.c_bool,),
+    "start": (ctypes.c_bool, ctypes.POINTER(_Courses)),
+    "run": (
+        ctypes.c_int64, ctypes.POINTER(_Courses), ctypes.c_int64, ctypes.c_int64, ctypes.c_double
+    ),
+}  # fmt: skip
 
 
 @cache
-def _exchange() -> ctypes._CFuncPtr:
-    exchange = library_function("it2core_stepper_exchange")
-    exchange.restype = ctypes.c_int32
-    exchange.argtypes = [_ADDRESS, _ADDRESS, ctypes.c_bool, ctypes.POINTER(ctypes.c_int32)]
-    return exchange
-
-
-def _places(*arrays: np.ndarray) -> ctypes.Array:
-    """Return the addresses of arrays, of the last one those of its rows."""
-    *places, first = (array.ctypes.data for array in arrays)
-    rows, stride = len(arrays[-1]), arrays[-1].strides[0]
-    places += range(first, first + rows * stride, stride)
-    return (_ADDRESS * len(places))(*places)
+def _function(name: str) -> ctypes._CFuncPtr:
+    function = library_function(f"it2core_stepper_{name}")
+    function.restype, *further = _FUNCTIONS[name]
+    function.argtypes = [_ADDRESS, ctypes.c_int32, *further, ctypes.POINTER(_Fault)]
+    return function
 
 
 class System:
@@ -152,11 +162,19 @@ class System:
             if self.slaves[slave].variable(variable).causality != "input":
                 raise InputError(f"{target} is no input of {self.slaves[slave].path}")
         self._last = np.zeros(len(self._slots))  # values before a step
-        self._last_places = _places(self._last)
+        begin, first = self._last.ctypes.data, len(self.signals)
+        ends = range(begin, begin + 8 * first, 8)
+        last, further = begin + 8 * first, (first, len(self._last) - first)
+        self._last_courses = _Courses((_ADDRESS * first)(*ends), last, last, 1, *further)
+        self._places = (_ADDRESS * first)()  # of signals
+        self._courses = _Courses(self._places, None, last, 0, *further)
         self._step = 0
-        self._filled: list[int] = []  # instances whose turns are filled in
+        self._filled: tuple = ()  # instances and names of parameters that turns are filled in with
         self._kept: list = []  # arrays that the turns point into
         self._turns = (_Turn * 0)()
+        self._parameters = (ctypes.c_double * 0)()
+        self._placed: list[list[str]] = []  # names of these by slave,
+        self._others: list[tuple[int, list[str]]] = []  # and of those that are no such numbers
 
     def _find(self, name: str) -> tuple[str, str]:
         slave, _, variable = name.partition(".")
@@ -197,37 +215,46 @@ class System:
             If an FMU refuses a value; in its own words.
         """
         self._step = 0
-        self._last[:] = 0.0
+        self._last.fill(0.0)
         for name, value in (signals or {}).items():
             self._last[self._slots[name]] = value
-        for name, slave in self.slaves.items():
-            slave.begin((start_values or {}).get(name))
-        self._fill()
-        for i in range(len(self.slaves)):
-            self._exchange(i, sets=True)
-        for i, slave in enumerate(self.slaves.values()):
-            slave.ready()
-            self._exchange(i, sets=False)
+        given = [(start_values or {}).get(name) or {} for name in self.slaves]
+        for slave, values in zip(self.slaves.values(), given, strict=True):
+            slave.renew(values)
+        self._fill(given)
+        self._call("reset")
+        self._set_parameters(given)
+        self._call("start", self._last_courses)
 
-    def _exchange(self, slave: int, sets: bool) -> None:
-        """Read the outputs of a slave outside of a step, after setting its inputs if it is to."""
-        turn, kind = ctypes.addressof(self._turns) + slave * ctypes.sizeof(_Turn), ctypes.c_int32()
-        status = _exchange()(turn, self._last_places, sets, ctypes.byref(kind))
-        if status > WARNING:
-            raise self._explain(_Fault(slave, kind.value, status), 0.0)
+    def _call(self, name: str, *further: object) -> None:
+        """Call a function of stepper.c that tells whether all went well."""
+        fault = _Fault()
+        if not _function(name)(self._turns, len(self._turns), *further, fault):
+            raise self._explain(fault, 0.0)
 
-    def _fill(self) -> None:
-        """Fill in what the slaves do in a step, with the addresses that the instances have now."""
+    def _set_parameters(self, given: Sequence[Mapping]) -> None:
+        """Put parameters into their places, and set those that have none."""
+        numbers = [
+            float(values[n]) for values, placed in zip(given, self._placed, strict=True) for n in placed
+        ]
+        self._parameters[:] = numbers
+        for i, others in self._others:
+            list(self.slaves.values())[i].set({name: given[i][name] for name in others})
+
+    def _fill(self, given: Sequence[Mapping]) -> None:
+        """Fill in what the slaves do, with the addresses that the instances have now."""
         instances = [slave.instance for slave in self.slaves.values()]
-        if instances == self._filled:
+        filling = instances, [list(values) for values in given]
+        if filling == self._filled:
             return
-        self._filled = instances
+        self._filled = ()
         self._kept.clear()
         self._turns = (_Turn * len(self.slaves))()
         for i, (name, slave) in enumerate(self.slaves.items()):
             turn, prefix, held = self._turns[i], slave.face.prefix, slave.face.held
             turn.instance, turn.version = slave.instance, slave.face.number
-            turn.step = slave.function(f"{prefix}DoStep")
+            for member, function in slave.face.functions.items():
+                setattr(turn, member, slave.function(f"{prefix}{function}"))
             for base, group in self._inputs[name].items():
                 sources = [self._connections[f"{name}.{v}"] for v in group]
                 ends = [
@@ -238,6 +265,26 @@ class System:
             for base, group in self._outputs[name].items():
                 ends = [(1.0, 0.0, 0, self._slots[f"{name}.{v}"], True) for v in group]
                 turn.get[held[base]] = self._transfer(slave, f"{prefix}Get{base}", group, ends, True)
+        self._fill_parameters(given)
+        self._filled = filling
+
+    def _fill_parameters(self, given: Sequence[Mapping]) -> None:
+        """Give parameters places in the turns, where they are numbers that compiled code can set."""
+        groups, self._others = [], []
+        for i, (name, slave) in enumerate(self.slaves.items()):
+            others = [n for n in given[i] if untransferable(slave.face, slave.variable(n))]
+            groups.append(self._by_base(name, [f"{name}.{n}" for n in given[i] if n not in others]))
+            if others:
+                self._others.append((i, others))
+        self._placed = [[n for group in by_base.values() for n in group] for by_base in groups]
+        self._parameters = (ctypes.c_double * sum(map(len, self._placed)))()
+        place = ctypes.addressof(self._parameters)
+        for turn, slave, by_base in zip(self._turns, self.slaves.values(), groups, strict=True):
+            for base, group in by_base.items():
+                ends = [(1.0, 0.0, place + 8 * i, 0, False) for i in range(len(group))]
+                place += 8 * len(group)
+                function = f"{slave.face.prefix}Set{base}"
+                turn.start[slave.face.held[base]] = self._transfer(slave, function, group, ends, True)
 
     def _transfer(
         self,
@@ -289,18 +336,18 @@ class System:
             If an FMU does not complete a step, in its own words; a signal is missing or too short.
         """
         arrays = [self._signal(signals, name, steps) for name in self.signals]
-        first = len(arrays)
-        courses = np.empty((len(self._last) - first, 1 + steps))  # of outputs
-        courses[:, 0] = self._last[first:]
-        places, fault = _places(*arrays, courses), _Fault()
-        done = _run()(
-            self._turns, len(self._turns), places, self._step, steps, step_size, ctypes.byref(fault)
+        self._places[:] = [address(array) for array in arrays]
+        outputs = np.empty((self._courses.output_count, 1 + steps))
+        self._courses.outputs, self._courses.length = address(outputs), 1 + steps
+        fault = _Fault()
+        done = _function("run")(
+            self._turns, len(self._turns), self._courses, self._step, steps, step_size, fault
         )
         self._step += done
         if done < steps:
             raise self._explain(fault, self._step * step_size)
-        self._last[first:] = courses[:, -1]
-        return {name: courses[self._slots[name] - first, 1:] for name in self.recorded}
+        made, first = outputs[:, 1:], len(arrays)
+        return {name: made[self._slots[name] - first] for name in self.recorded}
 
     @staticmethod
     def _signal(signals: Mapping[str, np.ndarray], name: str, steps: int) -> np.ndarray:
@@ -316,7 +363,9 @@ class System:
         if fault.status == FATAL:
             slave.abandon()
         prefix = slave.face.prefix
-        said = slave.fault(FAILED[fault.kind].replace("DoStep", f"{prefix}DoStep"))
+        said = slave.fault(FAILED[fault.kind].format(prefix))
+        if fault.kind > _LAST_OF_A_STEP:
+            return said
         return InputError(f"{said} ({prefix}{STATUS.get(fault.status, fault.status)} at {time:g} s)")
 
     @property

@@ -33,9 +33,14 @@ from it2hys.model.variables import load_table
 KEPT, DAY = 40, 86_400.0
 #: Folder of the C sources in what the package brings.
 SOURCES = "source"
-#: Beside the core, what the library for Python is made of; the second is worth vectorising.
-_LIBRARY = ("python/it2core.c", "python/stepper.c", "core/it2_free_run.c")
-_VECTORISED = "identification/chain_sensitivity.c"
+#: Beside the core, what the library for Python is made of, and how; as in fmu_src/CMakeLists.txt.
+_LIBRARY = {
+    "python/it2core.c": "-O2",
+    "python/stepper.c": "-O2",
+    "python/course_summary.c": "-O2 -funroll-loops",
+    "core/it2_free_run.c": "-O2",
+    "identification/chain_sensitivity.c": "-O3",
+}
 _FLAGS = (
     "-std=c99",
     "-ffp-contract=off",
@@ -223,14 +228,12 @@ def _compile_library(work: Path, library: Path) -> None:
     include = [f"-I{place}" for place in places] + ["-isystem", str(fmi_headers())]
     core = headers / "embedded" / "it2hys.c"
     jobs = {
-        f"{Path(name).stem}.o": (source, "-O3" if name == _VECTORISED else "-O2")
-        for name, source in {
-            "core": core, **{name: tree / name for name in (*_LIBRARY, _VECTORISED)},
-        }.items()
-    }  # fmt: skip
+        "core.o": (core, "-O2"),
+        **{f"{Path(name).stem}.o": (tree / name, level) for name, level in _LIBRARY.items()},
+    }
     objects = [work / name for name in jobs]
     run_all(
-        [*compiler(), *_FLAGS, level, *include, "-c", str(source), "-o", str(work / name)]
+        [*compiler(), *_FLAGS, *level.split(), *include, "-c", str(source), "-o", str(work / name)]
         for name, (source, level) in jobs.items()
     )
     libraries = [] if sys.platform == "win32" else ["-lm"]

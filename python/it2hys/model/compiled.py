@@ -135,6 +135,14 @@ def library_function(name: str) -> Any:
     return getattr(_library(), name)
 
 
+def address(array: np.ndarray) -> int:
+    """Return where an array is, in a quarter of the time that `array.ctypes` takes."""
+    try:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array.data))
+    except (TypeError, ValueError):  # it is read-only, or empty
+        return array.ctypes.data
+
+
 def _rules(rules: np.ndarray) -> tuple[np.ndarray, int]:
     rules = np.ascontiguousarray(rules, dtype=np.float64)
     if rules.ndim != 2 or rules.shape[1] != 6 or not 1 <= len(rules) <= MAX_RULES:

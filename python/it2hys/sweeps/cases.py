@@ -28,7 +28,7 @@ from it2hys.support.version import package_version
 from it2hys.sweeps.drawing import draw
 from it2hys.sweeps.lookup import Lookup
 from it2hys.sweeps.measures import KINDS
-from it2hys.sweeps.plan import LARGEST_STEPS, Axis, Plan, Setup, signal_values
+from it2hys.sweeps.plan import LARGEST_STEPS, Axis, Plan, Setup, by_owner, signal_values
 from it2hys.sweeps.schema import CSV, CSV_NUMBERS, TABLE_1, Source, SweepScenario, Vary
 
 
@@ -239,10 +239,10 @@ def _check_signals(plan: Plan) -> None:
             raise InputError(f"duration: {error}") from None
         if skipped >= count:
             raise InputError(f"lead_in: leaves nothing of the {count} steps of case {case}")
-        times = np.arange(min(count, 1000)) * step
+        times, owned = np.arange(min(count, 1000)) * step, by_owner(values)
         for name, source in plan.signals.items():
             try:
-                signal_values(source, values, times, count * step)
+                signal_values(source, owned.get(name, {}), times, count * step)
             except (TypeError, ValueError, InputError) as error:
                 raise InputError(f"signal.{name}: {error}") from None
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import isfinite
+from functools import cache
+from math import isfinite, sqrt
 
 import numpy as np
 import scipy
 
 from it2hys.errors import InputError
-from it2hys.records.figures_of_merit import OutputError
+from it2hys.model.compiled import address, library_function
+from it2hys.records.figures_of_merit import max_relative_error, rms_error
 
 #: A gain has fallen by 3 dB where it is below this share of its low-frequency value.
 HALF_POWER = 1.0 / np.sqrt(2.0)
@@ -98,6 +101,40 @@ def loop_area(voltage: np.ndarray, displacement: np.ndarray) -> float:
     return float(abs(area) / (periods * box)) if box and periods else float("nan")
 
 
+class _Range(ctypes.Structure):
+    """`struct course_range` of fmu_src/python/course_summary.c."""
+
+    _fields_ = tuple((name, ctypes.c_double) for name in ("low", "high", "zero"))
+
+
+class _Error(ctypes.Structure):
+    """`struct course_error` of fmu_src/python/course_summary.c."""
+
+    _fields_ = tuple((name, ctypes.c_double) for name in ("largest", "squares", "low", "high"))
+
+
+_ADDRESS, _COUNT = ctypes.c_void_p, ctypes.c_int64
+#: Result and arguments of the functions of fmu_src/python/course_summary.c.
+_FUNCTIONS = {
+    "range": (None, _ADDRESS, _COUNT, ctypes.POINTER(_Range)),
+    "error": (None, _ADDRESS, _ADDRESS, _COUNT, ctypes.POINTER(_Error)),
+    "true": (_COUNT, _ADDRESS, _COUNT),
+}
+
+
+@cache
+def _function(name: str) -> Callable:
+    function = library_function(f"it2core_course_{name}")
+    function.restype, *function.argtypes = _FUNCTIONS[name]
+    return function
+
+
+def count_true(course: np.ndarray) -> int:
+    """Return how many values of a course are not 0."""
+    course = np.ascontiguousarray(course, dtype=np.float64)
+    return _function("true")(address(course), course.size)
+
+
 class MetricData:
     """What metrics are computed from, and what those of one output share.
 
@@ -112,29 +149,60 @@ class MetricData:
     """
 
     def __init__(self, output: np.ndarray, against: np.ndarray | None, step: float) -> None:
-        self.output, self.against, self.step = output, against, step
-        self._compared: OutputError | None = None
+        self.output = np.ascontiguousarray(output, dtype=np.float64)
+        self.against, self.step = against, step
+        self._range: _Range | None = None
+        self._error: _Error | None = None
 
-    def compared(self) -> OutputError:
-        """Return the output as a model's, beside what it is compared with."""
-        if self._compared is None:
-            self._compared = OutputError(self.against, self.output)
-        return self._compared
+    def _compared(self) -> _Error:
+        """Return how far the output is from what it is compared with."""
+        if self._error is None:
+            against, self._error = np.ascontiguousarray(self.against, dtype=np.float64), _Error()
+            if against.shape != self.output.shape:
+                raise InputError(
+                    f"shapes differ, {self.output.shape} and {against.shape}: both must be equal"
+                )
+            _function("error")(address(self.output), address(against), self.output.size, self._error)
+        return self._error
+
+    def e_mr(self) -> float:
+        """Return the largest error over the range of what the output is compared with, (24)."""
+        error = self._compared()
+        if isfinite(error.squares) and error.high > error.low:
+            return error.largest / (error.high - error.low)
+        return max_relative_error(self.against, self.output)  # which says what is wrong
+
+    def e_rms(self) -> float:
+        """Return the root of the mean squared error, (25)."""
+        squares = self._compared().squares
+        if isfinite(squares):
+            return sqrt(squares / self.output.size)
+        return rms_error(self.against, self.output)
+
+    def limits(self) -> tuple[float, float]:
+        """Return the least and the greatest value; raises InputError if a sample is not finite."""
+        if self._range is None:
+            self._range = _Range()
+            _function("range")(address(self.output), self.output.size, self._range)
+        if self._range.zero != 0.0:
+            bad = int(np.argmin(np.isfinite(self.output)))
+            raise InputError(f"the output is not finite, first at sample {bad} of those judged")
+        return self._range.low, self._range.high
 
     def finite(self) -> np.ndarray:
         """Return the output; raises InputError if a sample of it is not finite."""
-        y = self.output
-        if not isfinite(np.vdot(y, y)):  # which is one sum: most often all that it takes
-            finite = np.isfinite(y)
-            if not finite.all():
-                bad = int(np.argmin(finite))
-                raise InputError(f"the output is not finite, first at sample {bad} of those judged")
-        return y
+        self.limits()
+        return self.output
+
+    def range(self) -> float:
+        """Return the greatest less the least value of the output."""
+        low, high = self.limits()
+        return high - low
 
     def gain(self) -> float:
         """Return the range of the output over that of what it is compared with."""
         other = np.ptp(self.against)
-        return float(np.ptp(self.finite()) / other) if other else float("nan")
+        return float(self.range() / other) if other else float("nan")
 
 
 @dataclass(frozen=True)
@@ -164,10 +232,8 @@ def _of_one(function: Callable[[np.ndarray], float]) -> Callable:
 
 
 KINDS: dict[str, Kind] = {
-    "e_mr": Kind(
-        lambda it: it.compared().max_relative_error(), True, "share", "(24), largest error over range"
-    ),
-    "e_rms": Kind(lambda it: it.compared().rms_error(), True, "same", "(25), rms error"),
+    "e_mr": Kind(MetricData.e_mr, True, "share", "(24), largest error over range"),
+    "e_rms": Kind(MetricData.e_rms, True, "same", "(25), rms error"),
     "gain": Kind(MetricData.gain, True, "1", "range over the range of `against`"),
     "loop area": Kind(
         lambda it: loop_area(it.against, it.finite()),
@@ -182,17 +248,14 @@ KINDS: dict[str, Kind] = {
         "frequency at which the gain has fallen by 3 dB; empty if it does not",
     ),
     "time true": Kind(
-        lambda it: float(np.count_nonzero(it.output != 0.0) * it.step),
-        False,
-        "s",
-        "time that it is not 0",
+        lambda it: float(count_true(it.output) * it.step), False, "s", "time that it is not 0"
     ),
     "mean": Kind(_of_one(np.mean), False, "same", "mean"),
     "std": Kind(_of_one(np.std), False, "same", "standard deviation"),
     "rms": Kind(_of_one(lambda y: np.sqrt(np.mean(y * y))), False, "same", "root of the mean square"),
-    "min": Kind(_of_one(np.ndarray.min), False, "same", "least value"),
-    "max": Kind(_of_one(np.ndarray.max), False, "same", "greatest value"),
-    "range": Kind(_of_one(np.ptp), False, "same", "greatest less least value"),
+    "min": Kind(lambda it: it.limits()[0], False, "same", "least value"),
+    "max": Kind(lambda it: it.limits()[1], False, "same", "greatest value"),
+    "range": Kind(MetricData.range, False, "same", "greatest less least value"),
     "final": Kind(_of_one(lambda y: y[-1]), False, "same", "last value"),
     "change": Kind(_of_one(lambda y: y[-1] - y[0]), False, "same", "last value less the first judged"),
 }

@@ -172,9 +172,14 @@ class Plan:
             ticks += work[case]
         return [*chunks, range(first, self.cases)]
 
-    def slave_values(self, fmu: str, values: Mapping[str, float]) -> dict[str, float]:
-        """Return what is set of one FMU in a case, by variable."""
-        return {t.partition(".")[2]: v for t, v in values.items() if t.partition(".")[0] == fmu}
+
+def by_owner(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return what is set of every FMU and signal, by its name there, for values by target."""
+    owned: dict[str, dict[str, Any]] = {}
+    for target, value in values.items():
+        owner, _, name = target.partition(".")
+        owned.setdefault(owner, {})[name] = value
+    return owned
 
 
 def argument(source: Source, name: str) -> Any:
@@ -189,18 +194,16 @@ def argument(source: Source, name: str) -> Any:
 
 
 def signal_values(
-    source: Source, values: Mapping[str, float], times: np.ndarray, duration: float
+    source: Source, own: Mapping[str, float], times: np.ndarray, duration: float
 ) -> np.ndarray:
-    """Return a signal at some times for the values of a case.
+    """Return a signal at some times, with what a case sets of it.
 
     A CSV signal is interpolated linearly and held beyond its ends; a chirp lasts as long as the run
     unless it says otherwise.
     """
     arguments = dict(source.arguments)
-    for target, value in values.items():
-        name, _, key = target.partition(".")
-        if name == source.name:
-            arguments[key] = int(value) if key == "seed" else value
+    for key, value in own.items():
+        arguments[key] = int(value) if key == "seed" else value
     if source.signal == CSV:
         for key in CSV_NUMBERS:
             check_csv_number(key, arguments[key])

@@ -1,8 +1,9 @@
 """Where a sweep keeps what it has: parts that appear whole or not at all, and one table in the end.
 
-`parts/` holds a Parquet file for every finished chunk of cases. A sweep that is interrupted, at any
-moment and in any way, finds there what it need not run again. When all are there they become
-`results.parquet`, by one rename, and only then are they removed.
+`parts/` holds a file for every finished chunk of cases. A sweep that is interrupted, at any moment and
+in any way, finds there what it need not run again. When all are there they become `results.parquet`, by
+one rename, and only then are they removed. Parts are streams of Arrow's: as Parquet, a hundred rows
+would take seven times as long to write.
 """
 
 from __future__ import annotations
@@ -10,14 +11,18 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from it2hys.errors import InputError
 from it2hys.support.files import make_directory, write_atomically
 from it2hys.sweeps.plan import Axis, Plan
+
+if TYPE_CHECKING:
+    import polars as pl
 
 RESULTS = "results.parquet"
 PARTS = "parts"
@@ -105,7 +110,7 @@ class Store:
         return 8 * (len(plan.axes) + len(plan.metrics) + kept) + 200
 
     def _part(self, chunk: int) -> Path:
-        return self._parts / f"{chunk:06d}.parquet"
+        return self._parts / f"{chunk:06d}.arrow"
 
     def done(self, chunks: Collection[int]) -> set[int]:
         """Return the chunks that are finished."""
@@ -122,7 +127,7 @@ class Store:
         temporary = self._parts / ".results.parquet"
         parts = [self._part(chunk) for chunk in range(chunks)]
         try:
-            pl.scan_parquet(parts).sink_parquet(
+            _scan(parts).sink_parquet(
                 temporary,
                 row_group_size=int(np.clip(ROW_GROUP // self._row_size(), 1, 100_000)),
                 metadata={KEY: json.dumps(metadata(self.plan))},
@@ -143,6 +148,19 @@ class Store:
     def tidy(self) -> None:
         """Remove the parts of a table that is there."""
         shutil.rmtree(self._parts, ignore_errors=True)
+
+
+def _scan(parts: Sequence[Path]) -> pl.LazyFrame:
+    """Return the rows of all parts, read part by part."""
+    import polars as pl
+    from polars.io.plugins import register_io_source
+
+    def read(
+        columns: list[str] | None, predicate: pl.Expr | None, rows: int | None, _size: int | None
+    ) -> Iterator[pl.DataFrame]:
+        yield from map(pl.read_ipc_stream, parts)
+
+    return register_io_source(read, schema=pl.read_ipc_stream(parts[0]).schema)
 
 
 def metadata(plan: Plan) -> dict:

@@ -151,7 +151,7 @@ def _isolate(cases: range, workers: Workers, plan: Plan) -> Iterator[bytes]:
     if not isinstance(result, Crash):
         yield result
     elif len(cases) == 1:
-        yield format_rows(plan, [failure(plan, cases[0], result.message)])
+        yield format_rows(plan, cases, [failure(result.message)])
     else:
         middle = len(cases) // 2
         yield from _isolate(cases[:middle], workers, plan)
@@ -164,5 +164,5 @@ def _join(pieces: list[bytes]) -> bytes:
     if len(pieces) == 1:
         return pieces[0]
     buffer = BytesIO()
-    pl.concat([pl.read_parquet(BytesIO(piece)) for piece in pieces]).write_parquet(buffer)
+    pl.concat([pl.read_ipc_stream(piece) for piece in pieces]).write_ipc_stream(buffer)
     return buffer.getvalue()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, nullcontext
 from functools import reduce
 from io import BytesIO
@@ -17,8 +17,8 @@ import numpy as np
 from it2hys.cosimulation.slave import Slave
 from it2hys.cosimulation.stepping import System, named
 from it2hys.errors import InputError
-from it2hys.sweeps.measures import KINDS, MetricData
-from it2hys.sweeps.plan import Plan, Setup, signal_values
+from it2hys.sweeps.measures import KINDS, MetricData, count_true
+from it2hys.sweeps.plan import Plan, Setup, by_owner, signal_values
 
 OK, FAILED = "ok", "failed"
 #: Between the messages of a case.
@@ -47,8 +47,8 @@ def ready(fingerprint: str) -> bool:
     return fingerprint in _plans
 
 
-def run_cases(fingerprint: str, cases: Iterable[int]) -> bytes:
-    """Run cases of an installed plan; return their rows as Parquet.
+def run_cases(fingerprint: str, cases: Sequence[int]) -> bytes:
+    """Run cases of an installed plan; return their rows as a stream of Arrow's.
 
     Instances are made once for every thread and used again by reset; where an FMU allows but one in a
     process, the threads take turns with it.
@@ -56,7 +56,9 @@ def run_cases(fingerprint: str, cases: Iterable[int]) -> bytes:
     plan = _plans[fingerprint]
     with _turn if plan.alone else nullcontext():
         runner = _runner(plan, _shared if plan.alone else _local.__dict__)
-        return format_rows(plan, [runner.row(case) for case in cases])
+        with np.errstate(all="ignore"):  # what overflows is told in its row
+            rows = [runner.row(case) for case in cases]
+        return format_rows(plan, cases, rows)
 
 
 def _runner(plan: Plan, place: dict[str, Any]) -> Runner:
@@ -76,38 +78,34 @@ def close() -> None:
             place.pop("runner").close()
 
 
-def failure(plan: Plan, case: int, message: str) -> dict:
+def failure(message: str) -> dict:
     """Return the row of a case that failed."""
-    return {**_columns(plan, case), "status": FAILED, "message": message}
+    return {"status": FAILED, "message": message}
 
 
-def format_rows(plan: Plan, rows: list[dict]) -> bytes:
-    """Return rows as a Parquet file; what a row lacks is null."""
+def format_rows(plan: Plan, cases: Sequence[int], rows: list[dict]) -> bytes:
+    """Return the rows of cases as a stream of Arrow's; what a row lacks is null."""
     import polars as pl
 
-    schema = {
-        "case": pl.Int64, "variant": pl.String,
-        **{axis.name: pl.Float64 for axis in plan.axes},
+    number = np.asarray(cases)
+    given = {
+        "case": (pl.Int64, number),
+        "variant": (pl.String, [plan.setups[i].name or None for i in plan.variant[number]]),
+        **{a.name: (pl.Float64, plan.matrix[number, i]) for i, a in enumerate(plan.axes)},
+    }
+    found = {
         **{metric.name: pl.Float64 for metric in plan.metrics},
         **{name: pl.List(pl.Float64) for name in plan.keep},
         "status": pl.String, "warned": pl.Boolean, "out_of_range": pl.Int64, "message": pl.String,
     }  # fmt: skip
-    columns = {name: [row.get(name) for row in rows] for name in schema}
+    columns = {name: [row.get(name) for row in rows] for name in found}
     for name in plan.keep:  # as series: polars would make arrays of traces of one length
         columns[name] = [None if trace is None else pl.Series(trace) for trace in columns[name]]
+    columns = {name: values for name, (_, values) in given.items()} | columns
+    schema = {name: kind for name, (kind, _) in given.items()} | found
     buffer = BytesIO()
-    pl.DataFrame(columns, schema=schema).write_parquet(buffer)
+    pl.DataFrame(columns, schema=schema).write_ipc_stream(buffer)
     return buffer.getvalue()
-
-
-def _columns(plan: Plan, case: int) -> dict:
-    names = [axis.name for axis in plan.axes]
-    variant = plan.setups[plan.variant[case]].name
-    return {
-        "case": case,
-        "variant": variant or None,
-        **dict(zip(names, plan.matrix[case].tolist(), strict=True)),
-    }
 
 
 def _range_flags(slaves: Mapping[str, Slave]) -> list[str]:
@@ -148,14 +146,13 @@ class Runner:
     def row(self, case: int) -> dict:
         """Run a case and return its row; a failure is a row, too."""
         try:
-            with np.errstate(all="ignore"):  # what overflows is told below
-                return {**_columns(self.plan, case), **self._run(case)}
+            return self._run(case)
         except Exception as error:  # whatever a case does, the others go on
             text = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
             for name in self.plan.files:
                 model = self._slaves[name].model if name in self._slaves else ""
                 text = text.replace(str(self._path(name)), named(name, model))
-            return failure(self.plan, case, text)
+            return failure(text)
 
     def _path(self, fmu: str) -> Path:
         return self._directory / f"{fmu}.fmu"
@@ -180,17 +177,15 @@ class Runner:
         setup = plan.setups[plan.variant[case]]
         step, count, skipped = self._steps(values)
         system, range_flags = self._system(setup)
-        signals = {name: self._signal(name, values, step, count) for name in system.signals}
-        system.initialize(
-            {name: plan.slave_values(name, values) for name in setup.fmus},
-            {name: signal[0] for name, signal in signals.items()},
-        )
+        owned = by_owner(values)
+        signals = {name: self._signal(name, owned, step, count) for name in system.signals}
+        system.initialize(owned, {name: signal[0] for name, signal in signals.items()})
         records = system.run(signals, count, step)
-        outside = [records[name] != 0 for name in range_flags]
+        outside = [records[name] for name in range_flags]
         row = {
             "status": OK,
             "warned": any(slave.warned for slave in system.slaves.values()),
-            "out_of_range": int(np.count_nonzero(reduce(np.logical_or, outside))) if outside else None,
+            "out_of_range": count_true(reduce(np.logical_or, outside)) if outside else None,
             "message": MESSAGES_APART.join(system.messages) or None,
         }
         judged: dict[tuple[str, str], MetricData] = {}
@@ -198,7 +193,7 @@ class Runner:
             pair = metric.of, metric.against
             if pair not in judged:
                 of, against = (
-                    self._output(name, records, values, step, count, metric.of) for name in pair
+                    self._output(name, records, owned, step, count, metric.of) for name in pair
                 )
                 other = None if against is None else against[skipped:]
                 judged[pair] = MetricData(of[skipped:], other, step)
@@ -207,7 +202,7 @@ class Runner:
                 raise InputError(f"{metric.name} is not finite: the outputs diverge")
             row[metric.name] = None if isnan(number) else number
         for name in plan.keep:
-            row[name] = self._output(name, records, values, step, count)[:: plan.keep_every]
+            row[name] = self._output(name, records, owned, step, count)[:: plan.keep_every]
         return row
 
     def _steps(self, values: Mapping[str, float]) -> tuple[Any, Any, Any]:
@@ -221,7 +216,7 @@ class Runner:
         self,
         name: str,
         records: Mapping[str, np.ndarray],
-        values: Mapping[str, float],
+        owned: Mapping[str, Mapping[str, float]],
         step: float,
         count: int,
         beside: str = "",
@@ -231,12 +226,12 @@ class Runner:
             return records.get(name)
         slave = self._slaves.get(beside.partition(".")[0])
         tick = slave.sample_time if slave else None
-        return self._signal(name, values, step, count, tick)
+        return self._signal(name, owned, step, count, tick)
 
     def _signal(
         self,
         name: str,
-        values: Mapping[str, float],
+        owned: Mapping[str, Mapping[str, float]],
         step: float,
         count: int,
         tick: float | None = None,
@@ -246,9 +241,9 @@ class Runner:
         What is read at the end of a step is the output of the last tick before it. Where steps and
         ticks are as long, that is the tick at the beginning.
         """
-        own = tuple(sorted((t, v) for t, v in values.items() if t.partition(".")[0] == name))
+        own = owned.get(name, {})
         late = tick is not None and abs(tick / step - 1.0) > _ROUNDING
-        key = (name, own, step, count, tick if late else None)
+        key = (name, tuple(own.items()), step, count, tick if late else None)
         if key not in self._signals:
             while self._signals and (
                 len(self._signals) >= KEPT_SIGNALS
@@ -261,6 +256,6 @@ class Runner:
                 last = np.ceil((begins + step) / tick - _ROUNDING) - 1.0
                 # with the inputs' samples, for a signal whose scale depends on those asked for
                 times = np.concatenate([begins, last * tick])
-            made = signal_values(self.plan.signals[name], values, times, count * step)
+            made = signal_values(self.plan.signals[name], own, times, count * step)
             self._signals[key] = made[-count:]
         return self._signals[key]
