@@ -367,6 +367,8 @@ static void reset_returns_to_the_start(const struct fmi2_api *m)
         set_real(m, c, input_of(m), signal(m, 1.0));
         set_slope(m, c, input_of(m), 1e-3);
         do_step(m, c);
+        set_real(m, c, "rule[1].sigmaLower", -1.0); /* so that an end of initialization is refused */
+        CHECK(m->ExitInitializationMode(c) == fmi2Error);
         CHECK(m->Reset(c) == fmi2OK);
         read_state(m, c, &again);
         CHECK(same_state(&fresh, &again));

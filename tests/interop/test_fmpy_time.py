@@ -19,8 +19,6 @@ from hypothesis import strategies as st
 from it2hys.model import compiled
 from it2hys.model.parameters import table_1
 
-OK = fmi2.fmi2OK
-
 
 def polygon(knots: np.ndarray, values: np.ndarray):
     """Return a piecewise linear signal and its slope to the right."""
@@ -98,47 +96,6 @@ def test_what_is_read_is_the_value_of_the_last_tick_before_the_communication_poi
         plant.step(i * TS / 4, TS / 4)
         read.append(plant.get("displacement"))
     np.testing.assert_allclose(read, [y[0]] * 4 + [y[1]] * 4, rtol=1e-12)
-
-
-def test_a_start_time_between_ticks_waits_for_the_next_tick(plant):
-    plant.initialize(start_time=2.5 * TS)
-    plant.assign({"voltage": 50.0})
-    plant.step(2.5 * TS, 0.5 * TS)
-    assert plant.get("displacement") == 0.0
-    plant.step(3 * TS, 0.01 * TS)
-    assert plant.get("displacement") > 0.0
-
-
-@pytest.mark.parametrize("start", [-0.05, 3600.0, 1e6])
-def test_ticks_are_counted_far_from_zero_too(models, start):
-    """A hundred steps of a third of Ts, wherever: 34 ticks, because ticks are counted."""
-    rules = table_1().rules
-    y = compiled.free_run(rules, np.full(40, 50.0), 0.0)
-    with Instance(models["plant"]) as instance:
-        instance.initialize(start_time=start)
-        instance.assign({"voltage": 50.0})
-        for i in range(100):
-            assert instance.step(start + i * TS / 3, TS / 3) == OK, instance.messages
-        assert instance.get("displacement") == pytest.approx(y[33], rel=1e-12)
-
-
-def test_an_hour_of_accumulated_steps_keeps_the_ticks_in_place(plant):
-    """Masters add up floating-point time; 36,000 steps of 0.1 s are 36,000,000 ticks to count."""
-    plant.initialize({"sampleTime": 0.01})
-    plant.assign({"voltage": 50.0})
-    time, read = 0.0, []
-    for _ in range(36_000):
-        assert plant.step(time, 0.1) == OK, plant.messages
-        time += 0.1
-    assert abs(time - 3600) > 1e-9  # it did drift
-    plant.assign({"voltage": 51.0})
-    for _ in range(20):  # ten ticks of 0.01 s in each step
-        plant.step(time, 0.1)
-        time += 0.1
-        read.append(plant.get("displacement"))
-    rest = compiled.free_run(table_1().rules, np.full(5000, 50.0), 0.0)[-1]
-    y = compiled.free_run(table_1().rules, np.full(200, 51.0), rest)
-    np.testing.assert_allclose(read, y[9::10], rtol=1e-9)
 
 
 FINE = 1e-5  # sample time
