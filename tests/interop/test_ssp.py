@@ -5,10 +5,7 @@ algorithm is run here over FMPy's FMUs, so the results agree as far as arithmeti
 drives a system by its own connectors; libcosim and ecos, which refuse these, run the packages without.
 """
 
-import importlib.util
-import json
 import re
-import sys
 import zipfile
 from functools import cache
 from pathlib import Path
@@ -16,11 +13,12 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from conftest import TS, UM, make_set, run_python
+from conftest import TS, UM, make_set
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import get_connections, read_ssd
 from fmpy.ssp.ssd import read_ssv as fmpy_read_ssv
 from lxml import etree
+from masters import MASTERS, run_in
 
 from it2hys.cli import main
 from it2hys.cosimulation.slave import Slave
@@ -30,53 +28,6 @@ from it2hys.fmu.ssp import COMPONENTS_ALONE, SYSTEMS, format_controller_ssv, for
 from it2hys.model import compiled
 from it2hys.model.parameters import format_ssv, table_1, write_ssv
 
-# Each program reads a job, steps the package as it is and writes the outputs after each step to a file:
-# what a master itself prints may come last.
-LIBCOSIM = """
-import json, sys
-import fmpy
-from libcosimpy.CosimExecution import CosimExecution
-from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
-from libcosimpy.CosimManipulator import CosimManipulator
-from libcosimpy.CosimObserver import CosimObserver
-
-job = json.load(open(sys.argv[1], encoding="utf-8"))
-log_output_level(CosimLogLevel.WARNING)
-execution = CosimExecution.from_ssp_file(job["ssp"], 100_000)
-index = {name: execution.slave_index_from_instance_name(name) for name in job["fmus"]}
-vr = {
-    name: {v.name: v.valueReference for v in fmpy.read_model_description(path).modelVariables}
-    for name, path in job["fmus"].items()
-}
-observer, manipulator = CosimObserver.create_last_value(), CosimManipulator.create_override()
-assert execution.add_observer(observer) and execution.add_manipulator(manipulator)
-rows = []
-for reference in job["reference"]:
-    for name, variable in job["driven"]:
-        assert manipulator.slave_real_values(index[name], [vr[name][variable]], [reference])
-    assert execution.step()
-    rows.append(
-        [observer.last_real_values(index[n], [vr[n][v]])[0] for n, v in job["outputs"]]
-    )
-json.dump(rows, open(job["rows"], "w"))
-"""
-
-ECOS = """
-import json, sys
-from ecospy import EcosSimulation
-
-job = json.load(open(sys.argv[1], encoding="utf-8"))
-with EcosSimulation(1e-4, ssp_path=job["ssp"]) as simulation:
-    assert simulation.init(parameter_set=job["set"]) if job["set"] else simulation.init()
-    rows = []
-    for reference in job["reference"]:
-        for name, variable in job["driven"]:
-            simulation.set_real(f"{name}::{variable}", reference)
-        simulation.step()
-        rows.append([simulation.get_real(f"{n}::{v}") for n, v in job["outputs"]])
-json.dump(rows, open(job["rows"], "w"))
-"""
-MASTERS = {"libcosimpy": LIBCOSIM, "ecospy": ECOS}
 START = 5 * UM
 OUTPUTS = {
     "feedforward": [("inverse", "voltage"), ("plant", "displacement")],
@@ -91,8 +42,6 @@ DRIVEN = {
 @pytest.fixture(params=MASTERS)
 def run_master(request, tmp_path):
     """Return a function from a package and a reference to the outputs after each step."""
-    if importlib.util.find_spec(request.param) is None:
-        pytest.skip(f"{request.param} is not installed")
 
     def run(name: str, ssp: bytes, chosen: str, reference: np.ndarray) -> np.ndarray:
         path = tmp_path / f"{name}{COMPONENTS_ALONE}.ssp"
@@ -100,15 +49,9 @@ def run_master(request, tmp_path):
         job = {
             "ssp": str(path), "set": chosen, "fmus": unpack(path, tmp_path / "unpacked"),
             "driven": DRIVEN[name], "outputs": OUTPUTS[name], "reference": reference.tolist(),
-            "rows": str(tmp_path / "rows.json"),
         }  # fmt: skip
-        file = tmp_path / "job.json"
-        file.write_text(json.dumps(job), encoding="utf-8")
-        libraries = str(Path(sys.prefix) / "lib")  # where PyPI's tbb is, which ecos needs
-        run_python(MASTERS[request.param], file, LD_LIBRARY_PATH=libraries)
-        return np.array(json.loads(Path(job["rows"]).read_text()))
+        return run_in(request.param, job, tmp_path)
 
-    run.master = request.param
     return run
 
 
