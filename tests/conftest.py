@@ -41,12 +41,12 @@ os.environ.pop("PYTHONUNBUFFERED", None)
 pytest_plugins = ["environments"]  # for the tests of the installation
 
 MODELS = tuple(IDENTIFIERS)
-INPUT = {"plant": "voltage", "inverse": "reference"}
-OUTPUT = {"plant": "displacement", "inverse": "voltage"}
+INPUT = {"plant": "voltage", "inverse": "reference", "controller": "displacement"}
+OUTPUT = {"plant": "displacement", "inverse": "voltage", "controller": "voltage"}
 UM = 1e-6
 TS = 1e-4
 # an input at which Table 1 rests within its range
-CALM = {"plant": 50.0, "inverse": 5 * UM}
+CALM = {"plant": 50.0, "inverse": 5 * UM, "controller": 5 * UM}
 
 
 # --- the run -----------------------------------------------------------------------------------
@@ -153,8 +153,9 @@ class Unpacked:
 
     @property
     def model(self) -> str:
-        """Either `plant` or `inverse`."""
-        return {identifier: model for model, identifier in IDENTIFIERS.items()}[self.identifier]
+        """`plant`, `inverse` or `controller`."""
+        models = {identifier: model for model, identifier in IDENTIFIERS.items()}
+        return models.get(self.identifier, "controller")
 
     @property
     def binary(self) -> Path:
@@ -345,11 +346,12 @@ class Master:
 
 
 def continue_run(instance: Instance, first: int, count: int = 30) -> bytes:
-    """Run ticks with a sloping input; return the outputs' bits."""
+    """Run ticks with an input that slopes, if it can; return the outputs' bits."""
     model, values = instance.unpacked.model, []
     for k in range(first, first + count):
         instance.assign({INPUT[model]: CALM[model] * (1 + 0.01 * k)})
-        instance.slope(INPUT[model], CALM[model])
+        if model != "controller":
+            instance.slope(INPUT[model], CALM[model])
         assert instance.step(k * TS, TS) <= fmi2.fmi2Warning, instance.messages
         values.append(instance.get(OUTPUT[model]))
     return np.array(values).tobytes()
@@ -489,6 +491,12 @@ def mounted(tmp_path_factory: pytest.TempPathFactory) -> tuple[ParameterSet, dic
 def model(request: pytest.FixtureRequest, models: dict[str, Unpacked]) -> Unpacked:
     """Each FMU with Table 1 in turn."""
     return models[request.param]
+
+
+@pytest.fixture(params=(*MODELS, "controller"))
+def fmu(request: pytest.FixtureRequest, models: dict[str, Unpacked], controller: Unpacked) -> Unpacked:
+    """Each FMU with Table 1 in turn, and the controller."""
+    return {**models, "controller": controller}[request.param]
 
 
 @pytest.fixture

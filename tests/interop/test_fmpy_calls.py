@@ -41,11 +41,11 @@ def categories(instance: Instance, on: bool, *names: str) -> int:
     )
 
 
-def test_categories_are_those_of_the_xml_and_honoured(model):
-    root = etree.parse(model.directory / "modelDescription.xml").getroot()
+def test_categories_are_those_of_the_xml_and_honoured(fmu):
+    root = etree.parse(fmu.directory / "modelDescription.xml").getroot()
     names = [c.get("name") for c in root.iterfind("LogCategories/Category")]
     assert names
-    with Instance(model) as instance:
+    with Instance(fmu) as instance:
         for name in names:
             assert categories(instance, True, name) == OK
         assert categories(instance, False) == OK
