@@ -110,14 +110,6 @@ def test_chunks_do_not_show(monkeypatch):
     assert np.allclose(ALL_ON.run(voltage).measured, whole.measured, rtol=0.0, atol=1e-18)
 
 
-def test_settle_holds_the_first_sample():
-    voltage = np.full(10, 40.0)
-    settled = Stand().run(voltage, settle=0.05)
-    longer = Stand().run(np.full(510, 40.0))
-    assert np.array_equal(settled.measured, longer.measured[500:])
-    assert settled.time[0] == 0.0
-
-
 def test_reading_answers_to_the_voltage_of_its_own_tick():
     voltage = np.array([0.0, 50.0, 50.0])
     reading = IDEAL.run(voltage)
@@ -444,7 +436,6 @@ def test_hum_is_a_line_at_its_frequency():
         ({"voltage": ["a"]}, "voltage is not a sequence of numbers"),
         ({"voltage": [0.0], "force": [1.0, 2.0]}, "force has 2 samples"),
         ({"voltage": [0.0], "temperature": [math.inf]}, "temperature is inf"),
-        ({"voltage": [0.0], "settle": -1.0}, "settle"),
         ({"voltage": [0.0], "sample_time": 0.0}, "sample time"),
     ],
 )

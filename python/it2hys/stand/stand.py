@@ -133,7 +133,7 @@ class Stand:
         """
         return RunningStand(self, seed, sample_time)
 
-    def run(self, voltage, sample_time=1e-4, seed=0, force=None, temperature=None, settle=0.0):
+    def run(self, voltage, sample_time=1e-4, seed=0, force=None, temperature=None):
         """Drive the stand with a whole signal.
 
         Gives the readings that `start` and `RunningStand.step` give with the same seed.
@@ -150,8 +150,6 @@ class Stand:
             Force on the tip, compressive positive, held from tick to tick, N.
         temperature : array_like, shape (n,), optional
             Temperature of the stack, held from tick to tick, K; the reference if not given.
-        settle : float
-            Time for which the first sample of each input is held before the run begins, s.
 
         Returns
         -------
@@ -167,35 +165,22 @@ class Stand:
             force = finite_signal(force, "force", voltage.size)
         if temperature is not None:
             temperature = finite_signal(temperature, "temperature", voltage.size)
-        if not 0.0 <= settle < math.inf:
-            raise InputError(f"rig: settle must be finite and not negative, not {settle!r}")
         running = self.start(seed, sample_time)
-        before = round(settle / sample_time)
-        inputs = [_with_lead(signal, before) for signal in (voltage, force, temperature)]
-        amplifier, displacement, measured = running.advance(*inputs)
+        amplifier, displacement, measured = running.advance(voltage, force, temperature)
         return Reading(
             time=np.arange(voltage.size) * sample_time,
             command=voltage.copy(),
-            amplifier=amplifier[before:],
-            displacement=displacement[before:],
-            measured=measured[before:],
+            amplifier=amplifier,
+            displacement=displacement,
+            measured=measured,
         )
 
-    def record(
-        self,
-        voltage,
-        name,
-        sample_time=1e-4,
-        seed=0,
-        force=None,
-        temperature=None,
-        settle=0.0,
-    ):
+    def record(self, voltage, name, sample_time=1e-4, seed=0, force=None, temperature=None):
         """Drive the stand and give the measurement as a record of the identification.
 
         Parameters
         ----------
-        voltage, sample_time, seed, force, temperature, settle
+        voltage, sample_time, seed, force, temperature
             As in `run`.
         name : str
             Name of the record.
@@ -212,7 +197,7 @@ class Stand:
         """
         from it2hys.records import Record  # keeps the rig usable without the identification
 
-        reading = self.run(voltage, sample_time, seed, force, temperature, settle)
+        reading = self.run(voltage, sample_time, seed, force, temperature)
         return Record(
             name=name,
             time=reading.time,
@@ -367,10 +352,3 @@ class RunningStand:
 
     def _hold(self, values):
         return np.repeat(values, self._stand.substeps)
-
-
-def _with_lead(signal, count):
-    """Put `count` copies of the first sample before a signal (None stays None)."""
-    if signal is None or count == 0:
-        return signal
-    return np.concatenate([np.full(count, signal[0]), signal])
