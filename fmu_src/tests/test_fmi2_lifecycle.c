@@ -292,7 +292,8 @@ static void instantiation_refused(const struct fmi2_api *m)
 
     for (size_t i = 0; i < sizeof guids / sizeof guids[0]; i++) {
         CHECK(instantiate(m, "a", fmi2CoSimulation, guids[i]) == NULL);
-        CHECK(logged.count == 1 && logged.status == fmi2Error && log_says("GUID") && log_says(guids[i]));
+        CHECK(logged.count == 1 && logged.status == fmi2Error && log_says("GUID") && log_says(guids[i]) &&
+              log_says(m->identifier));
     }
     CHECK(instantiate(m, NULL, fmi2CoSimulation, guid_of(m)) == NULL && log_says("name"));
     CHECK(instantiate(m, "", fmi2CoSimulation, guid_of(m)) == NULL && log_says("name"));

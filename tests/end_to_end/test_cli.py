@@ -226,54 +226,19 @@ def assert_refused(capsys, arguments, *words):
 TIME = "time_s,voltage_V,displacement_um\n"
 
 
-def rows(count=200, **changes):
-    lines = [f"{k / 10000:.4f},{k % 50},{(k - 2) % 50 / 5}" for k in range(count)]
-    for place, text in changes.items():
-        lines[int(place[1:])] = text
-    return TIME + "\n".join(lines) + "\n"
-
-
-BAD_RECORDS = {
-    "nan": (rows(_20="0.0020,NaN,3"), ["line 22", "voltage_V"]),
-    "gap": ("\n".join(rows().splitlines()[:50] + rows().splitlines()[60:]), ["line 51"]),
-    "repeated time": (rows(_30="0.0029,5,3"), ["line 32"]),
-    "missing column": (rows().replace("displacement_um", "y_um"), ["displacement", "--column"]),
-    "unknown unit": (rows().replace("voltage_V", "voltage_furlong"), ["furlong"]),
-    "text": (rows(_40="0.0040,abc,3"), ["line 42", "abc"]),
-    "zero bytes": ("", ["empty"]),
-    "constant": (TIME + "".join(f"{k / 10000:.4f},5,{k % 7}\n" for k in range(200)), ["constant"]),
-    "5 samples": (rows(5), ["5 samples"]),
-    "thousand times": (rows().replace("displacement_um", "displacement_mm"), ["unit"]),
-}
-
-
-@pytest.mark.parametrize("case", BAD_RECORDS)
-def test_a_bad_record_is_refused_and_nothing_is_written(case, tmp_path, capsys):
-    text, words = BAD_RECORDS[case]
-    (tmp_path / "bad.csv").write_text(text)
+def test_a_bad_record_is_refused_and_nothing_is_written(tmp_path, capsys):
+    """What makes one bad is tried in tests/unit/test_records.py."""
+    (tmp_path / "bad.csv").write_text(TIME + "0,1,1\n1e-4,NaN,3\n")
     arguments = ["identify", tmp_path / "bad.csv", "-o", tmp_path / "out"]
-    assert_refused(capsys, arguments, "bad.csv", *words)
+    assert_refused(capsys, arguments, "bad.csv", "line 3", "voltage_V")
     assert not (tmp_path / "out").exists()
 
 
-BAD_SETS = {
-    "sigma": ('name="rule[2].sigmaLower"', "-1e-06", "rule[2].sigmaLower"),
-    "swapped": ('name="rule[1].sigmaUpper"', "1e-06", "rule[1].sigmaUpper"),
-    "slope": ('name="rule[3].q2"', "-1e-06", "q2"),
-    "contraction": ('name="rule[1].q1"', "1.2", "contraction"),
-    "text": ('name="rule[1].q1"', "fast", "rule[1].q1"),
-}
-
-
-@pytest.mark.parametrize("case", BAD_SETS)
-def test_a_bad_parameter_set_is_refused_and_nothing_is_written(case, tmp_path, capsys):
-    entry, value, culprit = BAD_SETS[case]
-    head, tail = format_ssv(table_1()).split(entry)
-    before, after = tail.split('value="', 1)
-    (tmp_path / "p.ssv").write_text(
-        f'{head}{entry}{before}value="{value}"{after[after.index(chr(34)) + 1 :]}'
-    )
-    assert_refused(capsys, ["package", tmp_path / "p.ssv", "-o", tmp_path / "out"], "p.ssv", culprit)
+def test_a_bad_parameter_set_is_refused_and_nothing_is_written(tmp_path, capsys):
+    """What makes one bad is tried in tests/unit/test_parameters.py."""
+    (tmp_path / "p.ssv").write_text(format_ssv(table_1()).replace('"4.3427e-06"', '"1e-4"'))
+    arguments = ["package", tmp_path / "p.ssv", "-o", tmp_path / "out"]
+    assert_refused(capsys, arguments, "p.ssv", "rule[1].sigmaUpper")
     assert not (tmp_path / "out").exists()
 
 
@@ -377,13 +342,6 @@ def test_one_per_cent_of_missing_samples_is_refused_or_mended(clean, tmp_path, c
     assert "resampl" in html_of(tmp_path / "b").lower()
 
 
-def test_a_jittering_time_base_is_refused_or_mended(clean, tmp_path, capsys):
-    jitter = np.random.default_rng(0).uniform(-1e-5, 1e-5, len(clean))
-    path = write_rows(tmp_path / "r.csv", clean.time + jitter, clean)
-    assert_refused(capsys, ["identify", path, "-o", tmp_path / "a"], "--resample")
-    assert identify_quickly(path, tmp_path / "b", "--resample") == 0
-
-
 def test_an_outlier_is_named_and_does_not_move_the_model(clean, tmp_path):
     spiked = clean.displacement.copy()
     spiked[300] += 5e-6
@@ -395,13 +353,6 @@ def test_an_outlier_is_named_and_does_not_move_the_model(clean, tmp_path):
         errors.append(report["error"]["after"][name]["e_rms_um"])
     assert errors[1] == pytest.approx(errors[0], rel=0.05)
     assert "302" in html_of(tmp_path / "spiked")  # the spike's line
-
-
-def test_a_clipped_sensor_is_noted_and_its_stretch_gets_no_weight(clean, tmp_path):
-    clipped = np.minimum(clean.displacement, 14e-6)
-    path = write_rows(tmp_path / "clipped.csv", clean.time, clean, clipped)
-    assert identify_quickly(path, tmp_path / "out") == 0
-    assert "clip" in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_simulating_at_another_rate_is_refused(tmp_path, capsys):

@@ -28,7 +28,6 @@ from conftest import (
     run_python,
     trajectory,
 )
-from fmpy.validation import validate_fmu
 from lxml import etree
 
 from it2hys.cosimulation.slave import Slave
@@ -62,11 +61,6 @@ def bits(value: float) -> bytes:
 # --- checkers ----------------------------------------------------------------------------------
 
 
-def test_fmpy_finds_nothing(any_fmu):
-    _, unpacked = any_fmu
-    assert validate_fmu(str(unpacked.path)) == []
-
-
 def fmutool_findings(path: Path, caplog: pytest.LogCaptureFixture, version: str = "2.0") -> list[str]:
     pytest.importorskip("fmu_manipulation_toolbox", reason="fmu-manipulation-toolbox is missing")
     from fmu_manipulation_toolbox.checker import get_checkers
@@ -91,14 +85,6 @@ def test_fmutool_finds_nothing_in_the_controller(controller, capfd, caplog):
 
 
 # --- what no checker sees ----------------------------------------------------------------------
-
-
-def test_listed_sources_are_there_and_all_c_files_are_listed(any_fmu):
-    _, unpacked = any_fmu
-    root = description_of(unpacked)
-    listed = [f.get("name") for f in root.iterfind("CoSimulation/SourceFiles/File")]
-    assert sorted(listed) == sorted(p.name for p in (unpacked.directory / "sources").glob("*.c"))
-    assert len(listed) == len(set(listed)) > 0
 
 
 def test_model_identifier_is_the_binarys_name_on_every_platform(any_fmu):
@@ -467,31 +453,6 @@ def test_a_damaged_parameter_file_is_refused_and_named(tmp_path, five_rules, dam
         assert not instance.made
         (message,) = instance.said(ERROR)
     assert "parameters.ssv" in message
-
-
-@pytest.mark.parametrize(
-    "guid",
-    [
-        "",
-        "{}",
-        "{8c4e810f-3df3-4a00-8276-176fa3c9f9e0}",
-        "not a guid",
-        "%s%n%s",
-        "{" + 400 * "0" + "}",
-    ],
-)
-def test_a_guid_of_another_model_is_refused(model, guid):
-    with Instance(model, guid=guid or " ") as instance:
-        assert not instance.made
-        (message,) = instance.said(ERROR)
-    assert "GUID" in message
-    assert model.identifier in message
-
-
-def test_the_guid_of_the_other_fmu_is_refused(models):
-    with Instance(models["plant"], guid=models["inverse"].description.guid) as instance:
-        assert not instance.made
-        assert "GUID" in instance.said(ERROR)[0]
 
 
 # --- where the resources are -------------------------------------------------------------------
