@@ -26,7 +26,7 @@ DOCS_TOOLS := build/docs/tools
 COMPILED := $(shell find fmu_src scenarios -type f -not -path 'fmu_src/tests/*' -not -path 'fmu_src/fuzz/*' \
         -not -path 'fmu_src/bench/*' -not -path '*/__pycache__/*') \
         $(addprefix python/it2hys/,$(addprefix model/,variables.toml controller.toml variables.py ssv.py) \
-        $(addprefix fmu/,codegen.py amalgamation.py))
+        $(addprefix fmu/,codegen.py amalgamation.py cross_compiling.py))
 
 .DEFAULT_GOAL := help
 

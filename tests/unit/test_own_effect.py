@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from test_casadi_chain import assert_inverse_is_compiled, assert_plant_is_compil
 from test_chain_sensitivity import assert_derivatives_are_casadis, drive
 
 from it2hys.errors import InputError
-from it2hys.fmu import own_binaries, own_library
+from it2hys.fmu import own_library
 from it2hys.fmu.own_library import only_used, use_effects
 from it2hys.fmu.own_template import template
 from it2hys.model import compiled
@@ -26,7 +25,6 @@ from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.model.stages import BEFORE_CORE, BEHIND_CORE, EFFECTS, READING, STAGES
 from it2hys.model.variables import load_table
 
-ROOT = Path(__file__).parents[2]
 MOUNT = file_of("mount").read_text(encoding="utf-8")
 
 
@@ -394,18 +392,6 @@ def test_zig_alone_will_do(monkeypatch):
     monkeypatch.setattr(own_library, "compiler", own_library.zig)
     with in_chain("mount") as effects:
         assert_plant_is_compiled(with_own(effects))
-
-
-def test_platforms_are_compiled_as_the_packages_own(monkeypatch):
-    """What stands twice is the same: targets and flags of fmu_src/platforms."""
-    text = (ROOT / "fmu_src" / "platforms" / "CMakeLists.txt").read_text(encoding="utf-8")
-    words = text.replace("${GLIBC}", "gnu.2.17").replace("${part}", "{part}").replace("@FMU@", "{fmu}")
-    words = words.replace("${architecture}-macos", "x86_64-macos aarch64-macos")
-    for name, target in own_binaries._TARGETS.items():
-        assert target.zig in words or target.zig in words.replace("gnu.2.17", "gnu.2.17 "), name
-        for flag in (*target.flags, *target.link, *own_binaries._FLAGS):
-            assert flag in words or flag.startswith("-lapi-ms-win-crt-"), (name, flag)
-    assert f"foreach(part {' '.join(own_binaries._WINDOWS_C)})" in text
 
 
 # --- the template ------------------------------------------------------------------------------

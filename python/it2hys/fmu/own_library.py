@@ -20,6 +20,7 @@ from functools import cache
 from pathlib import Path
 
 from it2hys.errors import InputError
+from it2hys.fmu import cross_compiling
 from it2hys.fmu.amalgamation import write_folders
 from it2hys.fmu.codegen import hash_header, table_header, write_headers
 from it2hys.model.compiled import library_name, packaged_native
@@ -249,18 +250,9 @@ def fmi_headers() -> Path:
 
 def run_all(commands: Iterable[Sequence[str]]) -> None:
     """Run compilers side by side; what one of them says is raised."""
-    commands, environment = list(commands), dict(os.environ)
-    environment.setdefault("ZIG_GLOBAL_CACHE_DIR", str(cache_directory() / "zig"))
-    most = os.cpu_count() or 1
-    while commands:
-        now, commands = commands[:most], commands[most:]
-        running = [
-            subprocess.Popen(
-                c, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-            )
-            for c in now
-        ]
-        said = [process.communicate()[0] for process in running]
-        for process, text in zip(running, said, strict=True):
-            if process.returncode:
-                raise InputError(f"the C compiler refuses an effect's stage:\n{text[-2000:]}")
+    environment = {"ZIG_GLOBAL_CACHE_DIR": str(cache_directory() / "zig"), **os.environ}
+    try:
+        cross_compiling.run_all(commands, environment)
+    except subprocess.CalledProcessError as error:
+        said = error.output[-2000:]
+        raise InputError(f"the C compiler refuses an effect's stage:\n{said}") from None
