@@ -88,7 +88,9 @@ def accepted(start: float) -> ParameterSet:
     parameters = table_1().replace(initialDisplacement=start)
     try:
         return parameters.validate()
-    except InputError:
+    except InputError as refused:
+        assert "initialDisplacement" in str(refused)
+        assert not -64 * UM <= start <= 80 * UM
         assume(False)
 
 
@@ -96,23 +98,25 @@ def accepted(start: float) -> ParameterSet:
 @given(
     start=st.floats(-0.1, 0.1) | st.floats(-64 * UM, 80 * UM),
     seed=st.integers(0, 2**32 - 1),
+    held=st.sampled_from([1, 500]),
     constant=st.booleans(),
     modest=st.booleans(),
     data=st.data(),
 )
-def test_the_plant_stays_put_whatever_is_asked_of_it(start, seed, constant, modest, data):
-    """Ten seconds from any start that is accepted; see also tests/interop/test_range_fmus.py."""
+def test_the_plant_stays_put_whatever_is_asked_of_it(start, seed, held, constant, modest, data):
+    """Ten seconds from any start that is accepted."""
     parameters, ticks = accepted(start), 100_000
     drawn = data.draw(MODEST if modest else ANY)
     limit = abs(drawn)
-    voltage = (
-        np.full(ticks, drawn) if constant else np.random.default_rng(seed).uniform(-limit, limit, ticks)
-    )
+    steps = np.random.default_rng(seed).uniform(-limit, limit, ticks // held)
+    voltage = np.full(ticks, drawn) if constant else np.repeat(steps, held)
     displacement, measured = compiled.chain_free_run(parameters, voltage)
     assert np.isfinite(displacement).all()
     ranges = np.abs(displacement).max() / (16 * UM)
     assert ranges < (5.0 + 1e-9 if modest else 25.0)
     assert displacement.tobytes() == measured.tobytes()
+    outside = compiled.chain_out_of_range(parameters, voltage)
+    assert outside[(voltage < -1e-6) | (voltage > 110.0 + 1e-6)].all()
 
 
 @settings(max_examples=60)
@@ -134,6 +138,8 @@ def test_the_plant_follows_wherever_the_inverse_is_not_saturated(start, referenc
     assert saturated[beyond].all()
     assert (voltage >= 0.0).all() and (voltage <= 110.0).all()
     met = ~saturated
+    # where it is not met, the reference is beyond its range or the voltage at an end of its own
+    assert (met | beyond | np.isin(voltage, (0.0, 110.0))).all()
     np.testing.assert_allclose(displacement[met], reference[met], rtol=0, atol=1e-15)
     # with as much voltage as it asks for, it is saturated nowhere else, and there at the nearest end
     parameters = {**parameters, "voltageMin": -1e9, "voltageMax": 1e9}
