@@ -283,10 +283,8 @@ def test_what_no_memory_holds_is_refused_before_any_work(toml, words, tmp_path, 
     assert files(tmp_path) == ["s.toml"]
 
 
-def test_no_rules_are_refused_and_the_same_number_of_workers_everywhere(tmp_path, capsys):
+def test_the_same_number_of_workers_is_refused_everywhere(tmp_path, capsys):
     train = write_train(tmp_path / "train.csv")
-    said = refused(capsys, "identify", train, "--rules", 0, "-o", tmp_path / "out")
-    assert "from 1 to 16, not 0" in said
     (tmp_path / "s.toml").write_text(SWEEP.format(duration="0.01", more="samples = 3"))
     for command in (["diagnose", train], ["sweep", tmp_path / "s.toml"], ["run", "demo"]):
         said = refused(capsys, *command, "--workers", -1, "-o", tmp_path / "out")
