@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import os
 import shutil
@@ -141,18 +140,9 @@ class Browser:
         """Move the pointer."""
         self._mouse("mouseMoved", place, 0)
 
-    def click(self, place: tuple[float, float]) -> None:
-        """Click."""
-        self.drag(place, place, 1)
-
     def _mouse(self, kind: str, place: tuple[float, float], buttons: int) -> None:
         pressed = kind in ("mousePressed", "mouseReleased")
         self.call(
             "Input.dispatchMouseEvent", type=kind, x=place[0], y=place[1], buttons=buttons,
             button="left" if pressed or buttons else "none", clickCount=1 if pressed else 0,
         )  # fmt: skip
-
-    def screenshot(self, path: Path, whole: bool = True) -> None:
-        """Write a picture of the page."""
-        picture = self.call("Page.captureScreenshot", captureBeyondViewport=whole)
-        path.write_bytes(base64.b64decode(picture["data"]))

@@ -177,8 +177,6 @@ class Instance:
     Parameters
     ----------
     unpacked : Unpacked
-    guid : str, optional
-        Other than the FMU's own.
     resources : str or None, optional
         Resource location to hand over, verbatim; by default FMPy's.
     library : Path, optional
@@ -192,19 +190,17 @@ class Instance:
     def __init__(
         self,
         unpacked: Unpacked,
-        guid: str | None = None,
         resources: object = _DEFAULT,
         library: Path | None = None,
         logging: bool = True,
-        name: str = "instance",
     ) -> None:
         self.unpacked = unpacked
         self.messages: list[tuple[int, str, str]] = []
         self.fmu = fmi2.FMU2Slave(
-            guid=guid or unpacked.description.guid,
+            guid=unpacked.description.guid,
             unzipDirectory=str(unpacked.directory),
             modelIdentifier=unpacked.identifier,
-            instanceName=name,
+            instanceName="instance",
             libraryPath=str(library or unpacked.binary),
         )
         self._callbacks = fmi2.fmi2CallbackFunctions()
@@ -213,7 +209,7 @@ class Instance:
             resources = (unpacked.directory / "resources").as_uri()
         self.fmu.callbacks = self._callbacks
         self.fmu.component = self.fmu.fmi2Instantiate(
-            name.encode(),
+            b"instance",
             fmi2.fmi2CoSimulation,
             self.fmu.guid.encode(),
             resources if resources is None else resources.encode(),

@@ -11,7 +11,6 @@ from it2hys.model.chain import EFFECTS
 from it2hys.model.parameters import ParameterSet
 
 SAMPLES = 300
-DYNAMIC = ("delay", "slew", "saturation", "lag", "play", "load", "creep", "resonance", "drift")
 CASES = [(), *((e,) for e in EFFECTS), tuple(EFFECTS), INVERTIBLE]
 
 
