@@ -61,10 +61,6 @@ def use_effects(paths: Iterable[str | Path]) -> tuple[OwnEffect, ...]:
     paths : iterable of path
         Python files (`it2hys.model.own_effect`), which are run; none for the chain as it comes.
 
-    Returns
-    -------
-    tuple of OwnEffect
-
     Raises
     ------
     InputError

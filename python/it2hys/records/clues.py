@@ -66,13 +66,7 @@ class Clue:
 
 @dataclass(frozen=True, eq=False)
 class Clues:
-    """The residuals of a model on all records.
-
-    Attributes
-    ----------
-    extent : Extent
-    records : list of Clue
-    """
+    """The residuals of a model on all records."""
 
     extent: Extent
     records: list[Clue]

@@ -64,10 +64,6 @@ class Feedback:
 def find_feedback(record: Record) -> Feedback | None:
     """Return how the voltage of a record answers its displacement; None where it does not.
 
-    Parameters
-    ----------
-    record : Record
-
     Returns
     -------
     Feedback or None

@@ -15,12 +15,7 @@ _WIDE = 0.4
 
 
 def wide_loop(record: Record) -> str:
-    """Return a sentence on a loop that is too wide for a piezo's hysteresis, or nothing.
-
-    Parameters
-    ----------
-    record : Record
-    """
+    """Return a sentence on a loop that is too wide for a piezo's hysteresis, or nothing."""
     voltage, displacement = record.voltage, 1e6 * record.displacement
     low, high = voltage.min(), voltage.max()
     middle, rate = 0.5 * (low + high), np.gradient(voltage)

@@ -62,10 +62,6 @@ _FEWEST_TRUSTED = 20
 def check_response(record: Record) -> None:
     """Refuse a record whose displacement does not answer the voltage as a stage's does.
 
-    Parameters
-    ----------
-    record : Record
-
     Raises
     ------
     InputError

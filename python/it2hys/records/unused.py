@@ -24,12 +24,7 @@ _NAMED = 3
 
 
 def unused_columns(records: Sequence[Record]) -> list[str]:
-    """Return a sentence for each set of columns that were not used, with how to use them.
-
-    Parameters
-    ----------
-    records : sequence of Record
-    """
+    """Return a sentence for each set of columns that were not used, with how to use them."""
     places: dict[tuple[str, ...], list[Record]] = {}
     for record in records:
         if record.unused:

@@ -29,10 +29,6 @@ def browsable(figure: Figure) -> Model:
 
     Lines, bands, bars, points and cells of a colour map are taken over, with titles, labels, scales and
     legends.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
     """
     from bokeh.layouts import row
 

@@ -9,10 +9,6 @@ class Lazy:
 
     Where it is not installed, that raises ModuleNotFoundError, which the command line turns into one
     sentence; what does not use it works without.
-
-    Parameters
-    ----------
-    name : str
     """
 
     def __init__(self, name: str) -> None:
