@@ -47,6 +47,14 @@ UM = 1e-6
 TS = 1e-4
 # an input at which Table 1 rests within its range
 CALM = {"plant": 50.0, "inverse": 5 * UM, "controller": 5 * UM}
+# measured records, which lie beside the project where they are at all
+YAN9A = next(
+    (p / "shared/data/yan9a" for p in Path(__file__).parents if (p / "shared/data/yan9a").is_dir()),
+    None,
+)
+needs_measured_records = pytest.mark.skipif(
+    YAN9A is None, reason="the measured data shared/data/yan9a are absent"
+)
 
 
 # --- the run -----------------------------------------------------------------------------------

@@ -7,10 +7,10 @@ import sys
 import zipfile
 from datetime import date
 from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import YAN9A, needs_measured_records
 from fmpy.validation import validate_fmu
 
 from it2hys.cli import main
@@ -22,7 +22,6 @@ from it2hys.records import Record, read_record, write_record
 from it2hys.stand import Stand, excitations
 
 UM = 1e-6
-MEASURED = Path(__file__).parents[3] / "shared" / "data" / "yan9a"
 FILES = {"parameters.ssv", "IT2Plant.fmu", "IT2Inverse.fmu", "report.html", "report.json"}
 
 
@@ -298,11 +297,11 @@ def test_bad_usage_exits_with_2(arguments, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.skipif(not MEASURED.is_dir(), reason="the measured records are not beside the project")
+@needs_measured_records
 def test_measured_records_give_two_fmus_and_honest_errors(tmp_path):
     code = run(
-        "identify", MEASURED / "train.csv", MEASURED / "minor_loops.csv",
-        "--test", MEASURED / "test.csv", "--rules", 2, "-o", tmp_path, "--quiet",
+        "identify", YAN9A / "train.csv", YAN9A / "minor_loops.csv",
+        "--test", YAN9A / "test.csv", "--rules", 2, "-o", tmp_path, "--quiet",
     )  # fmt: skip
     assert code == 0
     report = json.loads((tmp_path / "report.json").read_text())
@@ -310,7 +309,7 @@ def test_measured_records_give_two_fmus_and_honest_errors(tmp_path):
     assert entry["e_rms_um"] < 0.56  # the paper's model reaches 0.55
     assert entry["noise_rms_um"] == pytest.approx(0.07, abs=0.02)
     assert report["unexplained"] is True
-    assert_reported_errors_hold(read_record(MEASURED / "test.csv"), entry, tmp_path / "IT2Plant.fmu")
+    assert_reported_errors_hold(read_record(YAN9A / "test.csv"), entry, tmp_path / "IT2Plant.fmu")
 
 
 @pytest.fixture(scope="module")

@@ -10,10 +10,10 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from conftest import TS, UM
+from conftest import TS, UM, YAN9A, needs_measured_records
 from effects import gentle_reference
 from fmpy import read_model_description, simulate_fmu
-from test_cli import FILES, MEASURED, Page, assert_refused, assert_self_contained, html_of, run
+from test_cli import FILES, Page, assert_refused, assert_self_contained, html_of, run
 
 from it2hys.cosimulation.simulation import simulate
 from it2hys.diagnosis import diagnose as find_effects
@@ -552,11 +552,11 @@ def test_records_of_another_unit_than_the_starting_model_are_refused(folder, tmp
 # --- measured records ----------------------------------------------------------------------------
 
 
-@pytest.mark.skipif(not MEASURED.is_dir(), reason="the measured records are not beside the project")
+@needs_measured_records
 def test_play_is_found_in_measured_records(tmp_path):
     code = run(
-        "diagnose", MEASURED / "train.csv", MEASURED / "minor_loops.csv",
-        "--test", MEASURED / "test.csv", "-o", tmp_path, "--quiet", "--workers", 1,
+        "diagnose", YAN9A / "train.csv", YAN9A / "minor_loops.csv",
+        "--test", YAN9A / "test.csv", "-o", tmp_path, "--quiet", "--workers", 1,
     )  # fmt: skip
     assert code == 0
     report = report_of(tmp_path)
@@ -566,11 +566,11 @@ def test_play_is_found_in_measured_records(tmp_path):
     assert unseen["e_rms_um"] <= 0.17 and unseen["cold_start_e_rms_um"] <= 0.2
     assert unseen["inverse_e_rms_V"] <= 0.013 < report["error"]["before"]["test"]["inverse_e_rms_V"]
     assert any("On the test records" in text for text in report["left_over"])
-    fitted = [read_record(MEASURED / f"{name}.csv") for name in ("train", "minor_loops")]
+    fitted = [read_record(YAN9A / f"{name}.csv") for name in ("train", "minor_loops")]
     # what is late stays late: no inverse makes up for a dead time
     assert_the_inverse_follows(tmp_path, fitted, **{"delay.time": 0.0})
     assert report["error"]["before"]["test"]["e_rms_um"] > 0.4
-    assert_reported_errors_hold(MEASURED / "test.csv", "test", tmp_path)
+    assert_reported_errors_hold(YAN9A / "test.csv", "test", tmp_path)
 
 
 def test_a_model_that_is_given_stays_as_it_was_given():

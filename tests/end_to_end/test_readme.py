@@ -7,15 +7,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from conftest import YAN9A, needs_measured_records
 
 from it2hys.records import read_record, write_record
 from it2hys.stand import Stand, excitations
 
 README = Path(__file__).parents[2] / "README.md"
-MEASURED = next(
-    (p / "shared/data/yan9a" for p in Path(__file__).parents if (p / "shared/data/yan9a").is_dir()),
-    None,
-)
 
 
 def blocks(language):
@@ -40,10 +37,10 @@ def test_the_worked_example_runs(rig_folder):
     assert_the_worked_example_shows_what_the_stage_does(rig_folder)
 
 
-@pytest.mark.skipif(MEASURED is None, reason="the measured data shared/data/yan9a are absent")
+@needs_measured_records
 def test_the_worked_example_runs_on_the_measured_stage(tmp_path):
     for name in ("train", "minor_loops", "test"):
-        shutil.copy(MEASURED / f"{name}.csv", tmp_path)
+        shutil.copy(YAN9A / f"{name}.csv", tmp_path)
     # two rules, for time's sake
     assert_the_worked_example_shows_what_the_stage_does(tmp_path, "--rules", "2")
 

@@ -1,9 +1,8 @@
 """A voltage that answers the displacement is noticed, and no voltage that was chosen beforehand is."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from conftest import YAN9A, needs_measured_records
 from diagnosis import simulator as sim
 from diagnosis import voltages
 from diagnosis.closed_loop import regulate
@@ -13,10 +12,6 @@ from it2hys.records import Record, read_record
 from it2hys.records.feedback import find_feedback
 from it2hys.stand import Stand, excitations
 
-YAN9A = next(
-    (p / "shared/data/yan9a" for p in Path(__file__).parents if (p / "shared/data/yan9a").is_dir()),
-    None,
-)
 TS, SAMPLES = 1e-4, 1500
 TIME = np.arange(SAMPLES) * TS
 DRIVES = (
@@ -92,7 +87,7 @@ def test_a_random_voltage_is_none(band):
     assert answers(voltage, reading) == [None, None]
 
 
-@pytest.mark.skipif(YAN9A is None, reason="the measured data shared/data/yan9a are absent")
+@needs_measured_records
 @pytest.mark.parametrize("name", ["train", "minor_loops", "test"])
 def test_the_measured_stage_was_in_open_loop(name):
     assert find_feedback(read_record(YAN9A / f"{name}.csv")) is None

@@ -1,10 +1,10 @@
 """Reading of measured records: what is understood, what is refused and in which words."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import YAN9A, needs_measured_records
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
@@ -15,7 +15,6 @@ from it2hys.records.lead import samples_ahead
 from it2hys.records.unused import unused_columns
 from it2hys.stand import Stand, excitations
 
-YAN9A = Path(__file__).resolve().parents[3] / "shared" / "data" / "yan9a"
 HEADER = "time_s,voltage_V,displacement_um"
 COUNT = 200
 
@@ -703,7 +702,7 @@ def test_an_inconsistent_record_is_refused(changes, phrase):
 # --- measured data -------------------------------------------------------------------------------
 
 
-@pytest.mark.skipif(not YAN9A.is_dir(), reason="the measured data ../shared/data/yan9a are absent")
+@needs_measured_records
 @pytest.mark.parametrize(
     ("name", "count", "start"),
     [("train", 8027, 0.0), ("minor_loops", 5200, 0.0), ("test", 8955, 26.0)],

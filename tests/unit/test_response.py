@@ -1,10 +1,10 @@
 """Records that no stage gave are refused in the user's words; whatever a stage gives passes."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import YAN9A, needs_measured_records
 from diagnosis import simulator as sim
 from diagnosis import voltages
 
@@ -13,10 +13,6 @@ from it2hys.errors import InputError
 from it2hys.records import Record, check_response, read_record, write_record
 from it2hys.stand import Stand
 
-YAN9A = next(
-    (p / "shared/data/yan9a" for p in Path(__file__).parents if (p / "shared/data/yan9a").is_dir()),
-    None,
-)
 TS = 1e-4
 DRIVES = (
     voltages.two_sines, voltages.sine, voltages.slow_sine, voltages.triangle, voltages.staircase,
@@ -289,7 +285,7 @@ def test_python_asks_too(reversed_file):
     assert found.parameters["rule[1].q2"] > 0.0
 
 
-@pytest.mark.skipif(YAN9A is None, reason="the measured data shared/data/yan9a are absent")
+@needs_measured_records
 @pytest.mark.parametrize(
     ("name", "fall", "low", "high"),
     [("train", 44, "0", "3.6"), ("minor_loops", 38, "0.2363", "3.424"), ("test", 40, "0.1689", "3.51")],
