@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -185,7 +185,7 @@ class Search:
             grown.sort(key=lambda n: n.rms)
             if self.bench.leaves_noise(grown[0].fit):
                 grown = [n for n in grown if n.rms <= SEARCH.beam_ratio * grown[0].rms]
-            grown[:BEAM] = self.each(partial(_sharpened, self.bench), grown[:BEAM])
+            grown[:BEAM] = self._sharpen(grown[:BEAM])
             for node in grown:
                 self._keep(node)
             grown.sort(key=lambda n: n.rms)
@@ -194,6 +194,11 @@ class Search:
             beam = [n for n in grown[:BEAM] if n.rms <= SEARCH.beam_ratio * grown[0].rms]
         self._grow_waiting()
         return self.choose()
+
+    def _sharpen(self, nodes: Sequence[Node]) -> list[Node]:
+        if len(nodes) == 1:  # its starts are shared: all but one process would be idle
+            return [_sharpened(self.bench, nodes[0], self.each)]
+        return list(self.each(partial(_sharpened, self.bench), nodes))
 
     def _grow_waiting(self) -> None:
         """Try a delay beside what was found: the free run may be as good, and the inverse better."""
@@ -219,12 +224,11 @@ class Search:
         if thorough:
             fits |= self._with_new_rules(node, fits)
         ranked = sorted(fits, key=lambda a: fits[a].minimum.cost)
-        finish = partial(_finished, self.bench, node.added)
+        finish = partial(_finished, self.bench, node.added, node.errors)
         finished = self.each(finish, ranked, [fits[a] for a in ranked], range(len(ranked)))
         grown = []
-        for addition, child in zip(ranked, finished, strict=True):
+        for addition, (child, gains) in zip(ranked, finished, strict=True):
             self._report(node, addition)
-            gains = Gains.of(node.errors, child.errors)
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
             cost = max(node.fit.minimum.cost, np.finfo(float).tiny)  # 0 of a record that is matched
@@ -445,19 +449,22 @@ def _extended(bench: Bench, model: Model, addition: str) -> ChainFit | None:
     return bench.add(model, addition) if addition in EFFECTS else bench.add_rule(model)
 
 
-def _finished(bench: Bench, base: frozenset[str], addition: str, fit: ChainFit, rank: int) -> Node:
-    """Return the model with an addition, fitted to the end if it ranks among the best."""
+def _finished(
+    bench: Bench, base: frozenset[str], before: Errors, addition: str, fit: ChainFit, rank: int
+) -> tuple[Node, Gains]:
+    """Return the model with an addition, fitted to the end if it ranks high, and what it gains."""
     if rank < FINALISTS:
         fit = bench.finish(fit.model, FINISHING)
-    return _node(bench, base | {addition}, fit)
+    node = _node(bench, base | {addition}, fit)
+    return node, Gains.of(before, node.errors)
 
 
-def _sharpened(bench: Bench, node: Node) -> Node:
+def _sharpened(bench: Bench, node: Node, each: Callable = map) -> Node:
     """Return the model with roles exchanged and rules sought anew, unless it leaves but noise."""
     if bench.leaves_noise(node.fit):
         return node
     node = _with_roles(bench, node)
-    fit = bench.preferred([node.fit, bench.reshaped(node.fit.model)])
+    fit = bench.preferred([node.fit, bench.reshaped(node.fit.model, each)])
     if fit is not node.fit:
         node = _node(bench, node.added, fit)
     return _resolved(bench, _with_histories(bench, node))

@@ -8,7 +8,7 @@ Units are the caller's: m and V, or a scaled pair of the identification.
 import ctypes
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib.resources import files
@@ -18,9 +18,12 @@ from typing import Any
 import numpy as np
 
 from it2hys.errors import InputError
+from it2hys.support.processes import has_threads, thread_map
 
 MAX_RULES = 16
 REST_TEMPERATURE = 293.15
+#: Samples of several records that are worth the while of sharing them among threads.
+_WORTH_SHARING = 5000
 _INTEGERS = np.ctypeslib.ndpointer(np.int32, flags="C_CONTIGUOUS")
 _DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 
@@ -501,6 +504,15 @@ class Drives:
         self.lengths = np.array([len(d.voltage) for d in self._drives])
         self.firsts = np.cumsum(self.lengths) - self.lengths
 
+    @property
+    def mapped(self) -> Callable:
+        """What maps over the records: their runs are shared among threads where that is worth it."""
+        return thread_map if self._are_shared else map
+
+    @property
+    def _are_shared(self) -> bool:
+        return has_threads() and len(self._drives) > 1 and self.lengths.sum() >= _WORTH_SHARING
+
     def __reduce__(self) -> tuple:
         """Leave the addresses behind when another process gets the channels."""
         return Drives, (self._drives,)
@@ -526,10 +538,15 @@ def chain_predict_each(packed: np.ndarray, drives: Drives) -> np.ndarray | None:
     """
     measured = np.empty(int(drives.lengths.sum()))
     count, stride = packed.shape
-    finite = _library().it2core_chain_predict_each(
-        packed, stride, drives._structs, count, measured.ctypes.data
-    )
-    return measured if finite else None
+    run, structs, address = _library().it2core_chain_predict_each, drives._structs, measured.ctypes.data
+    if not drives._are_shared:
+        return measured if run(packed, stride, structs, count, address) else None
+
+    def run_one(i: int) -> bool:
+        first = address + measured.itemsize * int(drives.firsts[i])
+        return run(packed[i : i + 1], stride, structs[i], 1, first)
+
+    return measured if all(thread_map(run_one, range(count))) else None
 
 
 def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
