@@ -305,3 +305,17 @@ def test_threads_change_no_bit(monkeypatch):
     with parallel_map(2):
         np.testing.assert_array_equal(criterion.residual(point), residual)
         np.testing.assert_array_equal(criterion.jacobian(point)[0], jacobian)
+
+
+@pytest.mark.parametrize("groups", [["rules"], ["effects"], ["rules", "effects"]])
+def test_what_is_held_has_no_derivatives_and_changes_none(groups):
+    model = model_with(ALL, 1, 2)
+    criterion = ChainCriterion(traces_of(2), model, fitted_coordinates(model, EXTENT), SCALING)
+    point = criterion.pack(model)
+    whole, residual = criterion.jacobian(point)
+    held = criterion.holding(groups)
+    jacobian, same = held.jacobian(point)
+    np.testing.assert_array_equal(same, residual)
+    moves = held.lower < held.upper
+    assert 0 < np.count_nonzero(moves) < len(moves) and not jacobian[:, ~moves].any()
+    np.testing.assert_allclose(jacobian[:, moves], whole[:, moves], rtol=1e-12, atol=1e-14)

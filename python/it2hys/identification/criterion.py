@@ -233,6 +233,7 @@ class ChainCriterion:
         self._with_offset = [i for i, t in enumerate(self.traces) if t.has_offset]
         self.samples = sum(float(t.weight @ t.weight) for t in self.traces)
         self._guard: Guard | None = None
+        self._free_groups = {"rules", "effects"}
         self._places = self._layout()
         self._shared = compiled.pack_chain(model.values)
         self._drives = compiled.Drives([t.drive for t in self.traces])
@@ -438,6 +439,7 @@ class ChainCriterion:
         for name in names:
             place = self._places[name]
             held.lower[place] = held.upper[place] = self._guess[place]
+        held._free_groups = self._free_groups - {*names}
         return held
 
     @np.errstate(over="ignore", invalid="ignore")  # of runs on their way to infinity
@@ -577,8 +579,8 @@ class ChainCriterion:
         """Return one record's residuals and derivatives; None where its run is no longer finite."""
         trace, places = self.traces[index], self._places
         weight = trace.weight[trace.fitted, None]
-        names = [c.name for c in (*self.common, *self._own)]
-        run, by = compiled.chain_sensitivity(packed, trace.drive, names)
+        names = [c.name for c in (*self._moving, *self._own)]
+        run, by = compiled.chain_sensitivity(packed, trace.drive, names, "rules" in self._free_groups)
         residual = (run + offset - trace.y) / self.scaling.y_unit
         if not (residual @ residual < _DIVERGED**2 * len(residual) and np.isfinite(by[-1]).all()):
             return None
@@ -594,16 +596,22 @@ class ChainCriterion:
             own = np.vstack([own, by_offset])
         return jacobian, weight[:, 0] * residual[trace.fitted], own
 
+    @property
+    def _moving(self) -> list[Coordinate]:
+        """What all records share of the effects; nothing where it is held and needs no derivatives."""
+        return self.common if "effects" in self._free_groups else []
+
     def _by_coordinates(self, point: np.ndarray) -> np.ndarray:
         """Return what the C core differentiates by, by the coordinates, without what records own."""
-        places, size = self._places, self.rule_size
-        rules = self.rules(point)
-        scaled = rule_coordinates.chain_rule(np.eye(size), rules)
-        slopes = [c.slope(v) for c, v in zip(self.common, point[places["effects"]], strict=True)]
-        result = np.zeros((size + len(self.common) + len(self._own), len(point)))
-        result[:size, :size] = self.scaling.rule_jacobian(rules) @ scaled
-        effects = np.arange(places["effects"].start, places["effects"].stop)
-        result[effects, effects] = slopes
+        places, size = self._places, self.rule_size if "rules" in self._free_groups else 0
+        result = np.zeros((size + len(self._moving) + len(self._own), len(point)))
+        if size:
+            rules = self.rules(point)
+            scaled = rule_coordinates.chain_rule(np.eye(size), rules)
+            result[:size, :size] = self.scaling.rule_jacobian(rules) @ scaled
+        slopes = [c.slope(v) for c, v in zip(self._moving, point[places["effects"]], strict=False)]
+        moving = np.arange(len(slopes))
+        result[size + moving, self.rule_size + moving] = slopes
         return result
 
 

@@ -77,6 +77,7 @@ _FUNCTIONS = {
         ctypes.c_size_t,
         _DOUBLES,
         ctypes.POINTER(_Record),
+        ctypes.c_bool,
         ctypes.POINTER(ctypes.c_size_t),
         ctypes.c_int,
         *[ctypes.c_void_p] * 2,
@@ -581,7 +582,7 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
 
 
 def chain_sensitivity(
-    packed: np.ndarray, drive: Drive, names: Sequence[str]
+    packed: np.ndarray, drive: Drive, names: Sequence[str], by_rules: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
     """Simulate as `chain_predict` with derivatives.
 
@@ -591,20 +592,28 @@ def chain_sensitivity(
         As in `chain_predict`.
     names : sequence of str
         Parameters of effects, by their FMU variable names: at most 96.
+    by_rules : bool
+        Whether the derivatives by the rules' parameters are wanted, too.
 
     Returns
     -------
     measured : ndarray, shape (N,)
     sensitivity : ndarray, shape (N, 6 L + len(names))
         Derivatives by the rules' parameters, row by row, and these. NaN from the sample on at which
-        the run is no longer finite.
+        the run is no longer finite. Without rules it has no columns of theirs.
     """
-    rows = int(packed.view(np.int32)[_places()["ruleCount"][0] // 4])
+    rows = int(packed.view(np.int32)[_places()["ruleCount"][0] // 4]) if by_rules else 0
     columns = 6 * rows + len(names)
     offsets = _offsets_in(_library(), tuple(names))
     measured, sensitivity = np.empty(len(drive.voltage)), np.empty((len(drive.voltage), columns))
     done = _library().it2core_chain_sensitivity(
-        packed, drive._struct, offsets, len(names), measured.ctypes.data, sensitivity.ctypes.data
+        packed,
+        drive._struct,
+        by_rules,
+        offsets,
+        len(names),
+        measured.ctypes.data,
+        sensitivity.ctypes.data,
     )
     measured[done:] = sensitivity[done:] = np.nan
     return measured, sensitivity
