@@ -168,6 +168,7 @@ class Search:
     trials: list[Trial] = field(default_factory=list)
     nodes: dict[frozenset[str], Node] = field(default_factory=dict)
     rivals: list[Node] = field(default_factory=list)
+    _kept: dict[tuple[str, Node], ChainFit | None] = field(default_factory=dict, init=False)
 
     def run(self, model: Model) -> Node:
         """Search; return the model that was chosen."""
@@ -215,12 +216,7 @@ class Search:
         """Return the models with one addition more that are better than this one."""
         additions = [a for a in self._additions(node) if node.added | {a} not in self.nodes]
         additions = [a for a in additions if not only or a in only]
-        extend = partial(_extended, self.bench, node.fit.model)
-        fits = {}
-        for addition, fit in zip(additions, self.each(extend, additions), strict=True):
-            self._report(node, addition)
-            if fit:
-                fits[addition] = fit
+        fits = self._tried("first", node, additions, partial(_extended, self.bench, node.fit.model))
         if thorough:
             fits |= self._with_new_rules(node, fits)
         ranked = sorted(fits, key=lambda a: fits[a].minimum.cost)
@@ -267,13 +263,25 @@ class Search:
         best = min([node.fit, *fits.values()], key=lambda fit: fit.minimum.cost)
         if self.bench.is_near_noise(best):
             effects = [e for e in effects if {*fits} == {WAITING}]
-        better = {}
-        found = self.each(partial(self.bench.add_anew, node.fit.model), effects)
-        for effect, fit in zip(effects, found, strict=True):
-            self._report(node, effect)
-            if fit:
-                better[effect] = self.bench.preferred([fits[effect], fit])
-        return better
+        found = self._tried("anew", node, effects, partial(self.bench.add_anew, node.fit.model))
+        return {effect: self.bench.preferred([fits[effect], fit]) for effect, fit in found.items()}
+
+    def _tried(
+        self, way: str, node: Node, additions: Sequence[str], fitted: Callable
+    ) -> dict[str, ChainFit]:
+        """Return the fits of a model with one of each addition more, where there is one.
+
+        That with a delay is kept: it is tried again in the end, as a rule beside the same model.
+        """
+        known = {WAITING: self._kept[way, node]} if (way, node) in self._kept else {}
+        missing = [a for a in additions if a not in known]
+        for addition, fit in zip(missing, self.each(fitted, missing), strict=True):
+            self._report(node, addition)
+            known[addition] = fit
+        if WAITING in known:
+            self._kept[way, node] = known[WAITING]
+        fits = {a: known[a] for a in additions}
+        return {a: fit for a, fit in fits.items() if fit}
 
     def _additions(self, node: Node) -> list[str]:
         rules = sum(a.startswith(RULE) for a in node.added)
