@@ -56,11 +56,13 @@ SOURCES = (
     *(f"tests/diagnosis/{name}.py" for name in ("cases", "simulator", "voltages", "outcomes")),
 )  # fmt: skip
 NOTHING = "nothing"
-#: Shares of the records of some 40,000 samples in all, and the effects in them, of the table of growth.
-SHARES = (0.25, 0.5, 1.0)
-GROWING = ((), ("creep",), ("play", "creep"))
-#: Whole training records of it, the first of them alone, for the growth in records.
-RECORDS = (3, 5)
+#: The effects in the cases of the table of growth, and the samples of each of their records, of which
+#: as many validate as in the suite. The growth in samples and in records is that of the case with one
+#: effect: what is named of two, and how long that is sought, changes with what fewer samples show.
+GROWING, RESIZED = ((), ("creep",), ("play", "creep")), ("creep",)
+SAMPLES, RECORDS = (1250, 2500, 5000), (4, 6, 8)
+#: Samples of a record from which all training records, cut to lengths of their own, have the most.
+DRAWN = 6000
 #: What a diagnosis of 40,000 samples in eight records may take on two free processors, s.
 LONGEST = 45.0
 #: Seed of the case that grows.
@@ -452,27 +454,10 @@ def measure_growth() -> list[dict]:
     """Print how the time of one diagnosis grows with samples, effects and records."""
     results = []
     for effects in GROWING:
-        case = Case(SEED, "growing", effects)
-        whole = [*case.train, *case.test]
-        cuts = [(1.0, len(whole))]
-        if effects == GROWING[-1]:  # the growth in samples and in records, with most in them
-            cuts = [*((s, len(whole)) for s in SHARES), *((1.0, n) for n in RECORDS)]
-        for share, count in cuts:
-            train = [_cut(record, share) for record in whole[:count]]
-            validation = [_cut(record, share) for record in case.validation]
-            start, busy = time.perf_counter(), _processor_time()
-            found = diagnose(train, validation, workers=PROCESSES)
-            results.append(
-                {
-                    "there": list(effects),
-                    "named": list(found.effects),
-                    "records": len(train) + len(validation),
-                    "samples": sum(len(r) for r in [*train, *validation]),
-                    "seconds": time.perf_counter() - start,
-                    "cpu_seconds": _processor_time() - busy,
-                    "search_seconds": found.seconds["search"],
-                }
-            )
+        sizes = [(SAMPLES[-1], RECORDS[-1])]
+        if effects == RESIZED:
+            sizes = [(n, RECORDS[-1]) for n in SAMPLES] + [(SAMPLES[-1], n) for n in RECORDS[:-1]]
+        results += [_measured(Case(SEED, "growing", effects, length=DRAWN), *size) for size in sizes]
     rows = [
         (
             _text(r["there"]), _text(r["named"]), f"{r['records']}", f"{r['samples']}",
@@ -485,13 +470,53 @@ def measure_growth() -> list[dict]:
         "there", "named", "records", "samples", "seconds", "of them search", "CPU s", "CPU us a sample",
     )  # fmt: skip
     table(f"How the time of one diagnosis grows, {PROCESSES} processes", header, rows)
-    longest = max(results, key=lambda r: r["seconds"])
+    print_growth(results)
+    return results
+
+
+def _measured(case: Case, samples: int, records: int) -> dict:
+    """Diagnose so many records of a case, each of so many samples, and return what it took."""
+    validation = [_first(record, samples) for record in case.validation]
+    train = [_first(record, samples) for record in [*case.train, *case.test]]
+    train = train[: records - len(validation)]
+    start, busy = time.perf_counter(), _processor_time()
+    found = diagnose(train, validation, workers=PROCESSES)
+    return {
+        "there": list(case.truth),
+        "named": list(found.effects),
+        "records": records,
+        "samples": sum(len(r) for r in [*train, *validation]),
+        "seconds": time.perf_counter() - start,
+        "cpu_seconds": _processor_time() - busy,
+        "search_seconds": found.seconds["search"],
+    }
+
+
+def print_growth(results: Sequence[dict]) -> None:
+    """Print the exponents of the growth of the processor time, and what holds for the whole cases."""
+    whole = [r for r in results if r["samples"] == SAMPLES[-1] * RECORDS[-1]]
+    resized = [r for r in results if r["there"] == list(RESIZED)]
+    most = max(resized, key=_samples)
+    in_samples = min((r for r in resized if r["records"] == most["records"]), key=_samples)
+    in_records = min((r for r in resized if r["records"] < most["records"]), key=_samples)
+    for name, few in (("samples of a record", in_samples), ("records", in_records)):
+        times, larger = most["cpu_seconds"] / few["cpu_seconds"], _samples(most) / _samples(few)
+        power = np.log(times) / np.log(larger)
+        print(f"grows with the {name} to the power of {power:.2f}")
+    base = whole[0]["cpu_seconds"]
+    texts = [f"{_text(r['there'])} {r['cpu_seconds'] / base:.1f}" for r in whole]
+    print(f"with the effects, by the time without any: {'; '.join(texts)}")
+    longest = max(whole, key=lambda r: r["seconds"])
     verdict = "met" if longest["seconds"] <= LONGEST else "missed"
     print(
-        f"longest of them: {longest['samples']} samples in {longest['records']} records, "
-        f"{longest['seconds']:.0f} s   <= {LONGEST:g} s {verdict}"
+        f"longest of {_samples(most)} samples in {most['records']} records: "
+        f"{_text(longest['there'])}, {longest['cpu_seconds']:.0f} CPU s, {longest['seconds']:.0f} s   "
+        f"<= {LONGEST:g} s {verdict}"
     )
-    return results
+
+
+def _samples(result: dict) -> int:
+    return result["samples"]
 
 
 def _processor_time() -> float:
@@ -499,10 +524,9 @@ def _processor_time() -> float:
     return sum(os.times()[:4])
 
 
-def _cut(record: Record, share: float) -> Record:
-    kept = slice(0, int(share * len(record)))
+def _first(record: Record, samples: int) -> Record:
     arrays = {
-        name: value[kept] for name, value in vars(record).items() if isinstance(value, np.ndarray)
+        name: value[:samples] for name, value in vars(record).items() if isinstance(value, np.ndarray)
     }
     return replace(record, **arrays)
 

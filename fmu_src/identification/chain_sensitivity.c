@@ -269,9 +269,9 @@ static bool is_core_alone(const struct chain_parameters *parameters, const size_
 }
 
 size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_record *record,
-                         const size_t *places, int count, double *measured, double *sensitivity)
+                         bool by_rules, const size_t *places, int count, double *measured, double *sensitivity)
 {
-    if (is_core_alone(parameters, places, count))
+    if (by_rules && is_core_alone(parameters, places, count))
         return it2_free_run(parameters->rule, parameters->ruleCount, IT2_EVERYWHERE, record->voltage,
                             record->samples, parameters->initialDisplacement, measured, sensitivity);
     struct sensitivities *s = calloc(1, sizeof *s);
@@ -279,7 +279,7 @@ size_t chain_sensitivity(const struct chain_parameters *parameters, const struct
 
     if (!s || count > CHAIN_MAX_KNOBS)
         goto end;
-    s->rules = IT2_RULE_PARAMETERS * parameters->ruleCount;
+    s->rules = by_rules ? IT2_RULE_PARAMETERS * parameters->ruleCount : 0;
     s->count = count;
     s->knob = calloc((size_t)count + 1, sizeof *s->knob);
     if (!s->knob || !begin_sensitivities(s, parameters, places))

@@ -25,12 +25,13 @@ size_t chain_predict(const struct chain_parameters *parameters, const struct cha
                      double *measured, double *core_input, double *core_output);
 
 /* The same with `sensitivity`: a row per sample with the derivatives by the rules' parameters (in the
- * order of struct it2_rule) and by the Real parameters at these places in struct chain_parameters.
+ * order of struct it2_rule) where `by_rules` asks for them, and by the Real parameters at these places in
+ * struct chain_parameters.
  *
  * All are exact: forward sensitivities, by the stages' tangents. By a parameter at which the reading has a
  * corner the derivative is that of one side, or the mean of both. Returns 0 if there is no memory for it. */
 size_t chain_sensitivity(const struct chain_parameters *parameters, const struct chain_record *record,
-                         const size_t *places, int count, double *measured, double *sensitivity);
+                         bool by_rules, const size_t *places, int count, double *measured, double *sensitivity);
 
 HIDDEN_END
 

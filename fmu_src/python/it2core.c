@@ -45,7 +45,8 @@ EXPORT size_t it2core_chain_predict(const void *parameters, const struct chain_r
 EXPORT bool it2core_chain_predict_each(const double *parameters, size_t stride,
                                        const struct chain_record *records, size_t count, double *measured);
 EXPORT size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,
-                                        const size_t *places, int count, double *measured, double *sensitivity);
+                                        bool by_rules, const size_t *places, int count, double *measured,
+                                        double *sensitivity);
 
 static struct it2_range range_of(const double *range)
 {
@@ -258,8 +259,8 @@ bool it2core_chain_predict_each(const double *parameters, size_t stride, const s
     return true;
 }
 
-size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record,
+size_t it2core_chain_sensitivity(const void *parameters, const struct chain_record *record, bool by_rules,
                                  const size_t *places, int count, double *measured, double *sensitivity)
 {
-    return chain_sensitivity(parameters, record, places, count, measured, sensitivity);
+    return chain_sensitivity(parameters, record, by_rules, places, count, measured, sensitivity);
 }

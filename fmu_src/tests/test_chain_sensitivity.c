@@ -193,7 +193,8 @@ static double are_the_derivatives(struct chain_parameters *p, const struct signa
     int told = 0;
 
     every_column(&c, p);
-    const size_t done = chain_sensitivity(p, &record, c.place + rules, c.count - rules, measured, sensitivity);
+    const size_t done =
+        chain_sensitivity(p, &record, true, c.place + rules, c.count - rules, measured, sensitivity);
     CHECK(done == TICKS);
     predict(p, s, &run);
     for (int k = 0; k < TICKS; k++)

@@ -23,6 +23,7 @@ from it2hys.model.effects import nonlinearity
 from it2hys.model.parameters import table_1
 from it2hys.model.variables import load_table, off_values
 from it2hys.records.clues import Extent
+from it2hys.support.processes import parallel_map
 
 SAMPLES = 400
 NOISE = 0.006 * UM
@@ -293,3 +294,28 @@ def test_adding_an_effect_and_taking_it_out_gives_the_model_back(seed, effect):
     assert back.effects == () and back.own == {}
     for i, trace in enumerate(traces_of(2)):
         assert back.predict(trace, i).tobytes() == model.predict(trace, i).tobytes()
+
+
+def test_threads_change_no_bit(monkeypatch):
+    monkeypatch.setattr(compiled, "_WORTH_SHARING", 1)
+    model = model_with(ALL, 1, 3)
+    criterion = ChainCriterion(traces_of(3), model, fitted_coordinates(model, EXTENT), SCALING)
+    point = criterion.pack(model)
+    residual, (jacobian, _) = criterion.residual(point), criterion.jacobian(point)
+    with parallel_map(2):
+        np.testing.assert_array_equal(criterion.residual(point), residual)
+        np.testing.assert_array_equal(criterion.jacobian(point)[0], jacobian)
+
+
+@pytest.mark.parametrize("groups", [["rules"], ["effects"], ["rules", "effects"]])
+def test_what_is_held_has_no_derivatives_and_changes_none(groups):
+    model = model_with(ALL, 1, 2)
+    criterion = ChainCriterion(traces_of(2), model, fitted_coordinates(model, EXTENT), SCALING)
+    point = criterion.pack(model)
+    whole, residual = criterion.jacobian(point)
+    held = criterion.holding(groups)
+    jacobian, same = held.jacobian(point)
+    np.testing.assert_array_equal(same, residual)
+    moves = held.lower < held.upper
+    assert 0 < np.count_nonzero(moves) < len(moves) and not jacobian[:, ~moves].any()
+    np.testing.assert_allclose(jacobian[:, moves], whole[:, moves], rtol=1e-12, atol=1e-14)

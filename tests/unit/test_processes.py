@@ -8,11 +8,15 @@ import sys
 import pytest
 
 from it2hys.errors import InputError
-from it2hys.support.processes import parallel_map
+from it2hys.support.processes import has_threads, parallel_map, thread_map
 
 
 def threads_of_libraries(_: int) -> str:
     return os.environ["OMP_NUM_THREADS"]
+
+
+def threads_of_its_own(_: int) -> bool:
+    return has_threads()
 
 
 def end_at_once(number: int) -> int:
@@ -25,6 +29,16 @@ def end_at_once(number: int) -> int:
 def test_results_come_in_order(workers):
     with parallel_map(workers) as each:
         assert list(each(pow, [2, 3, 4], [5, 2, 2])) == [32, 9, 16]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_threads_share_what_is_left_to_this_process_alone(workers):
+    with parallel_map(workers) as each:
+        assert list(thread_map(pow, [2, 3, 4], [5, 2, 2])) == [32, 9, 16]
+        assert has_threads() == (workers > 1)
+        assert not any(each(threads_of_its_own, range(4))) or workers == 1
+        assert not any(thread_map(threads_of_its_own, range(4)))
+    assert not has_threads()
 
 
 def test_libraries_have_one_thread_in_a_worker():

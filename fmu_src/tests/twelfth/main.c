@@ -61,7 +61,8 @@ int main(void)
         const double slope = (end[1] - end[0]) / 2e-6;
         MUST(fabs(t.output - slope) < 1e-5 * fmax(1.0, fabs(slope)) && slope != 0.0);
     }
-    MUST(chain_sensitivity(&p, &(struct chain_record){ u, zero, zero, 0, TICKS }, &place, 1, y, by) == TICKS);
+    MUST(chain_sensitivity(&p, &(struct chain_record){ u, zero, zero, 0, TICKS }, true, &place, 1, y, by) ==
+         TICKS);
     p.tilt.gain += 1e-5;
     predict(&p, u, up);
     p.tilt.gain -= 2e-5;

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.optimize import brentq
@@ -161,7 +162,8 @@ class _Session:
 
     def run(self, given: ParameterSet | None, rules: int, each: Callable) -> Diagnosis:
         """Run all phases."""
-        base = self._timed("paper's model", self._base, given, rules, each)
+        self._each = each
+        base = self._timed("paper's model", self._base, given, rules)
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
         not_tried = (*self._inseparable, *self._excluded, *self._regulated)
@@ -185,7 +187,7 @@ class _Session:
 
     # --- the model to start from -----------------------------------------------------------------
 
-    def _base(self, given: ParameterSet | None, rules: int, each: Callable) -> Model:
+    def _base(self, given: ParameterSet | None, rules: int) -> Model:
         """Return the model before: the given one, or the paper's identified on the training records."""
         if given is not None:
             return self._given(given)
@@ -194,7 +196,7 @@ class _Session:
             rules=rules,
             options=self._options,
             progress=lambda share, text: self._progress(0.25 * share, f"the paper's model, {text}"),
-            each=each,
+            each=self._each,
         )
         self._warnings += _passed_on(identification)
         records = identification.by_role("train")
@@ -304,7 +306,7 @@ class _Session:
                     "whatever the initial guess; leave it out of --declared"
                 )
             model = min((f for f in fits if f), key=lambda fit: fit.minimum.cost).model
-        return bench.reshaped(model).model if self._declared else model
+        return bench.reshaped(model, self._each).model if self._declared else model
 
     # --- search and final fit --------------------------------------------------------------------
 
@@ -356,7 +358,7 @@ class _Session:
         parameters = self._parameters(fit.model, "diagnosed")
         whole = replace(bench, traces=self._all_fitted)
         judged = self._traces("train", "validation", "test")
-        traces = [whole.with_lead_in(fit.model, t) for t in judged]
+        traces = list(self._each(partial(whole.with_lead_in, fit.model), judged))
         named = tuple(e for e in fit.model.effects if e in node.effects)
         groups = indistinguishable(chosen, search.rivals)
         if self._inseparable:
@@ -459,7 +461,7 @@ class _Session:
         return parameters.replace(**start)
 
     def _judgements(self, model: Model, bench: Bench, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
-        return judge_records(bench, model, self._parameters(model, "judged"), traces)
+        return judge_records(bench, model, self._parameters(model, "judged"), traces, self._each)
 
     def _stages(
         self,

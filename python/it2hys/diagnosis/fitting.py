@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -384,19 +384,19 @@ class Bench(Starts):
             costs.append(cost if np.isfinite(cost) else np.inf)
         return np.array(costs)
 
-    def reshaped(self, model: Model) -> ChainFit:
+    def reshaped(self, model: Model, each: Callable = map) -> ChainFit:
         """Fit from rules that were sought anew, from many starts, on what the effects leave for them.
 
         A base that was fitted while an effect was missing is a poor start once it is there.
         """
-        return self._settled(self._with_rules_anew(model, _STARTS))
+        return self._settled(self._with_rules_anew(model, _STARTS, each))
 
     def _settled(self, fit: ChainFit) -> ChainFit:
         """Return the fit continued with everything in it."""
         return self._rough_fit(fit.model, _SETTLING_ANEW)
 
     @np.errstate(over="ignore", invalid="ignore")
-    def _with_rules_anew(self, model: Model, starts: int) -> ChainFit:
+    def _with_rules_anew(self, model: Model, starts: int, each: Callable = map) -> ChainFit:
         """Fit rules that are sought anew, and how records begin, while the effects wait.
 
         While the rules are far off, creep's gains would go to zero and stay there.
@@ -410,15 +410,15 @@ class Bench(Starts):
             core = replace(t, drive=Drive.of(x), y=target, has_offset=False)
             # what is set aside at the end has nothing to say here
             seen.append(core.part(slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)))
-        model = self._with_found_rules(model, seen, starts)
+        model = self._with_found_rules(model, seen, starts, each)
         waiting = self.criterion(model).guarded(1.0).holding(["effects"])
         return minimise(waiting, _SETTLING, waiting.rough_tolerance)
 
-    def _with_found_rules(self, model: Model, seen: list[Trace], starts: int) -> Model:
+    def _with_found_rules(self, model: Model, seen: list[Trace], starts: int, each: Callable) -> Model:
         """Return the model with the best rules of some starts; where all diverge, with its own."""
         count, own = int(model.values["ruleCount"]), self.scaling.rules(model.rules)
         with suppress(IdentificationError):
-            found = search_rules(seen, self.scaling, count, Options(starts=starts), [own])
+            found = search_rules(seen, self.scaling, count, Options(starts=starts), [own], each)
             return with_rules(model, self.scaling.physical_rules(found))
         return model
 

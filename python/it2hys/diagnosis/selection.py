@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -168,6 +168,7 @@ class Search:
     trials: list[Trial] = field(default_factory=list)
     nodes: dict[frozenset[str], Node] = field(default_factory=dict)
     rivals: list[Node] = field(default_factory=list)
+    _kept: dict[tuple[str, Node], ChainFit | None] = field(default_factory=dict, init=False)
 
     def run(self, model: Model) -> Node:
         """Search; return the model that was chosen."""
@@ -188,7 +189,7 @@ class Search:
             grown.sort(key=lambda n: n.rms)
             if self.bench.leaves_noise(grown[0].fit):
                 grown = [n for n in grown if n.rms <= SEARCH.beam_ratio * grown[0].rms]
-            grown[:BEAM] = self.each(partial(_sharpened, self.bench), grown[:BEAM])
+            grown[:BEAM] = self._sharpen(grown[:BEAM])
             for node in grown:
                 self._keep(node)
             grown.sort(key=lambda n: n.rms)
@@ -197,6 +198,11 @@ class Search:
             beam = [n for n in grown[:BEAM] if n.rms <= SEARCH.beam_ratio * grown[0].rms]
         self._grow_waiting()
         return self.choose()
+
+    def _sharpen(self, nodes: Sequence[Node]) -> list[Node]:
+        if len(nodes) == 1:  # its starts are shared: all but one process would be idle
+            return [_sharpened(self.bench, nodes[0], self.each)]
+        return list(self.each(partial(_sharpened, self.bench), nodes))
 
     def _grow_waiting(self) -> None:
         """Try a delay beside what was found: the free run may be as good, and the inverse better."""
@@ -213,21 +219,15 @@ class Search:
         """Return the models with one addition more that are better than this one."""
         additions = [a for a in self._additions(node) if node.added | {a} not in self.nodes]
         additions = [a for a in additions if not only or a in only]
-        extend = partial(_extended, self.bench, node.fit.model)
-        fits = {}
-        for addition, fit in zip(additions, self.each(extend, additions), strict=True):
-            self._report(node, addition)
-            if fit:
-                fits[addition] = fit
+        fits = self._tried("first", node, additions, partial(_extended, self.bench, node.fit.model))
         if thorough:
             fits |= self._with_new_rules(node, fits)
         ranked = sorted(fits, key=lambda a: fits[a].minimum.cost)
-        finish = partial(_finished, self.bench, node.added)
+        finish = partial(_finished, self.bench, node.added, node.errors)
         finished = self.each(finish, ranked, [fits[a] for a in ranked], range(len(ranked)))
         grown = []
-        for addition, child in zip(ranked, finished, strict=True):
+        for addition, (child, gains) in zip(ranked, finished, strict=True):
             self._report(node, addition)
-            gains = Gains.of(node.errors, child.errors)
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
             cost = max(node.fit.minimum.cost, np.finfo(float).tiny)  # 0 of a record that is matched
@@ -266,13 +266,25 @@ class Search:
         best = min([node.fit, *fits.values()], key=lambda fit: fit.minimum.cost)
         if self.bench.is_near_noise(best):
             effects = [e for e in effects if {*fits} == {WAITING}]
-        better = {}
-        found = self.each(partial(self.bench.add_anew, node.fit.model), effects)
-        for effect, fit in zip(effects, found, strict=True):
-            self._report(node, effect)
-            if fit:
-                better[effect] = self.bench.preferred([fits[effect], fit])
-        return better
+        found = self._tried("anew", node, effects, partial(self.bench.add_anew, node.fit.model))
+        return {effect: self.bench.preferred([fits[effect], fit]) for effect, fit in found.items()}
+
+    def _tried(
+        self, way: str, node: Node, additions: Sequence[str], fitted: Callable
+    ) -> dict[str, ChainFit]:
+        """Return the fits of a model with one of each addition more, where there is one.
+
+        That with a delay is kept: it is tried again in the end, as a rule beside the same model.
+        """
+        known = {WAITING: self._kept[way, node]} if (way, node) in self._kept else {}
+        missing = [a for a in additions if a not in known]
+        for addition, fit in zip(missing, self.each(fitted, missing), strict=True):
+            self._report(node, addition)
+            known[addition] = fit
+        if WAITING in known:
+            self._kept[way, node] = known[WAITING]
+        fits = {a: known[a] for a in additions}
+        return {a: fit for a, fit in fits.items() if fit}
 
     def _additions(self, node: Node) -> list[str]:
         rules = sum(a.startswith(RULE) for a in node.added)
@@ -463,19 +475,22 @@ def _extended(bench: Bench, model: Model, addition: str) -> ChainFit | None:
     return bench.add(model, addition) if addition in EFFECTS else bench.add_rule(model)
 
 
-def _finished(bench: Bench, base: frozenset[str], addition: str, fit: ChainFit, rank: int) -> Node:
-    """Return the model with an addition, fitted to the end if it ranks among the best."""
+def _finished(
+    bench: Bench, base: frozenset[str], before: Errors, addition: str, fit: ChainFit, rank: int
+) -> tuple[Node, Gains]:
+    """Return the model with an addition, fitted to the end if it ranks high, and what it gains."""
     if rank < FINALISTS:
         fit = bench.finish(fit.model, FINISHING)
-    return _node(bench, base | {addition}, fit)
+    node = _node(bench, base | {addition}, fit)
+    return node, Gains.of(before, node.errors)
 
 
-def _sharpened(bench: Bench, node: Node) -> Node:
+def _sharpened(bench: Bench, node: Node, each: Callable = map) -> Node:
     """Return the model with roles exchanged and rules sought anew, unless it leaves but noise."""
     if bench.leaves_noise(node.fit):
         return node
     node = _with_roles(bench, node)
-    fit = bench.preferred([node.fit, bench.reshaped(node.fit.model)])
+    fit = bench.preferred([node.fit, bench.reshaped(node.fit.model, each)])
     if fit is not node.fit:
         node = _node(bench, node.added, fit)
     return _resolved(bench, _with_histories(bench, node))

@@ -233,6 +233,7 @@ class ChainCriterion:
         self._with_offset = [i for i, t in enumerate(self.traces) if t.has_offset]
         self.samples = sum(float(t.weight @ t.weight) for t in self.traces)
         self._guard: Guard | None = None
+        self._free_groups = {"rules", "effects"}
         self._places = self._layout()
         self._shared = compiled.pack_chain(model.values)
         self._drives = compiled.Drives([t.drive for t in self.traces])
@@ -438,6 +439,7 @@ class ChainCriterion:
         for name in names:
             place = self._places[name]
             held.lower[place] = held.upper[place] = self._guess[place]
+        held._free_groups = self._free_groups - {*names}
         return held
 
     @np.errstate(over="ignore", invalid="ignore")  # of runs on their way to infinity
@@ -558,42 +560,58 @@ class ChainCriterion:
             yield by_rules, penalties, every[: self.rule_size]
 
     def _record_blocks(self, point: np.ndarray) -> Iterator[Block | None]:
-        packed, offsets, places = self._packed(point), self._offsets(point), self._places
-        common = point[places["effects"]]
-        names = [c.name for c in (*self.common, *self._own)]
+        packed, offsets = self._packed(point), self._offsets(point)
         to_point = self._by_coordinates(point)
-        for i, trace in enumerate(self.traces):
-            rows = trace.fitted
-            weight = trace.weight[rows, None]
-            if not len(weight):
-                continue
-            run, by = compiled.chain_sensitivity(packed[i], trace.drive, names)
-            residual = (run + offsets[i] - trace.y) / self.scaling.y_unit
-            if not (residual @ residual < _DIVERGED**2 * len(residual) and np.isfinite(by[-1]).all()):
-                yield None
+        fitted = [i for i, t in enumerate(self.traces) if len(t.weight[t.fitted])]
+
+        def block(i: int) -> Block | None:
+            return self._record_block(i, packed[i], offsets[i], to_point)
+
+        for made in self._drives.mapped(block, fitted):
+            yield made
+            if made is None:
                 return
-            own = to_point.copy()
-            for row, c in enumerate(self._own, start=self.rule_size + len(common)):
-                own[row, places[c.name].start + i] = c.unit
-            jacobian = by[rows]
-            jacobian *= weight / self.scaling.y_unit
-            if i in self._with_offset:
-                jacobian = np.hstack([jacobian, weight])
-                by_offset = np.zeros(len(point))
-                by_offset[places["offsets"].start + self._with_offset.index(i)] = 1.0
-                own = np.vstack([own, by_offset])
-            yield jacobian, weight[:, 0] * residual[rows], own
+
+    @np.errstate(over="ignore", invalid="ignore")  # in a thread, that of the caller does not hold
+    def _record_block(
+        self, index: int, packed: np.ndarray, offset: float, to_point: np.ndarray
+    ) -> Block | None:
+        """Return one record's residuals and derivatives; None where its run is no longer finite."""
+        trace, places = self.traces[index], self._places
+        weight = trace.weight[trace.fitted, None]
+        names = [c.name for c in (*self._moving, *self._own)]
+        run, by = compiled.chain_sensitivity(packed, trace.drive, names, "rules" in self._free_groups)
+        residual = (run + offset - trace.y) / self.scaling.y_unit
+        if not (residual @ residual < _DIVERGED**2 * len(residual) and np.isfinite(by[-1]).all()):
+            return None
+        own = to_point.copy()
+        for row, c in enumerate(self._own, start=len(own) - len(self._own)):
+            own[row, places[c.name].start + index] = c.unit
+        jacobian = by[trace.fitted]
+        jacobian *= weight / self.scaling.y_unit
+        if index in self._with_offset:
+            jacobian = np.hstack([jacobian, weight])
+            by_offset = np.zeros(to_point.shape[1])
+            by_offset[places["offsets"].start + self._with_offset.index(index)] = 1.0
+            own = np.vstack([own, by_offset])
+        return jacobian, weight[:, 0] * residual[trace.fitted], own
+
+    @property
+    def _moving(self) -> list[Coordinate]:
+        """What all records share of the effects; nothing where it is held and needs no derivatives."""
+        return self.common if "effects" in self._free_groups else []
 
     def _by_coordinates(self, point: np.ndarray) -> np.ndarray:
         """Return what the C core differentiates by, by the coordinates, without what records own."""
-        places, size = self._places, self.rule_size
-        rules = self.rules(point)
-        scaled = rule_coordinates.chain_rule(np.eye(size), rules)
-        slopes = [c.slope(v) for c, v in zip(self.common, point[places["effects"]], strict=True)]
-        result = np.zeros((size + len(self.common) + len(self._own), len(point)))
-        result[:size, :size] = self.scaling.rule_jacobian(rules) @ scaled
-        effects = np.arange(places["effects"].start, places["effects"].stop)
-        result[effects, effects] = slopes
+        places, size = self._places, self.rule_size if "rules" in self._free_groups else 0
+        result = np.zeros((size + len(self._moving) + len(self._own), len(point)))
+        if size:
+            rules = self.rules(point)
+            scaled = rule_coordinates.chain_rule(np.eye(size), rules)
+            result[:size, :size] = self.scaling.rule_jacobian(rules) @ scaled
+        slopes = [c.slope(v) for c, v in zip(self._moving, point[places["effects"]], strict=False)]
+        moving = np.arange(len(slopes))
+        result[size + moving, self.rule_size + moving] = slopes
         return result
 
 

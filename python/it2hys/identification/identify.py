@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -313,8 +314,8 @@ class _Session:
         starts = Starts(fit.criterion.traces, self._scaling, extent_of(records))
         every = [*(("train", p) for p in self._train), *self._others]
         traces = [to_trace(p, role, self._has_offset and i > 0) for i, (role, p) in enumerate(every)]
-        traces = [starts.with_lead_in(fit.model, t) for t in traces]
-        return judge_records(starts, fit.model, parameters, traces)
+        traces = list(self._each(partial(starts.with_lead_in, fit.model), traces))
+        return judge_records(starts, fit.model, parameters, traces, self._each)
 
     def _warnings(self, fit: RuleFit, usable: tuple[float, float]) -> list[str]:
         warnings = coverage_warnings(self._train, [p for _, p in self._others])

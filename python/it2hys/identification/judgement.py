@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -127,7 +128,11 @@ class Judgement:
 
 
 def judge_records(
-    starts: Starts, model: Model, parameters: ParameterSet, traces: Sequence[Trace]
+    starts: Starts,
+    model: Model,
+    parameters: ParameterSet,
+    traces: Sequence[Trace],
+    each: Callable = map,
 ) -> tuple[Judgement, ...]:
     """Return the errors of a model on records, each begun as its lead-in tells.
 
@@ -138,11 +143,15 @@ def judge_records(
     parameters : ParameterSet
         The model as packaged.
     traces : sequence of Trace
+    each : callable
+        A `map`; one over processes shares the records among them.
     """
-    fitted = starts.fit_own(model, traces)
-    return tuple(
-        judge(t, parameters, fitted.start(i), float(fitted.offsets[i])) for i, t in enumerate(traces)
-    )
+    return tuple(each(partial(_judge_begun, starts, model, parameters), traces))
+
+
+def _judge_begun(starts: Starts, model: Model, parameters: ParameterSet, trace: Trace) -> Judgement:
+    fitted = starts.fit_own(model, [trace])
+    return judge(trace, parameters, fitted.start(0), float(fitted.offsets[0]))
 
 
 def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) -> Judgement:

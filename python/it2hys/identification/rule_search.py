@@ -165,13 +165,14 @@ def search_rules(
     rule_count: int,
     options: Options,
     warm: Sequence[np.ndarray] = (),
+    each: Callable = map,
 ) -> np.ndarray:
     """Return the rules with which `fit_rules` would begin its final fit: a start for another one.
 
     Parameters and errors as there.
     """
     brief = _problem(excerpt(traces)[0], scaling, _some_rules(rule_count))
-    found = _search(brief, options, lambda share, text: None, warm, map)
+    found = _search(brief, options, lambda share, text: None, warm, each)
     return brief.rules(found[0][0].coordinates)
 
 

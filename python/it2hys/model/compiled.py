@@ -8,7 +8,7 @@ Units are the caller's: m and V, or a scaled pair of the identification.
 import ctypes
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib.resources import files
@@ -18,9 +18,12 @@ from typing import Any
 import numpy as np
 
 from it2hys.errors import InputError
+from it2hys.support.processes import has_threads, thread_map
 
 MAX_RULES = 16
 REST_TEMPERATURE = 293.15
+#: Samples of several records that are worth the while of sharing them among threads.
+_WORTH_SHARING = 5000
 _INTEGERS = np.ctypeslib.ndpointer(np.int32, flags="C_CONTIGUOUS")
 _DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 
@@ -74,6 +77,7 @@ _FUNCTIONS = {
         ctypes.c_size_t,
         _DOUBLES,
         ctypes.POINTER(_Record),
+        ctypes.c_bool,
         ctypes.POINTER(ctypes.c_size_t),
         ctypes.c_int,
         *[ctypes.c_void_p] * 2,
@@ -509,6 +513,15 @@ class Drives:
         self.lengths = np.array([len(d.voltage) for d in self._drives])
         self.firsts = np.cumsum(self.lengths) - self.lengths
 
+    @property
+    def mapped(self) -> Callable:
+        """What maps over the records: their runs are shared among threads where that is worth it."""
+        return thread_map if self._are_shared else map
+
+    @property
+    def _are_shared(self) -> bool:
+        return has_threads() and len(self._drives) > 1 and self.lengths.sum() >= _WORTH_SHARING
+
     def __reduce__(self) -> tuple:
         """Leave the addresses behind when another process gets the channels."""
         return Drives, (self._drives,)
@@ -534,10 +547,15 @@ def chain_predict_each(packed: np.ndarray, drives: Drives) -> np.ndarray | None:
     """
     measured = np.empty(int(drives.lengths.sum()))
     count, stride = packed.shape
-    finite = _library().it2core_chain_predict_each(
-        packed, stride, drives._structs, count, measured.ctypes.data
-    )
-    return measured if finite else None
+    run, structs, address = _library().it2core_chain_predict_each, drives._structs, measured.ctypes.data
+    if not drives._are_shared:
+        return measured if run(packed, stride, structs, count, address) else None
+
+    def run_one(i: int) -> bool:
+        first = address + measured.itemsize * int(drives.firsts[i])
+        return run(packed[i : i + 1], stride, structs[i], 1, first)
+
+    return measured if all(thread_map(run_one, range(count))) else None
 
 
 def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -572,7 +590,7 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
 
 
 def chain_sensitivity(
-    packed: np.ndarray, drive: Drive, names: Sequence[str]
+    packed: np.ndarray, drive: Drive, names: Sequence[str], by_rules: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
     """Simulate as `chain_predict` with derivatives.
 
@@ -582,20 +600,28 @@ def chain_sensitivity(
         As in `chain_predict`.
     names : sequence of str
         Parameters of effects, by their FMU variable names: at most 96.
+    by_rules : bool
+        Whether the derivatives by the rules' parameters are wanted, too.
 
     Returns
     -------
     measured : ndarray, shape (N,)
     sensitivity : ndarray, shape (N, 6 L + len(names))
         Derivatives by the rules' parameters, row by row, and these. NaN from the sample on at which
-        the run is no longer finite.
+        the run is no longer finite. Without rules it has no columns of theirs.
     """
-    rows = int(packed.view(np.int32)[_places()["ruleCount"][0] // 4])
+    rows = int(packed.view(np.int32)[_places()["ruleCount"][0] // 4]) if by_rules else 0
     columns = 6 * rows + len(names)
     offsets = _offsets_in(_library(), tuple(names))
     measured, sensitivity = np.empty(len(drive.voltage)), np.empty((len(drive.voltage), columns))
     done = _library().it2core_chain_sensitivity(
-        packed, drive._struct, offsets, len(names), measured.ctypes.data, sensitivity.ctypes.data
+        packed,
+        drive._struct,
+        by_rules,
+        offsets,
+        len(names),
+        measured.ctypes.data,
+        sensitivity.ctypes.data,
     )
     measured[done:] = sensitivity[done:] = np.nan
     return measured, sensitivity

@@ -8,10 +8,11 @@ import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from contextvars import ContextVar
 
 from it2hys.errors import InputError
 
@@ -28,6 +29,11 @@ def without_threads() -> None:
     """
     for name in _LINEAR_ALGEBRA:
         os.environ.setdefault(name, "1")
+
+
+#: Threads of this process that share what its processes cannot. They have none themselves, and neither
+#: has a process of a pool.
+_threads: ContextVar[ThreadPoolExecutor | None] = ContextVar("threads", default=None)
 
 
 class Terminated(KeyboardInterrupt):
@@ -152,6 +158,8 @@ def check_workers(workers: int) -> None:
 def parallel_map(workers: int) -> Iterator[Callable]:
     """Hand out a `map` that has its calls made by so many processes; by this one if they are 0 or 1.
 
+    While they wait for work, as many threads of this process share that of `thread_map`.
+
     Raises
     ------
     InputError
@@ -163,7 +171,8 @@ def parallel_map(workers: int) -> Iterator[Callable]:
         return
     pool = make_pool(workers)
     try:
-        yield pool.map
+        with _shared_threads(workers):
+            yield pool.map
     except BrokenProcessPool:
         raise InputError(
             "a worker process ended before its work was done: it was killed (too little memory?), "
@@ -171,3 +180,28 @@ def parallel_map(workers: int) -> Iterator[Callable]:
         ) from None
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _shared_threads(count: int) -> Iterator[None]:
+    with ThreadPoolExecutor(count) as threads:
+        token = _threads.set(threads)
+        try:
+            yield
+        finally:
+            _threads.reset(token)
+
+
+def thread_map(function: Callable, *arguments: Iterable) -> Iterator:
+    """Map as `map` does, the calls shared by the threads of `parallel_map` where there are any.
+
+    For calls that spend their time in C, without Python's lock: a fit that is the only one to be made
+    leaves the other processes idle.
+    """
+    threads = _threads.get()
+    return (threads.map if threads else map)(function, *arguments)
+
+
+def has_threads() -> bool:
+    """Return whether `thread_map` shares its calls among threads."""
+    return _threads.get() is not None
