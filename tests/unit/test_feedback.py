@@ -8,6 +8,8 @@ from diagnosis import voltages
 from diagnosis.closed_loop import regulate
 from scipy import signal
 
+from it2hys.designs.families import FAMILIES
+from it2hys.designs.limits import Wanted, limits_of
 from it2hys.records import Record, read_record
 from it2hys.records.feedback import find_feedback
 from it2hys.stand import Stand, excitations
@@ -76,6 +78,21 @@ def test_no_excitation_of_the_stand_is_taken_for_a_controller_s(name):
     voltage = SIGNALS[name](TIME)
     displacement = 1e6 * Stand().record(voltage, "stand", seed=3).displacement
     assert answers(voltage, displacement) == [None, None]
+
+
+@pytest.mark.parametrize("seed", [59, 108])
+def test_a_drive_that_changes_its_kind_is_none(seed):
+    """Its own past tells its corners worse than its sines: there anything may seem to help."""
+    rng = np.random.default_rng(seed)
+    rig = limits_of(Wanted(duration=0.12, rate=105.0 / (10 * TS)), (0.0, 105.0), TS)
+    family = FAMILIES["steps and multisine"]
+    voltage = family.voltage(rng.uniform(size=family.size), rig)
+    clock = np.arange(len(voltage)) * TS
+    effects = {"creep": sim.Creep.logarithmic(0.1, 5e-3, 1.0)} if seed % 2 else {}
+    around = sim.Surroundings(sim.Grid(TS, 4, True), clock[None])
+    clean = sim.Plant(sim.TABLE_1, effects).run(voltage[None], around)[0]
+    reading = clean + 0.006 * rng.standard_normal(len(voltage))
+    assert find_feedback(record(voltage, reading)) is None
 
 
 @pytest.mark.parametrize("band", [0.02, 0.2, 0.6])

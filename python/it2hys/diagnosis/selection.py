@@ -37,6 +37,8 @@ BEAM = 3
 DEPTH = 4
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
+#: Share of a delay beside which another effect does nothing to speak of.
+_NEARLY_ALL = 0.9
 
 
 def comparisons(effects: int) -> int:
@@ -446,17 +448,18 @@ def overdriven_by(node: Node, child: Node, gain: float) -> tuple[str, ...]:
 
 
 def _delays_beside(node: Node, other: Node) -> bool:
-    """Return whether a model is another one, which delays, with an effect beside most of that delay.
+    """Return whether a model is another one, which delays, with an effect beside nearly all of that.
 
-    A delay of a part of a sample belongs to whatever acts within samples. A model that needs most of
-    it, and an effect, too, to predict no better is no rival of the one that only delays.
+    A delay of a part of a sample belongs to whatever acts within samples. A model that needs all of it,
+    and an effect, too, to predict no better is no rival of the one that only delays. One that needs a
+    part of it may be the truth.
     """
     model, delays = node.fit.model, other.effects - node.effects
     if delays != {WAITING} or len(node.effects) != len(other.effects):
         return False
     (effect,) = node.effects - other.effects
     name = sampling_delay(model, effect)
-    return bool(name) and model.values[name] > 0.5 * other.fit.model.values[SHIFT]
+    return bool(name) and model.values[name] > _NEARLY_ALL * other.fit.model.values[SHIFT]
 
 
 def _rms(errors: list[np.ndarray]) -> float:

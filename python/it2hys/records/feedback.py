@@ -3,7 +3,7 @@
 Under a controller the sensor's noise, and whatever disturbs the stage, enters the voltage. In open loop
 it does not: nothing in the displacement helps to predict a voltage that was chosen beforehand. So the
 voltage is predicted from its own past, and what that leaves, its surprise, from the surprises of the
-displacement (what neither its past nor the voltage's tells). That is Granger's test, with three things
+displacement (what neither its past nor the voltage's tells). That is Granger's test, with four things
 added:
 
 - a controller answers a displacement that is too large with less voltage, so that the first of the
@@ -11,6 +11,8 @@ added:
   hides, or that was read after the voltage of the same sample had acted, has the other sign;
 - the share of the surprise that is explained has to be large: with enough samples any imperfection of a
   linear prediction is significant;
+- the answer has to be there all along: a drive of several kinds is told badly by its own past where it
+  has corners, and anything may help there;
 - samples at which either signal jumps do not count: a step or a corner of the drive is no answer.
 """
 
@@ -36,6 +38,8 @@ _ROUNDING = 1e-6
 _NO_SURPRISE = 1e-5
 #: Standard errors beyond which an answer is no chance: p below 1e-8, for each of ten answers.
 _SURE = 6.0
+#: Parts of a record, of which no more than one may lack half of the answer by so many standard errors.
+_PARTS, _LACKING = 10, 4.0
 #: Least share of the voltage's surprise that the first answer explains.
 _LEAST_SHARE = 0.05
 #: Share of a power that is rounding, and rounds of leaving out steps and corners.
@@ -113,13 +117,19 @@ class _Seen:
         What the voltage's own past does not tell of it.
     latest : ndarray, shape (n,)
         What neither its own past nor the voltage's tells of the latest displacement.
+    earlier : ndarray, shape (n, K)
+        The displacement's surprises, each of size 1, the oldest first.
     answers : ndarray, shape (K,)
-        What the voltage's surprise has of the displacement's, each of size 1, the oldest first.
+        What the voltage's surprise has of them.
+    moving : ndarray of int
+        The rows at which the voltage changed: one that is held, or limited, answers nothing.
     """
 
     surprise: np.ndarray
     latest: np.ndarray
+    earlier: np.ndarray
     answers: np.ndarray
+    moving: np.ndarray
 
     @classmethod
     def of(cls, now: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> _Seen:
@@ -130,7 +140,9 @@ class _Seen:
         return cls(
             now[rows] - basis[:, :own] @ parts[:own],
             size[-1] * basis[:, -1],
+            np.sign(size[own:]) * basis[:, own:],
             np.sign(size[own:]) * parts[own:],
+            np.flatnonzero(now[rows] != columns[rows, 1]),
         )
 
     @property
@@ -142,6 +154,16 @@ class _Seen:
     def latest_scale(self) -> float:
         """Deviation of the displacement's surprise, its jumps apart."""
         return _scale(self.latest)
+
+    def is_steady(self, index: int) -> bool:
+        """Return whether an answer is there in all parts of the record, or all but one."""
+        answer, lacking = self.answers[index], 0
+        for part in np.array_split(self.moving, _PARTS):
+            surprise, earlier = self.surprise[part], self.earlier[part, index]
+            size, found = earlier @ earlier, np.sign(answer) * (surprise @ earlier)
+            error = np.sqrt(surprise @ surprise * size / max(len(part), 1))
+            lacking += found < 0.5 * abs(answer) * size - _LACKING * error
+        return lacking <= 1
 
     @property
     def quiet(self) -> np.ndarray:
@@ -158,6 +180,7 @@ def _judged(seen: _Seen, first: int) -> Feedback | None:
     for samples, answer in enumerate(seen.answers[::-1], start=first):
         if abs(answer) > _SURE * error:
             large = answer < 0.0 and answer**2 > _LEAST_SHARE * power
+            large = large and seen.is_steady(len(seen.answers) - 1 + first - samples)
             return Feedback(1.0 - left / power, samples, float(-answer / error)) if large else None
         if samples == 0:
             return None  # what comes later is asked for without this sample's
