@@ -167,7 +167,7 @@ class _Session:
         bench = self._bench(base)
         first = self._timed("declared effects", self._declare, bench, base)
         not_tried = (*self._inseparable, *self._excluded, *self._regulated)
-        search = Search(bench, self._report_fit, not_tried, each)
+        search = Search(bench, self._report_fit, not_tried, each, None if given is None else first)
         self._fits = 0
         chosen = self._timed("search", search.run, first)
         node = search.settled(chosen)

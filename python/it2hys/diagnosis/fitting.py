@@ -404,13 +404,17 @@ class Bench(Starts):
         seen = []
         for i, t in enumerate(self.traces):
             reading, x, y = model.run(t, i)
+            if not np.all(np.isfinite(x)):
+                continue
             # the measurement less what the stages behind the core add to it, where its run tells that
-            added = reading - y if np.all(np.isfinite(reading)) else 0.0
-            target = t.y - model.offsets[i] - added
+            added = reading - y
+            told = np.all(np.abs(added) < self._far)
+            target = t.y - model.offsets[i] - (added if told else 0.0)
             core = replace(t, drive=Drive.of(x), y=target, has_offset=False)
             # what is set aside at the end has nothing to say here
             seen.append(core.part(slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)))
-        model = self._with_found_rules(model, seen, starts, each)
+        if seen:
+            model = self._with_found_rules(model, seen, starts, each)
         waiting = self.criterion(model).guarded(1.0).holding(["effects"])
         return minimise(waiting, _SETTLING, waiting.rough_tolerance)
 
@@ -474,5 +478,9 @@ class Bench(Starts):
         return gain * float(np.sqrt(np.mean(np.concatenate(answers) ** 2)))
 
     def _bounded(self, error: np.ndarray) -> np.ndarray:
-        most = 10.0 * self.extent.displacement_span
-        return np.clip(np.where(np.isfinite(error), error, most), -most, most)
+        return np.clip(np.where(np.isfinite(error), error, self._far), -self._far, self._far)
+
+    @property
+    def _far(self) -> float:
+        """Ten times the travel: where a run on its way to infinity is cut off, m."""
+        return 10.0 * self.extent.displacement_span

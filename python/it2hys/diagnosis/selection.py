@@ -161,12 +161,16 @@ class Search:
         Effects that are not tried.
     each : callable
         `map`, or one that has its calls made by several processes.
+    given : Model, optional
+        A model of other records to begin with. Fitted to these while it lacks an effect, its rules make
+        up for that: the first additions are tried beside the rules that it came with, too.
     """
 
     bench: Bench
     report: Callable[[str], None] = lambda model: None
     excluded: tuple[str, ...] = ()
     each: Callable[..., Iterable] = map
+    given: Model | None = None
     trials: list[Trial] = field(default_factory=list)
     nodes: dict[frozenset[str], Node] = field(default_factory=dict)
     rivals: list[Node] = field(default_factory=list)
@@ -221,7 +225,8 @@ class Search:
         """Return the models with one addition more that are better than this one."""
         additions = [a for a in self._additions(node) if node.added | {a} not in self.nodes]
         additions = [a for a in additions if not only or a in only]
-        fits = self._tried("first", node, additions, partial(_extended, self.bench, node.fit.model))
+        starts = [node.fit.model, *([self.given] if self.given and node is self.root else [])]
+        fits = self._tried("first", node, additions, partial(_extended, self.bench, starts))
         if thorough:
             fits |= self._with_new_rules(node, fits)
         ranked = sorted(fits, key=lambda a: fits[a].minimum.cost)
@@ -473,9 +478,12 @@ def _node(bench: Bench, added: frozenset[str], fit: ChainFit) -> Node:
     return Node(added, fit, bench.errors(fit.model))
 
 
-def _extended(bench: Bench, model: Model, addition: str) -> ChainFit | None:
-    """Return a first fit of the model with an addition."""
-    return bench.add(model, addition) if addition in EFFECTS else bench.add_rule(model)
+def _extended(bench: Bench, models: Sequence[Model], addition: str) -> ChainFit | None:
+    """Return a first fit with an addition, from the best of some models."""
+    if addition not in EFFECTS:
+        return bench.add_rule(models[0])
+    fits = [fit for model in models if (fit := bench.add(model, addition))]
+    return bench.preferred(fits) if fits else None
 
 
 def _finished(

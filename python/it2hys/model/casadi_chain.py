@@ -45,6 +45,10 @@ def casadi_chain(parameters: ParameterSet) -> CasadiChain:
     parameters : ParameterSet
         The set, with the effects that it has.
 
+    Returns
+    -------
+    CasadiChain
+
     Examples
     --------
     >>> from it2hys.model.parameters import table_1
