@@ -12,15 +12,18 @@ from matplotlib.figure import Figure
 
 import it2hys
 from it2hys.model import compiled
+from it2hys.records import Record
+from it2hys.reports.summary import summary
+
+RULES = np.array([[5e-6, 15e-6, 8e-6, 0.9, 1.5e-8, 1e-7]])
 
 
 def measured(seed):
     """Return a record of a model with one rule."""
     time = np.arange(800) * 1e-4
     voltage = 50 - 50 * np.cos(2 * np.pi * 50 * time)
-    rules = np.array([[5e-6, 15e-6, 8e-6, 0.9, 1.5e-8, 1e-7]])
     noise = 5e-9 * np.random.default_rng(seed).standard_normal(len(time))
-    displacement = compiled.free_run(rules, voltage, 1e-6) + noise
+    displacement = compiled.free_run(RULES, voltage, 1e-6) + noise
     return {"time_s": time, "voltage_V": voltage, "displacement_m": displacement}
 
 
@@ -97,3 +100,17 @@ def test_progress_is_shown_where_it_is_asked_for(record):
         with redirect_stderr(io.StringIO()) as said:
             it2hys.identify(record, rules=1, progress=progress)
         assert shown in said.getvalue() and bool(said.getvalue()) is progress
+
+
+def test_the_range_of_references_is_that_behind_the_lead_in():
+    """A stage may begin where none of the record's voltages brings it again."""
+    signals = measured(2)
+    voltage = signals["voltage_V"]
+    reading = compiled.free_run(RULES, voltage, -4e-6) + signals["displacement_m"]
+    reading -= compiled.free_run(RULES, voltage, 1e-6)  # the noise is left
+    record = Record("one", signals["time_s"], voltage, reading, 1e-4)
+    found = it2hys.identify(record, rules=1)
+    low, high = summary(found, [record])["range"]["displacement_um"]
+    behind = 1e6 * reading[found.records[0].lead :]
+    assert reading.min() < -3e-6 and low > 0.0
+    assert (low, high) == pytest.approx((behind.min(), behind.max()))

@@ -87,6 +87,7 @@ NO_SCENARIO = [
     (("fmu", "plant", "start", "initialDisplacement"), 1.0,
      r"fmu.plant: start: plant.initialDisplacement is 1; it must be -0.1 to 0.1"),
     (("fmu", "plant", "start", "initialDisplacement"), "much", "must be a finite number"),
+    (("fmu", "plant", "start", "ruleCount"), 2.5, "ruleCount is 2.5; it must be a whole number"),
     (("fmu", "plant", "start", "displacement"), 1e-6, "displacement is output; it cannot be set"),
     (("fmu", "plant", "source"), "nothing.fmu", "fmu.plant: source: nothing.fmu: no such file"),
     (("fmu", "plant", "parameters"), "nothing.ssv", "fmu.plant: parameters: nothing.ssv: no"),

@@ -128,6 +128,8 @@ def test_a_second_run_is_the_first_whatever_came_between(packaged):
         other = run({**start, "rule[1].q2": 3e-8})
         with pytest.raises(InputError, match="rule\\[2\\]"):
             run({**start, "rule[2].sigmaLower": -1.0})
+        with pytest.raises(InputError, match=r"ruleCount is 2\.5; it must be a whole number"):
+            run({**start, "ruleCount": 2.5})
         assert run(start).tobytes() == first.tobytes()
         assert other.tobytes() != first.tobytes()
     fresh = track(unpacked["inverse"].path, unpacked["plant"].path, reference, start)

@@ -174,7 +174,8 @@ class System:
         self._turns = (_Turn * 0)()
         self._parameters = (ctypes.c_double * 0)()
         self._placed: list[list[str]] = []  # names of these by slave,
-        self._others: list[tuple[int, list[str]]] = []  # and of those that are no such numbers
+        self._whole: list[tuple[int, str]] = []  # of these the whole numbers,
+        self._others: list[tuple[int, list[str]]] = []  # and those that are no such numbers
 
     def _find(self, name: str) -> tuple[str, str]:
         slave, _, variable = name.partition(".")
@@ -237,6 +238,10 @@ class System:
         numbers = [
             float(values[n]) for values, placed in zip(given, self._placed, strict=True) for n in placed
         ]
+        for i, name in self._whole:
+            if given[i][name] != round(given[i][name]):
+                path, value = list(self.slaves.values())[i].path, given[i][name]
+                raise InputError(f"{path}: {name} is {value:g}; it must be a whole number")
         self._parameters[:] = numbers
         for i, others in self._others:
             list(self.slaves.values())[i].set({name: given[i][name] for name in others})
@@ -277,6 +282,12 @@ class System:
             if others:
                 self._others.append((i, others))
         self._placed = [[n for group in by_base.values() for n in group] for by_base in groups]
+        self._whole = [
+            (i, n)
+            for i, (slave, names) in enumerate(zip(self.slaves.values(), self._placed, strict=True))
+            for n in names
+            if slave.face.types[slave.variable(n).type][1] is int
+        ]
         self._parameters = (ctypes.c_double * sum(map(len, self._placed)))()
         place = ctypes.addressof(self._parameters)
         for turn, slave, by_base in zip(self._turns, self.slaves.values(), groups, strict=True):

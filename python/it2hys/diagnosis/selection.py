@@ -37,8 +37,6 @@ BEAM = 3
 DEPTH = 4
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
-#: Share of a delay beside which another effect does nothing to speak of.
-_NEARLY_ALL = 0.9
 
 
 def comparisons(effects: int) -> int:
@@ -464,7 +462,7 @@ def _delays_beside(node: Node, other: Node) -> bool:
         return False
     (effect,) = node.effects - other.effects
     name = sampling_delay(model, effect)
-    return bool(name) and model.values[name] > _NEARLY_ALL * other.fit.model.values[SHIFT]
+    return bool(name) and model.values[name] > SEARCH.same_delay * other.fit.model.values[SHIFT]
 
 
 def _rms(errors: list[np.ndarray]) -> float:

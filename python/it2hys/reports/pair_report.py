@@ -38,7 +38,7 @@ from it2hys.reports.interactive import as_json, record_view
 from it2hys.reports.origin import origin
 from it2hys.reports.page import Answer, Page, Picture, Section, Table, View, write_page, write_pictures
 from it2hys.reports.provenance import Provenance, about
-from it2hys.reports.summary import START, Result, judged_records, pooled, summary
+from it2hys.reports.summary import START, Result, judged_records, pooled, settled_training, summary
 from it2hys.reports.verdict import has_offsets, straight_line
 from it2hys.stand.excitations import time_grid, tracking_reference
 from it2hys.support.files import make_directory, write_atomically
@@ -429,9 +429,7 @@ def _track_model(
     result: Result, records: Sequence[Record], directory: Path
 ) -> tuple[dict[str, dict], Picture]:
     """Drive the plant FMU through the inverse FMU, and that of the model before a diagnosis."""
-    after = result.records
-    train = [r for r, j in zip(records, after, strict=True) if j.role == "train"]
-    reference = scaled_reference(train or records)
+    reference = scaled_reference(settled_training(result, records))
     time = np.arange(len(reference)) * result.parameters["sampleTime"]
     start = at_rest(reference[0])
     new = track(directory / "IT2Inverse.fmu", directory / "IT2Plant.fmu", reference, start)

@@ -50,7 +50,6 @@ def summary(result: Result, records: Sequence[Record], start: str = START) -> di
     after = result.records
     lines = straight_line_errors(records, after)
     slope, _ = straight_line(records, after)
-    train = [r for r, j in zip(records, after, strict=True) if j.role == "train"]
     if isinstance(result, Diagnosis):
         own = _diagnosed(result, start)
         before = _judgements_json(result.before, records)
@@ -66,7 +65,7 @@ def summary(result: Result, records: Sequence[Record], start: str = START) -> di
             j.name: {"e_mr_percent": 100 * line.e_mr, "e_rms_um": line.e_rms * UM}
             for j, line in zip(after, lines, strict=True)
         },
-        "range": _range(train or records),
+        "range": _range(result, records),
         "parameters": _parameters_json(result),
         "stage_figures": [_figure_json(f) for f in result.stage_figures],
         "warnings": list(result.warnings),
@@ -190,12 +189,26 @@ def _sensor_curve(found: Diagnosis) -> dict | None:
     return {"found": True, "bow_um": float(np.max(np.abs(reading - displacement))) * UM}
 
 
-def _range(train: Sequence[Record]) -> dict:
-    """Return the voltages and displacements of the training records, as the sensor reads them."""
-    trusted = [r.displacement[~r.outliers] for r in train]
+def _trained(result: Result, records: Sequence[Record]) -> list[tuple[Record, Judgement]]:
+    """Return the training records and their judgements; all of them where none was fitted."""
+    pairs = list(zip(records, result.records, strict=True))
+    return [(r, j) for r, j in pairs if j.role == "train"] or pairs
+
+
+def settled_training(result: Result, records: Sequence[Record]) -> list[Record]:
+    """Return the training records behind their lead-ins; all records where none was fitted.
+
+    A stage may begin where none of the records' voltages brings it again.
+    """
+    return [r.slice(j.lead) for r, j in _trained(result, records)]
+
+
+def _range(result: Result, records: Sequence[Record]) -> dict:
+    """Return the training records' voltages, and the displacements that the sensor reads at them."""
+    voltages = [r.voltage for r, _ in _trained(result, records)]
+    trusted = [r.displacement[~r.outliers] for r in settled_training(result, records)]
     return {
-        "voltage_V": [min(float(r.voltage.min()) for r in train),
-                      max(float(r.voltage.max()) for r in train)],
+        "voltage_V": [min(float(v.min()) for v in voltages), max(float(v.max()) for v in voltages)],
         "displacement_um": [UM * min(float(y.min()) for y in trusted),
                             UM * max(float(y.max()) for y in trusted)],
     }  # fmt: skip

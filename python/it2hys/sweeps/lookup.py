@@ -97,9 +97,12 @@ class Lookup:
         variable = self.variable(place, target)
         if variable.causality not in ("parameter", "input") or variable.variability == "constant":
             raise InputError(f"{place}: {target} is {variable.causality}; it cannot be set")
-        if self.faces[name].types.get(variable.type, ("", str))[1] is str:
+        kind = self.faces[name].types.get(variable.type, ("", str))[1]
+        if kind is str:
             raise InputError(f"{place}: {target} is a {variable.type}; only numbers can be set")
         self._check_range(place, target, values, _bounds(variable))
+        if kind is int and (parts := [v for v in values if v != round(v)]):
+            raise InputError(f"{place}: {target} is {parts[0]:g}; it must be a whole number")
         start = self.starts[name].get(key, variable.start)
         return float(start == "true") if start in ("true", "false") else float(start or 0.0)
 
