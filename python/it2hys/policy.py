@@ -80,6 +80,13 @@ class Search:
         "chosen by hand on seeds 95000 (all of it was needed, the delay was the truth) and 96005 (two "
         "thirds, a lag was)",
     )  # fmt: skip
+    imitated: float = _number(
+        0.8, "share of the power",
+        "part of what the chosen effects take of the residual's power from which on one that was not "
+        "tried, because the records cannot show it, is their rival if it takes as much",
+        "chosen by hand on stages of play operators in loops of one amplitude and frequency, made for "
+        "it: play took 0.9 and more of what a bent curve, a limit or ringing did",
+    )  # fmt: skip
     commensurate: float = _number(
         0.2, "share of the gain",
         "least gain on the training records, as a share of the gain on held-out data",

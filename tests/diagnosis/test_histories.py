@@ -6,6 +6,7 @@ import numpy as np
 from conftest import TS, UM
 from effects import signals, surroundings
 
+from it2hys.diagnosis import diagnose
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.selection import _node, _with_histories
 from it2hys.identification.criterion import ChainFit, Model, Trace
@@ -13,7 +14,9 @@ from it2hys.identification.inverse import References
 from it2hys.identification.levenberg_marquardt import Minimum
 from it2hys.identification.scaling import Scaling
 from it2hys.model import compiled
+from it2hys.model.chain import EFFECTS
 from it2hys.model.parameters import table_1
+from it2hys.records import Record
 from it2hys.records.clues import Extent
 
 SAMPLES, NOISE = 1500, 0.005 * UM
@@ -54,3 +57,22 @@ def test_a_history_that_a_poorer_model_chose_is_left():
     node = _node(bench, frozenset({"play"}), fit)
     assert node.rms > 10.0 * NOISE
     assert _with_histories(bench, node).rms < 1.05 * NOISE
+
+
+def test_the_initial_curve_of_a_stage_from_0_v_is_fitted():
+    """Loops engage operators up to half the voltage's span; on its first way up it is all of it."""
+    t = np.arange(1500) / 300.0
+    voltage = 50.0 + 35.0 * np.sin(1.2 * np.pi * t) + 12.0 * np.sin(3.4 * np.pi * t + 1.0)
+    threshold = np.linspace(0.0, 60.0, 100)
+    weight, output = 2.4e-9 * np.exp(-threshold / 30.0), np.zeros(100)
+    displacement = np.empty(len(t))
+    for k, x in enumerate(voltage):
+        output = np.clip(output, x - threshold, x + threshold)
+        displacement[k] = weight @ output
+    noise = 1e-3 * np.ptp(displacement)
+    displacement += noise * np.random.default_rng(5).standard_normal(len(t))
+    record = Record("initial", t, voltage, displacement, t[1])
+    others = [e for e in EFFECTS if e != "play"]
+    (judged,) = diagnose([record], declared=["play"], excluded=others).records
+    assert judged.e_rms < 1.3 * noise
+    assert judged.cold_start < 1.3 * noise

@@ -1,12 +1,14 @@
 """More play operators, where the density that was found asks for them."""
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
 from it2hys.diagnosis.evidence.play import EVIDENCE
-from it2hys.model.effects.play import COUNT, thresholds
-from it2hys.records.clues import Extent
+from it2hys.model.effects.play import COUNT, INITIAL, thresholds
+from it2hys.records.clues import Clues, Extent
 
 EXTENT = Extent(1e-4, 1.0, (0.0, 100.0), (0.0, 16e-6))
 
@@ -49,3 +51,22 @@ def test_there_is_no_more_of_no_memory_nor_beyond_the_most_operators():
     assert EVIDENCE.extended(coarse([0.0] * COUNT), EXTENT) is None
     more = EVIDENCE.extended(coarse([0.1] * COUNT), EXTENT)
     assert EVIDENCE.extended(more, EXTENT) is None
+
+
+def test_operators_go_as_far_as_an_initial_curve_and_a_fit_of_them_has_that_reach():
+    """From 0 V a stage is driven over twice the way that a loop engages operators on."""
+    far = {"playCount": COUNT + INITIAL, **thresholds(EXTENT, initial=True)}
+    far |= {f"play[{j}].weight": 0.1 for j in range(1, COUNT + INITIAL + 1)}
+    r, _ = operators(far)
+    assert np.all(np.diff(r) > 0.0)
+    assert r[COUNT - 1] < 50.0 <= r[COUNT] and r[-1] < 100.0
+    more, w = operators(EVIDENCE.extended(far, EXTENT))
+    assert len(more) == 16 and 50.0 < more[-1] < 100.0
+    np.testing.assert_allclose(w.sum(), 0.1 * (COUNT + INITIAL), rtol=1e-12)
+
+
+def test_around_0_v_an_initial_curve_engages_what_loops_do():
+    around_zero = Clues(replace(EXTENT, voltage=(-100.0, 100.0)), [])
+    assert not EVIDENCE.further_guesses(around_zero)
+    counts = {g["playCount"] for g in EVIDENCE.further_guesses(Clues(EXTENT, []))}
+    assert counts == {COUNT + INITIAL}

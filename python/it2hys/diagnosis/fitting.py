@@ -43,6 +43,8 @@ _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
 _SETTLING_ANEW = 60
 #: Costs of fits that are as good as the best one, as a multiple of its.
 _ALIKE = 1.02
+#: Cost from which on a fit with more than most records show counts, as a multiple of that without.
+_FAR_BETTER = 0.9
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
 #: While models are searched for, no range limits an inverse.
@@ -244,8 +246,7 @@ class Bench(Starts):
         ChainFit or None
             None where the records cannot show the effect, or every guess diverges.
         """
-        by_shape = EVIDENCE[effect].guessed_by_shape
-        fit = self._best(model, self._guessed(model, effect), by_shape)
+        fit = self._first_fit(model, effect)
         if fit is None:
             return None
         fits = [fit, self._best(fit.model, self._without_idleness(fit, effect))]
@@ -256,6 +257,19 @@ class Bench(Starts):
                 self._rough_fit(m, _SETTLING) for m in (*shifted, *_sampled_otherwise(fit, effect))
             ]
         return self.preferred([f for f in fits if f])
+
+    def _first_fit(self, model: Model, effect: str) -> ChainFit | None:
+        """Fit from the best guess, of those with more to fit only where they end far better."""
+        evidence, clues = EVIDENCE[effect], self.clues(model)
+        by_shape = evidence.guessed_by_shape
+        fit = self._best(model, self._guessed(model, effect, evidence.guesses(clues)), by_shape)
+        trials = self._guessed(model, effect, evidence.further_guesses(clues))
+        further = self._best(model, trials, by_shape) if trials else None
+        if not (fit and further):
+            return fit or further
+        # which one has more in it shows once the rules suit it
+        settled, further = (self.reshaped(each.model) for each in (fit, further))
+        return further if further.minimum.cost < _FAR_BETTER * settled.minimum.cost else fit
 
     def preferred(self, fits: Sequence[ChainFit]) -> ChainFit:
         """Return of the fits that are as good as the best one that with the calmest inverse.
@@ -302,16 +316,16 @@ class Bench(Starts):
 
         Where the rules imitate the effect, no descent leads to where the effect does it.
         """
-        trials = self._guessed(model, effect)
-        kept = EVIDENCE[effect].promising(self.clues(model), [t.values for t in trials])
+        clues = self.clues(model)
+        trials = self._guessed(model, effect, EVIDENCE[effect].guesses(clues))
+        kept = EVIDENCE[effect].promising(clues, [t.values for t in trials])
         trials = [trials[i] for i in kept]
         spread = np.unique(np.linspace(0, len(trials) - 1, _ANEW).round().astype(int))
         fits = [self._with_rules_anew(trials[i], _ANEW_STARTS) for i in spread]
         fits.sort(key=lambda fit: fit.minimum.cost)
         return self.preferred([self._settled(fit) for fit in fits[:_ANEW_SETTLED]]) if fits else None
 
-    def _guessed(self, model: Model, effect: str) -> list[Model]:
-        guesses = EVIDENCE[effect].guesses(self.clues(model))
+    def _guessed(self, model: Model, effect: str, guesses: Sequence[Mapping]) -> list[Model]:
         return [self._prepared(with_effect(model, effect, g, self.extent), effect) for g in guesses]
 
     def leaves_noise(self, fit: ChainFit) -> bool:

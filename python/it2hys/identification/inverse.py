@@ -18,7 +18,7 @@ from scipy import ndimage, signal
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.compiled import Drive
-from it2hys.model.stages import BEFORE_CORE, BEHIND_CORE
+from it2hys.model.stages import BEFORE_CORE, BEHIND_CORE, READING
 from it2hys.model.variables import off_values
 from it2hys.policy import REFERENCE
 
@@ -26,6 +26,11 @@ from it2hys.policy import REFERENCE
 _SEGMENTS = 8
 #: Order of the filter, which is run both ways, so that it has no phase.
 _ORDER = 4
+#: A core that hands on its input, in V for m.
+_WIRE = {
+    "ruleCount": 1, "rule[1].centre": 0.0, "rule[1].sigmaLower": 1e9, "rule[1].sigmaUpper": 1e9,
+    "rule[1].q1": 0.0, "rule[1].q2": 1.0, "rule[1].q3": 0.0,
+}  # fmt: skip
 #: Periods of the band's end that a filter needs to settle at either end of a record.
 _SETTLING = 2.0
 
@@ -119,8 +124,12 @@ def applied_voltage(values: Mapping, drive: Drive) -> np.ndarray:
     Delay, slew limit and saturation lose what they cut off: the voltage behind them is the one that an
     inverse can ask for, later by the delay. Later, too, by what a stage behind the core delays.
     """
-    plain = {**values, **off_values(_made_up_for())}
-    applied = compiled.chain_predict(compiled.pack_chain(plain), drive)[1]
+    # the core as a wire: what it answers is not asked for, and without the play it was fitted behind it
+    # may diverge
+    lossless = [*_made_up_for(), *BEHIND_CORE, *READING]
+    start = {"initialDisplacement": drive.voltage[0], "displacementZero": 0.0}
+    wire = {**values, **off_values(lossless), **_WIRE, **start}
+    applied = compiled.chain_predict(compiled.pack_chain(wire), drive)[1]
     behind = [EFFECTS[e] for e in active_effects(values) if e in BEHIND_CORE]
     ticks = sum(e.latency(values) for e in behind) / values["sampleTime"]
     if not ticks:

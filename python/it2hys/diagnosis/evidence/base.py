@@ -78,6 +78,10 @@ class EffectEvidence(ABC):
 
     # --- of a fit ----------------------------------------------------------------------------------
 
+    def further_guesses(self, clues: Clues) -> list[dict[str, float]]:
+        """Return guesses with more than most records show, which count where they fit far better."""
+        return []
+
     def promising(self, clues: Clues, trials: Sequence[Mapping]) -> list[int]:
         """Return the places of the trials that are worth to be followed with new rules."""
         return list(range(len(trials)))

@@ -18,13 +18,17 @@ from it2hys.diagnosis.evidence.statistics import (
     readable,
     walked,
 )
-from it2hys.model.effects.play import COUNT, thresholds
+from it2hys.model.effects.play import reach, thresholds
 from it2hys.model.variables import load_table
 from it2hys.records.clues import Clues, Extent
 from it2hys.support.numerals import plain
 
 #: Share of its mean that a density has everywhere where operators are placed by it.
 _LEAST_DENSITY = 0.05
+#: Weights of all operators together that fits begin with: hardly any memory, a weak and a strong one.
+_TOTALS = (0.01, 0.1, 0.4)
+#: How much farther than loops initial curves have to go for operators of their own.
+_FARTHER = 1.1
 
 
 class PlayEvidence(EffectEvidence):
@@ -39,24 +43,27 @@ class PlayEvidence(EffectEvidence):
 
     def guesses(self, clues: Clues) -> list[dict[str, float]]:
         """Return equal weights, for hardly any, a weak and a strong memory."""
-        held = {"playCount": COUNT, **thresholds(clues.extent, COUNT)}
-        return [
-            {**held, **{f"play[{j}].weight": total / COUNT for j in range(1, COUNT + 1)}}
-            for total in (0.01, 0.1, 0.4)
-        ]
+        return _with_equal_weights(thresholds(clues.extent))
+
+    def further_guesses(self, clues: Clues) -> list[dict[str, float]]:
+        """Return the same with operators that only an initial curve engages, where one may be."""
+        if reach(clues.extent) < _FARTHER * 0.5 * clues.extent.voltage_span:
+            return []
+        return _with_equal_weights(thresholds(clues.extent, initial=True))
 
     def extended(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
         """Return as many operators as there may be, close where the density found is great.
 
         A curve of straight pieces comes nearest to one of curvature d if the pieces are as d^(-1/3).
-        The last operator stands for all up to half the voltage's span, beyond which none engages.
+        The last operator stands for all up to where none engages: half the voltage's span in loops.
         """
         count, most = int(values["playCount"]), load_table().counts["play"]["maximum"]
         ends = np.array([0.0, *(values[f"play[{j}].threshold"] for j in range(1, count + 1))])
         found = np.array([0.0, *(values[f"play[{j}].weight"] for j in range(1, count + 1))])
         if count >= most or found.sum() <= 0.0:
             return None
-        ends[-1] = 0.5 * extent.voltage_span
+        half = 0.5 * extent.voltage_span
+        ends[-1] = half if ends[-1] < half else reach(extent)
         if np.any(np.diff(ends) <= 0.0):
             return None
         density = found[1:] / np.diff(ends)
@@ -101,6 +108,13 @@ class PlayEvidence(EffectEvidence):
                 f"residual's loops over the voltage are {np.median(width[slow]) * UM:.2g} µm wide"
             )
         return Signature(trial.share, trial.p_value, text + ".")
+
+
+def _with_equal_weights(held: Mapping[str, float]) -> list[dict[str, float]]:
+    names = [f"play[{j}].weight" for j in range(1, len(held) + 1)]
+    return [
+        {"playCount": len(held), **held, **dict.fromkeys(names, total / len(held))} for total in _TOTALS
+    ]
 
 
 EVIDENCE = PlayEvidence()

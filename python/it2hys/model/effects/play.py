@@ -10,8 +10,8 @@ from it2hys.support.lazy import Lazy
 
 ca = Lazy("casadi")
 
-#: Operators that a fit begins with.
-COUNT = 10
+#: Operators that a fit begins with, and those beyond half the voltage's span, for initial curves.
+COUNT, INITIAL = 10, 3
 
 #: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
 _TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
@@ -134,11 +134,23 @@ class Play(Effect):
         ]
 
 
-def thresholds(extent: Extent, count: int = COUNT) -> dict[str, float]:
-    """Return thresholds over half the voltage's span, beyond which none engages; closer where small."""
-    share = np.arange(1, count + 1) / (count + 1)
-    values = 0.5 * extent.voltage_span * share**1.5
+def thresholds(extent: Extent, initial: bool = False) -> dict[str, float]:
+    """Return thresholds over half the voltage's span, closer where small.
+
+    In loops none beyond it engages. On the initial curve of a stage that was new or demagnetised at 0 V
+    all up to the voltage do: with `initial`, some are put up to the farthest voltage from there, too.
+    """
+    half, farthest = 0.5 * extent.voltage_span, reach(extent)
+    values = half * (np.arange(1, COUNT + 1) / (COUNT + 1)) ** 1.5
+    if initial:
+        values = [*values, *np.linspace(half, farthest, INITIAL, endpoint=False)]
     return {f"play[{j}].threshold": float(r) for j, r in enumerate(values, start=1)}
+
+
+def reach(extent: Extent) -> float:
+    """Return the largest threshold that records may engage, V: on the initial curve from 0 V."""
+    farthest = max(map(abs, extent.voltage))
+    return float(np.clip(farthest, 0.5 * extent.voltage_span, extent.voltage_span))
 
 
 def _elements(values: Values, count: int) -> list[tuple[Scalar, Scalar]]:
