@@ -80,6 +80,13 @@ class Search:
         "chosen by hand on seeds 95000 (all of it was needed, the delay was the truth) and 96005 (two "
         "thirds, a lag was)",
     )  # fmt: skip
+    far_better: float = _number(
+        0.3, "share of the cost",
+        "cost from which on a fit with play operators that only an initial curve engages counts, as a "
+        "part of that without them",
+        "chosen by hand on stages made for it (0.04 to 0.25) and on seeds 80000 (play+creep: 0.36, and "
+        "twice the error on other signals)",
+    )  # fmt: skip
     imitated: float = _number(
         0.8, "share of the power",
         "part of what the chosen effects take of the residual's power from which on one that was not "

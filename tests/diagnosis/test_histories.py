@@ -69,10 +69,10 @@ def test_the_initial_curve_of_a_stage_from_0_v_is_fitted():
     for k, x in enumerate(voltage):
         output = np.clip(output, x - threshold, x + threshold)
         displacement[k] = weight @ output
-    noise = 1e-3 * np.ptp(displacement)
+    noise = 5e-4 * np.ptp(displacement)
     displacement += noise * np.random.default_rng(5).standard_normal(len(t))
     record = Record("initial", t, voltage, displacement, t[1])
     others = [e for e in EFFECTS if e != "play"]
     (judged,) = diagnose([record], declared=["play"], excluded=others).records
-    assert judged.e_rms < 1.3 * noise
-    assert judged.cold_start < 1.3 * noise
+    assert judged.e_rms < 2.0 * noise  # 17 without
+    assert judged.cold_start < 2.0 * noise

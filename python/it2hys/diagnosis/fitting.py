@@ -28,7 +28,7 @@ from it2hys.identification.starts import (
 from it2hys.model.compiled import Drive
 from it2hys.model.stages import EFFECTS, STAGES
 from it2hys.model.variables import load_table, off_values
-from it2hys.policy import NOISE
+from it2hys.policy import NOISE, SEARCH
 from it2hys.records.clues import Extent
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
@@ -40,11 +40,9 @@ _ANEW, _ANEW_SETTLED, _ANEW_STARTS = 6, 4, 1
 _STARTS = 12
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
-_SETTLING_ANEW = 60
+_SETTLING_ANEW, _SETTLING_FAR = 60, 150
 #: Costs of fits that are as good as the best one, as a multiple of its.
 _ALIKE = 1.02
-#: Cost from which on a fit with more than most records show counts, as a multiple of that without.
-_FAR_BETTER = 0.9
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
 #: While models are searched for, no range limits an inverse.
@@ -267,9 +265,15 @@ class Bench(Starts):
         further = self._best(model, trials, by_shape) if trials else None
         if not (fit and further):
             return fit or further
-        # which one has more in it shows once the rules suit it
-        settled, further = (self.reshaped(each.model) for each in (fit, further))
-        return further if further.minimum.cost < _FAR_BETTER * settled.minimum.cost else fit
+        # which one has more in it shows once the rules suit it: no one way gets there always
+        settled, further = (
+            min(
+                (self.reshaped(each.model), self.finish(each.model, _SETTLING_FAR)),
+                key=lambda way: way.minimum.cost,
+            )
+            for each in (fit, further)
+        )
+        return further if further.minimum.cost < SEARCH.far_better * settled.minimum.cost else fit
 
     def preferred(self, fits: Sequence[ChainFit]) -> ChainFit:
         """Return of the fits that are as good as the best one that with the calmest inverse.
