@@ -87,13 +87,6 @@ class Search:
         "chosen by hand on stages made for it (0.04 to 0.25) and on seeds 80000 (play+creep: 0.36, and "
         "twice the error on other signals)",
     )  # fmt: skip
-    imitated: float = _number(
-        0.8, "share of the power",
-        "part of what the chosen effects take of the residual's power from which on one that was not "
-        "tried, because the records cannot show it, is their rival if it takes as much",
-        "chosen by hand on stages of play operators in loops of one amplitude and frequency, made for "
-        "it: play took 0.9 and more of what a bent curve, a limit or ringing did",
-    )  # fmt: skip
     commensurate: float = _number(
         0.2, "share of the gain",
         "least gain on the training records, as a share of the gain on held-out data",

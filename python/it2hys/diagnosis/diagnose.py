@@ -170,7 +170,6 @@ class _Session:
         search = Search(bench, self._report_fit, not_tried, each, None if given is None else first)
         self._fits = 0
         chosen = self._timed("search", search.run, first)
-        search.compare_with(chosen, self._inseparable)
         node = search.settled(chosen)
         fit = self._timed("final fit", self._finish, bench, node)
         self._progress(0.95, "assessment")
@@ -361,7 +360,9 @@ class _Session:
         judged = self._traces("train", "validation", "test")
         traces = list(self._each(partial(whole.with_lead_in, fit.model), judged))
         named = tuple(e for e in fit.model.effects if e in node.effects)
-        groups = indistinguishable(chosen, search.rivals, self._inseparable)
+        groups = indistinguishable(chosen, search.rivals)
+        if self._inseparable:
+            groups = (*groups, self._inseparable)
         verdict = Verdict(
             search,
             node,

@@ -50,14 +50,11 @@ class Verdict:
     regulated: tuple[str, ...] = ()
 
 
-def indistinguishable(
-    chosen: Node, rivals: Sequence[Node], inseparable: Sequence[str]
-) -> tuple[tuple[str, ...], ...]:
-    """Return the groups of effects of which any would do; `inseparable` were not tried for that."""
+def indistinguishable(chosen: Node, rivals: Sequence[Node]) -> tuple[tuple[str, ...], ...]:
+    """Return the groups of effects of which any would do."""
     common = chosen.effects.intersection(*(rival.effects for rival in rivals))
     group = {e for n in (chosen, *rivals) for e in n.effects - common}
-    groups = [group | {*inseparable}] if group & {*inseparable} else [group, inseparable]
-    return tuple(tuple(e for e in EFFECTS if e in members) for members in groups if members)
+    return (tuple(e for e in EFFECTS if e in group),) if group else ()
 
 
 def evidence_of(verdict: Verdict, left: Clues) -> tuple[Evidence, ...]:

@@ -415,17 +415,6 @@ class Search:
         self.rivals = [n for n in others if not self._predicts_better(chosen, n)]
         return chosen
 
-    def compare_with(self, chosen: Node, effects: Iterable[str]) -> None:
-        """Add to the rivals models with one of some effects that were not tried and does most of it.
-
-        The records cannot show these effects; what is chosen without them may do no more than imitate
-        one.
-        """
-        missing = [e for e in effects if e not in self.root.fit.model.effects] if chosen.effects else []
-        found = self.each(partial(_with_one, self.bench, self.root), missing)
-        least = self.root.rms**2 - SEARCH.imitated * (self.root.rms**2 - chosen.rms**2)
-        self.rivals += [node for node in found if node and node.rms**2 <= least]
-
     def settled(self, chosen: Node) -> Node:
         """Return the chosen model without the effects that a rival does without.
 
@@ -552,12 +541,6 @@ def _better(bench: Bench, node: Node, variant: Model) -> Node:
     gains = Gains.of(node.errors, fitted.errors)
     better = gains.free.gain >= SEARCH.refined and gains.free.p_value <= SEARCH.likely
     return fitted if better and not is_worse(gains.band, SEARCH.spoils) else node
-
-
-def _with_one(bench: Bench, node: Node, effect: str) -> Node | None:
-    """Return the model with one effect more, fitted to the end, where there is such a fit."""
-    fit = bench.add(node.fit.model, effect)
-    return fit and _sharpened(bench, _node(bench, node.added | {effect}, fit))
 
 
 def _without(bench: Bench, node: Node, *effects: str) -> Node:
