@@ -40,7 +40,9 @@ _ANEW, _ANEW_SETTLED, _ANEW_STARTS = 6, 4, 1
 _STARTS = 12
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
 _FOLLOWED, _SIFTING, _SETTLING = 3, 6, 25
-_SETTLING_ANEW, _SETTLING_FAR = 60, 150
+_SETTLING_ANEW = 60
+#: Iterations of a fit with more than most records show: weights of many operators settle slowly.
+_SETTLING_FAR = 150
 #: Costs of fits that are as good as the best one, as a multiple of its.
 _ALIKE = 1.02
 #: Rows of the Jacobian by which guesses are compared.
@@ -257,7 +259,7 @@ class Bench(Starts):
         return self.preferred([f for f in fits if f])
 
     def _first_fit(self, model: Model, effect: str) -> ChainFit | None:
-        """Fit from the best guess, of those with more to fit only where they end far better."""
+        """Fit from the best guess, with more than most records show only where that ends far better."""
         evidence, clues = EVIDENCE[effect], self.clues(model)
         by_shape = evidence.guessed_by_shape
         fit = self._best(model, self._guessed(model, effect, evidence.guesses(clues)), by_shape)
@@ -265,7 +267,7 @@ class Bench(Starts):
         further = self._best(model, trials, by_shape) if trials else None
         if not (fit and further):
             return fit or further
-        # which one has more in it shows once the rules suit it: no one way gets there always
+        # rules that made up for the effect hide which is better; neither way always gets out of that
         settled, further = (
             min(
                 (self.reshaped(each.model), self.finish(each.model, _SETTLING_FAR)),
