@@ -74,6 +74,11 @@ class Search:
         0.25, "share of the error",
         "least gain of the inverse by which a delay is accepted although the free run is only equal",
     )  # fmt: skip
+    inverse_small: float = _number(
+        0.005, "share of the travel",
+        "error of the inverse up to which no delay is sought beside a model that leaves but noise",
+        "convention: what its user would call as good as exact",
+    )  # fmt: skip
     same_delay: float = _number(
         0.9, "share of a delay",
         "part of a delay from which on an effect that needs it, too, is no rival of that delay",

@@ -5,15 +5,16 @@ import pytest
 from it2hys.reports.answers import feedforward, verdict
 
 
-def report(role, plant, inverse):
-    """Return a diagnosis with creep added; pairs are errors before and after, µm."""
+def report(role, plant, inverse, noise=0.03):
+    """Return a diagnosis with creep added; pairs are errors before and after, µm; 10 µm/V."""
 
     def entry(i):
         return {
             "role": role, "e_mr_percent": 1.0, "e_rms_um": plant[i], "samples": 100,
             "inverse_e_rms_um": inverse[i], "inverse_band_Hz": 5.0, "inverse_delay_s": 0.0,
             "inverse_clamped_percent": 0.0, "range_um": 40.0, "voltage_explains_percent": None,
-            "explained_percent": None,
+            "explained_percent": None, "noise_rms_um": 0.3, "inverse_e_rms_V": inverse[i] / 10.0,
+            "inverse_noise_rms_V": noise,
         }  # fmt: skip
 
     line = {"e_mr_percent": 20.0, "e_rms_um": 5.0, "samples": 100}
@@ -50,3 +51,16 @@ def test_an_inverse_that_is_worse_than_the_one_before_is_used_with_care():
     first, second, *_ = feedforward(report("test", (1.1, 0.5), (0.9, 1.2)))
     assert first.startswith("With care, ") and "paper's model is the better one" in second
     assert feedforward(report("test", (1.1, 0.5), (0.9, 0.4)))[0].startswith("Yes, ")
+
+
+def test_an_inverse_that_hardly_beats_a_straight_line_is_used_with_care():
+    first, second, *_ = feedforward(report("test", (1.1, 0.5), (4.0, 2.6)))
+    assert first.startswith("With care, ") and "more than half of a straight line's error" in second
+    assert feedforward(report("test", (1.1, 0.5), (4.0, 2.4)))[0].startswith("Yes, ")
+
+
+def test_an_inverse_that_enlarges_noise_is_used_with_care():
+    first, second, *_ = feedforward(report("test", (1.1, 0.5), (2.0, 2.0), noise=0.18))
+    assert first.startswith("With care, ")
+    assert "makes 0.180 V of these 0.200 V: the inverse enlarges it 6.0 times" in second
+    assert feedforward(report("test", (1.1, 0.5), (2.0, 2.0), noise=0.05))[0].startswith("Yes, ")

@@ -45,6 +45,9 @@ _NO_MEMORY = (
 _PLAYED = 0.01
 #: An inverse is called worse than another from this ratio of their errors on.
 _WORSE = 1.05
+#: To be used with care: an inverse that leaves more than this share of a straight line's error, or that
+#: enlarges noise by this factor, where its error is this share of the range.
+_HALF, _ENLARGED, _SEEN = 0.5, 2.0, 0.01
 
 
 def answers(report: Mapping) -> list[Answer]:
@@ -243,17 +246,19 @@ def feedforward(report: Mapping) -> list[str]:
             f"No: fed with the measured displacement, the inverse is off by {size}; a straight line "
             f"would be by {micrometres(line)}. {advice(report)}"
         ]
-    worse = report["kind"] == "diagnosis" and error > _WORSE * first
-    texts = [
-        f"{'With care' if worse else 'Yes'}, for references from {_ends(low, high)} µm "
-        f"({bottom:.4g} to {top:.4g} V) and up to {plain(band)} Hz: expect a tracking error of {size}. "
-        f"A straight line as feedforward would have {micrometres(line)}."
-    ]
-    if worse:
-        texts.append(
+    cautions = [*_halved(error, line), *_enlarged(report, error / travel)]
+    if report["kind"] == "diagnosis" and error > _WORSE * first:
+        cautions.insert(
+            0,
             f"The inverse of the {report['names']['before']} is the better one by this measure, with "
-            f"{micrometres(first)}."
+            f"{micrometres(first)}.",
         )
+    texts = [
+        f"{'With care' if cautions else 'Yes'}, for references from {_ends(low, high)} µm "
+        f"({bottom:.4g} to {top:.4g} V) and up to {plain(band)} Hz: expect a tracking error of {size}. "
+        f"A straight line as feedforward would have {micrometres(line)}.",
+        *cautions,
+    ]
     latency = max(after[n]["inverse_delay_s"] for n in names)
     if latency > 0.0:
         texts.append(
@@ -272,6 +277,31 @@ def feedforward(report: Mapping) -> list[str]:
         "measured, and its voltage compared with the one that was applied."
     )
     return texts
+
+
+def _halved(error: float, line: float) -> list[str]:
+    """Return a caution where the inverse does little better than a straight line."""
+    if error <= _HALF * line:
+        return []
+    return ["That is more than half of a straight line's error: the inverse is worth little here."]
+
+
+def _enlarged(report: Mapping, share: float) -> list[str]:
+    """Return a caution where the inverse enlarges noise so much that its error cannot be judged."""
+    after = report["error"]["after"]
+    noise, um, volts, all_volts = (
+        pooled(report, after, name)
+        for name in ("noise_rms_um", "inverse_e_rms_um", "inverse_noise_rms_V", "inverse_e_rms_V")
+    )
+    passed_on = volts * um / all_volts
+    if not (share > _SEEN and passed_on > _ENLARGED * noise):
+        return []
+    return [
+        f"The noise of the measured displacement alone makes {figure(volts)} V of these "
+        f"{figure(all_volts)} V: the inverse enlarges it {passed_on / noise:.1f} times, as it does "
+        "whatever is fast in a reference. How well it tracks one without noise, these records do not "
+        "show."
+    ]
 
 
 def unexplained(report: Mapping) -> list[str]:
