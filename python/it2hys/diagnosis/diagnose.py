@@ -294,7 +294,7 @@ class _Session:
 
     def _declare(self, bench: Bench, base: Model) -> Model:
         """Return the model with the declared effects."""
-        model = base
+        model, fit = base, None
         for effect in self._declared:
             self._progress(0.25, f"declared: {effect}")
             fits = [bench.add(model, effect)]
@@ -305,8 +305,9 @@ class _Session:
                     f"'{effect}' is declared, but the model with it diverges on the training records, "
                     "whatever the initial guess; leave it out of --declared"
                 )
-            model = min((f for f in fits if f), key=lambda fit: fit.minimum.cost).model
-        return bench.reshaped(model, self._each).model if self._declared else model
+            fit = bench.preferred([f for f in fits if f])
+            model = fit.model
+        return bench.preferred([fit, bench.reshaped(model, self._each)]).model if fit else base
 
     # --- search and final fit --------------------------------------------------------------------
 
@@ -319,7 +320,7 @@ class _Session:
         """Fit everything that may be fitted to the end, with a core that is usable."""
         self._progress(0.87, "final fit")
         whole = replace(bench, traces=self._all_fitted)
-        fit = whole.finish(self._on_whole(node.fit.model, bench), _FINAL)
+        fit = whole.calmed(whole.finish(self._on_whole(node.fit.model, bench), _FINAL))
         for strength in (1e1, 1e2, 1e3):
             if self._usable(fit.model) is not None:
                 break

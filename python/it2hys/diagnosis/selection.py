@@ -209,20 +209,16 @@ class Search:
         return list(self.each(partial(_sharpened, self.bench), nodes))
 
     def _grow_waiting(self) -> None:
-        """Try a delay beside what was found: the free run may be as good, and the inverse better."""
-        best = min(self.nodes.values(), key=lambda n: n.rms)
-        if self.bench.leaves_noise(best.fit) and self._inverts_well(best):
-            return
-        for node in self._grow(best, True, (WAITING,)):
-            self._keep(node)
-
-    def _inverts_well(self, node: Node) -> bool:
-        """Return whether the inverse is right to a small part of the travel, or nearly to the noise.
+        """Try a delay beside what was found: the free run may be as good, and the inverse better.
 
         A slow core does the work of a delay, and its inverse enlarges the noise of a reference.
         """
-        small = SEARCH.inverse_small * self.bench.extent.displacement_span
-        return _rms(node.errors.wide) <= max(small, SEARCH.noisy * self.bench.floor)
+        best = min(self.nodes.values(), key=lambda n: n.rms)
+        inverts_well = self.bench.inverts_well(_rms(best.errors.wide), self.bench.deciding)
+        if self.bench.leaves_noise(best.fit) and inverts_well:
+            return
+        for node in self._grow(best, True, (WAITING,)):
+            self._keep(node)
 
     def _keep(self, node: Node) -> None:
         self.nodes[node.added] = node

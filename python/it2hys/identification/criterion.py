@@ -393,15 +393,20 @@ class ChainCriterion:
         return np.concatenate(places), np.concatenate([t.weight[t.fitted] for t in self.traces])
 
     @np.errstate(over="ignore", invalid="ignore")
-    def guarded(self, strength: float) -> ChainCriterion:
-        """Return the criterion with penalties for rules that are unusable where the core works."""
+    def guarded(self, strength: float, contraction: float = CORE.contraction) -> ChainCriterion:
+        """Return the criterion with penalties for rules that are unusable where the core works.
+
+        Or that contract by less than is asked for: |dF/dy| is to be at most `contraction` there.
+        """
         courses = []
         for i, trace in enumerate(self.traces):
             _, x, y = self.model.run(trace, i)
             x, y = self.scaling.x(x), self.scaling.y(y)
             if np.all(np.abs(y) < _DIVERGED):
                 courses.append((x, y, np.ones(len(x), dtype=bool)))
-        return self.guarded_over(Band.of_data(courses), strength) if courses else copy(self)
+        return (
+            self.guarded_over(Band.of_data(courses), strength, contraction) if courses else copy(self)
+        )
 
     def guarded_by_data(self, strength: float, offsets: np.ndarray) -> ChainCriterion:
         """Return the criterion with penalties for rules that are unusable where the data are.
@@ -422,10 +427,12 @@ class ChainCriterion:
             for t, offset in zip(self.traces, offsets, strict=True)
         ]
 
-    def guarded_over(self, band: Band, strength: float) -> ChainCriterion:
+    def guarded_over(
+        self, band: Band, strength: float, contraction: float = CORE.contraction
+    ) -> ChainCriterion:
         """Return the criterion with penalties for rules that are unusable over a band."""
         result = copy(self)
-        result._guard = Guard(band, strength * np.sqrt(self.samples))
+        result._guard = Guard(band, strength * np.sqrt(self.samples), contraction)
         return result
 
     def rules(self, point: np.ndarray) -> np.ndarray:

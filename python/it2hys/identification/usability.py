@@ -86,11 +86,13 @@ class Guard:
         On an even grid.
     strength : float
         Factor of the penalties.
+    contraction : float
+        Largest |dF/dy| without one.
     """
 
-    def __init__(self, band: Band, strength: float):
+    def __init__(self, band: Band, strength: float, contraction: float = CORE.contraction):
         self.band = band
-        self._strength = strength
+        self._strength, self._contraction = strength, contraction
 
     def residual(self, rules: np.ndarray) -> np.ndarray:
         """Return the penalties, shape (4 G,): 0 where the conditions hold."""
@@ -118,11 +120,10 @@ class Guard:
         by_rules = _Derivatives.of(len(rules), size)(rules, self.band, repeated)
         return by_rules.reshape(4, size, -1)[:, : len(points)]
 
-    @staticmethod
-    def _excess(values: np.ndarray) -> np.ndarray:
+    def _excess(self, values: np.ndarray) -> np.ndarray:
         """Return by how much the values of the grid, (4, G), are beyond what they may be."""
         excess = np.abs(values)
-        excess[:3] -= CORE.contraction
+        excess[:3] -= self._contraction
         # relative to dy/dx of order (1 - contraction): a scaled loop has unit height and width
         np.subtract(_smallest_slope(values[3]), values[3], out=excess[3])
         return np.maximum(excess, 0.0, out=excess)
