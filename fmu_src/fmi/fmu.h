@@ -183,22 +183,28 @@ struct fmu_host {
     unsigned reads;        /* phases before initialization in which it gets values */
 };
 
-/* The value references of the inputs and outputs, by their places in the snapshot. */
-struct fmu_ports {
-    int inputs, reals, flags;
-    unsigned input[FMU_INPUTS];
-    unsigned real[FMU_REAL_OUTPUTS];
-    unsigned flag[FMU_FLAGS];
+/* Inputs and outputs by value reference, as far as their places in the snapshot are found at once; those of other
+ * references take the long way. */
+enum { FMU_PORTS = 256 };
+enum { FMU_REAL_PORT = FMU_INPUTS, FMU_FLAG_PORT = FMU_REAL_PORT + FMU_REAL_OUTPUTS, FMU_NO_PORT = 255 };
+
+/* A plain step goes from one tick to the next under constant inputs, and follows such a step that ended well. Most
+ * steps are plain, and all that has to be asked of them is this. */
+struct fmu_plain {
+    double step; /* their length; NAN where the next step is none, or not known to be one */
+    double off;  /* how far the master's time may be from the clock's */
+    double end;  /* the latest that one may end */
 };
 
 struct fmu {
     const struct fmu_model *model;
     struct fmu_snapshot *now;
-    void *parameters; /* these three are behind *now, in one block with it */
+    struct fmu_plain plain;
+    void *parameters; /* these two are behind *now, in one block with it */
     void *state;
-    void *last_state;
+    void *last_state; /* behind these, or in the other room: fmu_gather */
+    void *before;     /* that room; beyond what is in use of a state, both are the same */
     void *constants;
-    void *before;  /* room for a state */
     void *d_state; /* room for derivatives */
     void *d_parameters;
     void *start;        /* the parameters that reset returns to */
@@ -207,7 +213,7 @@ struct fmu {
     bool ramps;         /* an input has a slope */
     bool short_way;     /* `ticks` is worth its call */
     unsigned categories;
-    struct fmu_ports ports;
+    unsigned char port[FMU_PORTS]; /* an input's place, FMU_REAL_PORT + a Real output's, ... */
     struct fmu_host host;
     const char *name;
 };
@@ -219,9 +225,17 @@ static inline double fmu_sample_time(const struct fmu *fmu)
     return *(const double *)fmu->parameters;
 }
 
+/* Before every change, other than a step's own, of what a plain step takes for granted: phase, clock, status, slopes,
+ * and what the last step was. */
+static inline void fmu_leave_plain(struct fmu *fmu)
+{
+    fmu->plain.step = NAN;
+}
+
 /* After every change of the slopes. */
 static inline void fmu_note_ramps(struct fmu *fmu)
 {
+    fmu_leave_plain(fmu);
     fmu->ramps = false;
     for (int i = 0; i < FMU_INPUTS; i++)
         fmu->ramps |= fmu->now->slope[i] != 0.0;
@@ -339,39 +353,48 @@ static inline bool fmu_one(const struct fmu *fmu, const unsigned references[], s
     return fmu && count == 1 && references && values && fmu->now->phase == FMU_STEP_COMPLETE;
 }
 
+/* Its place, counted from `first`; one beyond all places where there is none. */
+static inline unsigned fmu_port(const struct fmu *fmu, unsigned reference, unsigned first)
+{
+    return (reference < FMU_PORTS ? fmu->port[reference] : FMU_NO_PORT) - first;
+}
+
 static inline enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[],
                                            size_t count, double values[])
 {
-    if (fmu_one(fmu, references, count, values))
-        for (int i = 0; i < fmu->ports.reals; i++)
-            if (fmu->ports.real[i] == references[0]) {
-                *values = fmu->now->output.real[i];
-                return FMU_OK;
-            }
+    if (fmu_one(fmu, references, count, values)) {
+        const unsigned port = fmu_port(fmu, references[0], FMU_REAL_PORT);
+        if (port < FMU_REAL_OUTPUTS) {
+            *values = fmu->now->output.real[port];
+            return FMU_OK;
+        }
+    }
     return fmu_get(fmu, function, FMU_REAL, references, count, values);
 }
 
 static inline enum fmu_status fmu_get_boolean(struct fmu *fmu, const char *function,
                                               const unsigned references[], size_t count, int values[])
 {
-    if (fmu_one(fmu, references, count, values))
-        for (int i = 0; i < fmu->ports.flags; i++)
-            if (fmu->ports.flag[i] == references[0]) {
-                *values = fmu->now->output.flag[i];
-                return FMU_OK;
-            }
+    if (fmu_one(fmu, references, count, values)) {
+        const unsigned port = fmu_port(fmu, references[0], FMU_FLAG_PORT);
+        if (port < FMU_FLAGS) {
+            *values = fmu->now->output.flag[port];
+            return FMU_OK;
+        }
+    }
     return fmu_get(fmu, function, FMU_BOOLEAN, references, count, values);
 }
 
 static inline enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[],
                                            size_t count, const double values[])
 {
-    if (fmu_one(fmu, references, count, values) && isfinite(*values))
-        for (int i = 0; i < fmu->ports.inputs; i++)
-            if (fmu->ports.input[i] == references[0]) {
-                fmu->now->input[i] = *values;
-                return FMU_OK;
-            }
+    if (fmu_one(fmu, references, count, values) && isfinite(*values)) {
+        const unsigned port = fmu_port(fmu, references[0], 0);
+        if (port < FMU_INPUTS) {
+            fmu->now->input[port] = *values;
+            return FMU_OK;
+        }
+    }
     return fmu_set(fmu, function, FMU_REAL, references, count, values);
 }
 
@@ -447,6 +470,9 @@ static inline const void *fmu_state_in(const struct fmu_model *model, const void
 {
     return (const char *)block + sizeof(struct fmu_snapshot) + model->parameters_size;
 }
+
+/* Puts the state of the last step behind that of now, so that *now with what is behind it is all of the block. */
+void fmu_gather(struct fmu *fmu);
 
 enum fmu_status fmu_get_state(struct fmu *fmu, const char *function, void **state);
 enum fmu_status fmu_set_state(struct fmu *fmu, const char *function, const void *state);

@@ -13,7 +13,9 @@ static void begin(struct fmu *fmu)
 {
     const struct fmu_model *model = fmu->model;
 
+    fmu_gather(fmu);
     memset(fmu->now, 0, fmu_snapshot_size(model));
+    memset(fmu->before, 0, model->state_size);
     fmu->now->phase = FMU_INSTANTIATED;
     fmu->now->clock.stop_time = INFINITY;
     memcpy(fmu->parameters, fmu->start, model->parameters_size);
@@ -36,27 +38,15 @@ static void *take(char **memory, size_t size)
     return taken;
 }
 
-/* A model's places have no gaps. */
-static struct fmu_ports ports_of(const struct fmu_model *model)
+static size_t port_of(const struct fmu_variable *v)
 {
-    struct fmu_ports ports = { 0 };
-
-    for (unsigned i = 0; i < model->rows; i++) {
-        const struct fmu_variable *v = fmu_find(model, i);
-        if (!v || v->causality == FMU_PARAMETER)
-            continue;
-        if (v->causality == FMU_INPUT) {
-            ports.input[v->offset / sizeof(double)] = i;
-            ports.inputs++;
-        } else if (v->base == FMU_REAL) {
-            ports.real[(v->offset - offsetof(struct fmu_outputs, real)) / sizeof(double)] = i;
-            ports.reals++;
-        } else {
-            ports.flag[(v->offset - offsetof(struct fmu_outputs, flag)) / sizeof(int)] = i;
-            ports.flags++;
-        }
-    }
-    return ports;
+    if (!v || v->causality == FMU_PARAMETER)
+        return FMU_NO_PORT;
+    if (v->causality == FMU_INPUT)
+        return v->offset / sizeof(double);
+    if (v->base == FMU_REAL)
+        return FMU_REAL_PORT + (v->offset - offsetof(struct fmu_outputs, real)) / sizeof(double);
+    return FMU_FLAG_PORT + (v->offset - offsetof(struct fmu_outputs, flag)) / sizeof(int);
 }
 
 struct fmu *fmu_create(const struct fmu_model *model, const char *name, const void *parameters,
@@ -83,7 +73,8 @@ struct fmu *fmu_create(const struct fmu_model *model, const char *name, const vo
     memcpy(fmu->start, parameters, model->parameters_size);
     fmu->name = memcpy(memory, name, name_size);
     fmu->used = model->state_size;
-    fmu->ports = ports_of(model);
+    for (unsigned i = 0; i < FMU_PORTS; i++)
+        fmu->port[i] = (unsigned char)port_of(fmu_find(model, i));
     fmu->host = *host;
     fmu->categories = logging ? FMU_LOG_ALL : QUIET_CATEGORIES;
     begin(fmu);
@@ -196,6 +187,7 @@ enum fmu_status fmu_compute_start_outputs(struct fmu *fmu, const char *function)
     if (!model->start(fmu->constants, fmu->before, fmu->parameters, &output, message, sizeof message))
         return fmu_say(fmu, FMU_ERROR, "%s: %s.", function, message);
     memcpy(fmu->state, fmu->before, model->state_size);
+    memcpy(fmu->before, fmu->last_state, model->state_size);
     fmu->now->output = output;
     fmu->outputs_stale = false;
     return FMU_OK;
@@ -215,6 +207,7 @@ enum fmu_status fmu_terminate(struct fmu *fmu, const char *function)
 {
     if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
         return FMU_ERROR;
+    fmu_leave_plain(fmu);
     fmu->now->phase = FMU_TERMINATED;
     return FMU_OK;
 }

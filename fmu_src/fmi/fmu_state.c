@@ -54,6 +54,18 @@ static size_t serialized_size(const struct fmu *fmu)
     return sizeof(struct header) + fmu_snapshot_size(fmu->model);
 }
 
+/* Steps change the rooms of last_state and `before`, which saves a copy at each. */
+void fmu_gather(struct fmu *fmu)
+{
+    const size_t size = fmu->model->state_size;
+    void *place = (char *)fmu->state + size;
+
+    if (fmu->last_state == place)
+        return;
+    fmu->before = fmu->last_state;
+    fmu->last_state = memcpy(place, fmu->before, size);
+}
+
 enum fmu_status fmu_get_state(struct fmu *fmu, const char *function, void **state)
 {
     if (!fmu_may(fmu, function, FMU_ANY_PHASE))
@@ -65,6 +77,7 @@ enum fmu_status fmu_get_state(struct fmu *fmu, const char *function, void **stat
         *state = malloc(size);
     if (!*state)
         return fmu_say(fmu, FMU_ERROR, "%s: out of memory.", function);
+    fmu_gather(fmu);
     memcpy(*state, fmu->now, size);
     return FMU_OK;
 }
@@ -76,7 +89,9 @@ static void adopt(struct fmu *fmu, const void *block)
     const bool prepared =
         !fmu->outputs_stale && memcmp(fmu->parameters, parameters_in(block), model->parameters_size) == 0;
 
+    fmu_gather(fmu);
     memcpy(fmu->now, block, fmu_snapshot_size(model));
+    memcpy(fmu->before, fmu->last_state, model->state_size);
     fmu_note_ramps(fmu);
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
     fmu->outputs_stale = !(fmu->now->phase & FMU_INITIALIZED);

@@ -22,9 +22,9 @@ void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time
         input[i] = span->input[i] + span->slope[i] * elapsed;
 }
 
-/* Copies what is in use of a state, most often a single number. A few go one by one: a processor that reads
- * two at a time what was just written one by one waits until it is in memory. */
-static RARE void copy_numbers(void *to, const void *from, size_t used)
+/* Copies what is in use of a state. A few numbers go one by one: a processor that reads two at a time what was just
+ * written one by one waits until it is in memory. */
+static RARE void copy_state(void *to, const void *from, size_t used)
 {
     if (used > FEW * sizeof(double)) {
         memcpy(to, from, used);
@@ -32,14 +32,6 @@ static RARE void copy_numbers(void *to, const void *from, size_t used)
     }
     for (size_t i = 0; i < used; i += sizeof(double))
         memcpy((char *)to + i, (const char *)from + i, sizeof(double));
-}
-
-static inline void copy_state(void *to, const void *from, size_t used)
-{
-    if (used == sizeof(double))
-        memcpy(to, from, sizeof(double));
-    else
-        copy_numbers(to, from, used);
 }
 
 /* Logs what a tick is the first to find: each finding once in an instance's life, so that a log is not
@@ -129,19 +121,28 @@ static RARE enum fmu_status give_up(struct fmu *fmu, const char *function, doubl
         function, fmu->model->diverging, time, time + step, time);
 }
 
-/* What directional derivatives repeat: of every step these, */
-static inline void note_step(const struct fmu *fmu, struct fmu_snapshot *now, bool one_tick)
+/* What directional derivatives repeat: of every step the state that it began with, */
+static inline void note_state(struct fmu *fmu)
 {
-    copy_state(fmu->last_state, fmu->before, fmu->used);
+    void *last_state = fmu->last_state;
+
+    fmu->last_state = fmu->before;
+    fmu->before = last_state;
+}
+
+/* and its inputs, */
+static inline void note_input(struct fmu_snapshot *now)
+{
     const volatile double *input = now->input; /* one by one: as copy_state */
+
     for (int i = 0; i < FMU_INPUTS; i++)
         now->last_step.input[i] = input[i];
-    now->one_tick = one_tick;
 }
 
 /* and of one that is not from a tick to the next under constant inputs these, too. */
 static void note_span(struct fmu_snapshot *now, int64_t end_tick)
 {
+    now->one_tick = false;
     now->last_step.tick = now->clock.tick;
     now->last_step.rest = now->clock.rest;
     now->last_step.first_tick = now->clock.next_tick;
@@ -163,12 +164,11 @@ struct fmu_span fmu_last_step(const struct fmu_snapshot *now)
 }
 
 /* From one tick to the next under constant inputs, as most steps are: what any step does, in short. */
-static inline void finish_tick(const struct fmu *fmu, struct fmu_snapshot *now, enum fmu_status status,
-                               double end)
+static inline enum fmu_status finish_tick(struct fmu_snapshot *now, enum fmu_status status, double end)
 {
-    now->last_status = (int)status;
-    note_step(fmu, now, true);
+    note_input(now);
     fmu_clock_tick(&now->clock, end);
+    return status;
 }
 
 /* The same where the tick has findings, which may have been logged before. */
@@ -179,30 +179,40 @@ static RARE enum fmu_status finish_with_findings(struct fmu *fmu, const char *fu
     enum fmu_status status = FMU_OK;
 
     report(fmu, function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu), &status);
-    if (status == FMU_DISCARD) {
-        now->last_status = FMU_DISCARD;
+    if (status != FMU_OK)
+        fmu_leave_plain(fmu);
+    now->last_status = (int)status;
+    if (status == FMU_DISCARD)
         return give_up(fmu, function, time, step);
-    }
-    finish_tick(fmu, now, status, time + step);
-    return status;
+    note_state(fmu);
+    return finish_tick(now, status, time + step);
 }
 
-static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, double time, double step)
+/* Most often the state is a single number. */
+static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, double tick_time, double time,
+                                       double step)
 {
     struct fmu_snapshot *now = fmu->now;
-    const double tick_time = (double)now->clock.tick * fmu_sample_time(fmu);
+    const bool single = fmu->used == sizeof(double);
+    double number;
 
-    copy_state(fmu->before, fmu->state, fmu->used);
-    if (run_ticks(fmu, 1) == 1) {
-        finish_tick(fmu, now, FMU_OK, time + step);
-        return FMU_OK;
+    memcpy(&number, fmu->state, sizeof number);
+    if (!single)
+        copy_state(fmu->before, fmu->state, fmu->used);
+    if (run_ticks(fmu, 1) != 1) {
+        const unsigned findings =
+            fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
+        if (findings) {
+            if (single)
+                memcpy(fmu->before, &number, sizeof number);
+            return finish_with_findings(fmu, function, findings, time, step);
+        }
     }
-    const unsigned findings =
-        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
-    if (findings)
-        return finish_with_findings(fmu, function, findings, time, step);
-    finish_tick(fmu, now, FMU_OK, time + step);
-    return FMU_OK;
+    if (single)
+        memcpy(fmu->last_state, &number, sizeof number);
+    else
+        note_state(fmu);
+    return finish_tick(now, FMU_OK, time + step);
 }
 
 static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
@@ -225,17 +235,56 @@ static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, doub
         now->warned = warned;
         return give_up(fmu, function, time, step);
     }
-    note_step(fmu, now, false);
+    note_state(fmu);
+    note_input(now);
     note_span(now, end.next_tick);
     now->clock = end;
     return status;
 }
 
-enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+/* Plain steps follow; their clock is far from where its ticks are no longer counted. */
+static void expect_plain(struct fmu *fmu)
+{
+    const double sample_time = fmu_sample_time(fmu), stop_time = fmu->now->clock.stop_time;
+    const double countable = 0.5 * CLOCK_LARGEST_TICK * sample_time;
+
+    fmu->plain = (struct fmu_plain){ sample_time, CLOCK_TOLERANCE * sample_time,
+                                     stop_time < countable ? stop_time : countable };
+}
+
+/* A step that is not plain, or not known to be. */
+static RARE enum fmu_status other_step(struct fmu *fmu, const char *function, double time, double step)
 {
     if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
         return FMU_ERROR;
-    if (!fmu->ramps && fmu_clock_is_tick(&fmu->now->clock, fmu_sample_time(fmu), time, step))
-        return one_tick(fmu, function, time, step);
-    return any_step(fmu, function, time, step);
+    struct fmu_snapshot *now = fmu->now;
+    const double sample_time = fmu_sample_time(fmu);
+    fmu_leave_plain(fmu);
+    if (fmu->ramps || !fmu_clock_is_tick(&now->clock, sample_time, time, step))
+        return any_step(fmu, function, time, step);
+    const enum fmu_status status =
+        one_tick(fmu, function, (double)now->clock.tick * sample_time, time, step);
+    if (status == FMU_DISCARD)
+        return status;
+    now->last_status = (int)status;
+    now->one_tick = true;
+    if (status == FMU_OK)
+        expect_plain(fmu);
+    return status;
+}
+
+/* Of what fmu_clock_is_tick asks that is left which a plain step can change. */
+static inline bool is_plain(const struct fmu_plain *plain, double tick_time, double time, double step)
+{
+    return fabs(time - tick_time) <= plain->off && time + step <= plain->end;
+}
+
+enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+{
+    if (fmu && step == fmu->plain.step) {
+        const double tick_time = (double)fmu->now->clock.tick * step;
+        if (is_plain(&fmu->plain, tick_time, time, step))
+            return one_tick(fmu, function, tick_time, time, step);
+    }
+    return other_step(fmu, function, time, step);
 }

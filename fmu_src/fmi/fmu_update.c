@@ -47,6 +47,7 @@ static void ask_host(struct pieces *step)
     const double now = fmu->now->clock.time;
     double end = INFINITY;
 
+    fmu_leave_plain(fmu);
     fmu->now->phase = FMU_UPDATE;
     const bool asked = fmu->host.update(&fmu->host, now, &end);
     fmu->now->phase = FMU_STEP_COMPLETE;
@@ -98,9 +99,11 @@ static void join_pieces(const struct pieces *step)
     last.rest = step->begin.rest;
     last.first_tick = step->begin.next_tick;
     last.end_tick = fmu->now->clock.next_tick;
+    fmu_leave_plain(fmu);
     fmu->now->last_step = last;
     fmu->now->one_tick = false;
     memcpy(fmu->last_state, fmu_state_in(fmu->model, step->begun), fmu->model->state_size);
+    memcpy(fmu->before, fmu->last_state, fmu->model->state_size);
 }
 
 static enum fmu_status step_in_pieces(struct pieces *step, struct fmu_ending *ending)
@@ -157,6 +160,7 @@ enum fmu_status fmu_do_updated_step(struct fmu *fmu, const char *function, doubl
     void *begun = NULL;
     if (fmu_get_state(fmu, function, &begun) != FMU_OK)
         return FMU_ERROR;
+    fmu_leave_plain(fmu);
     fmu->now->clock = pieces.begin; /* and its time is the host's */
     pieces.begun = begun;
     const enum fmu_status status = step_in_pieces(&pieces, ending);

@@ -34,6 +34,7 @@ static fmi2FMUstate slot;
 
 static struct block *inside(fmi2Component c)
 {
+    fmu_gather(c);
     return (struct block *)(void *)((struct fmu *)c)->now;
 }
 

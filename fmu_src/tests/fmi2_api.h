@@ -56,6 +56,7 @@ struct block {
 
 static inline struct block *block_of(fmi2Component c)
 {
+    fmu_gather(c);
     return (struct block *)(void *)((struct fmu *)c)->now;
 }
 
