@@ -30,6 +30,13 @@
 #include "fmu_clock.h"
 #include "hidden.h"
 
+/* Of conditions: a processor runs straight through what the compiler lays out in one line. */
+#if defined __GNUC__
+#define USUALLY(condition) __builtin_expect(!!(condition), 1)
+#else
+#define USUALLY(condition) (condition)
+#endif
+
 /* The numbers are those of FMI. */
 enum fmu_status { FMU_OK, FMU_WARNING, FMU_DISCARD, FMU_ERROR };
 
@@ -90,8 +97,8 @@ struct fmu_model {
 
     /* What is worth its while before many ticks only, and changes their results by no more than rounding: between
      * `prepare` and the first tick. Constants are zeros at first and stay from one run to the next, so that what
-     * was made of the same parameters need not be made again. Returns whether `ticks` has a short way now. NULL:
-     * nothing. */
+     * was made of the same parameters need not be made again. Returns whether `short_tick` and `ticks` have a short way
+     * now. NULL: nothing. */
     bool (*settle)(void *constants);
 
     /* State and outputs before the first tick; false, and why, where they are not finite. */
@@ -102,6 +109,11 @@ struct fmu_model {
      * finite, outputs stay as they were. */
     unsigned (*tick)(const void *constants, void *state, const void *parameters, const double input[FMU_INPUTS],
                      double time, struct fmu_outputs *);
+
+    /* The same as `tick` by a shorter way, and `tick` itself where that has to be left. Where `settle` has said that
+     * there is a way. */
+    unsigned (*short_tick)(const void *constants, void *state, const void *parameters,
+                           const double input[FMU_INPUTS], double time, struct fmu_outputs *);
 
     /* Runs ticks under one input, at most `count`, up to the first that has findings, and returns how many: the same as
      * `tick` for each, by a shorter way. It may run fewer, or none. Where `settle` has said that there is a way. */
@@ -198,9 +210,10 @@ struct fmu_plain {
 
 struct fmu {
     const struct fmu_model *model;
-    struct fmu_snapshot *now;
     struct fmu_plain plain;
-    void *parameters; /* these two are behind *now, in one block with it */
+    unsigned (*tick)(const void *constants, void *state, const void *parameters, const double input[FMU_INPUTS],
+                     double time, struct fmu_outputs *); /* the model's, by the shortest way */
+    void *parameters;                                    /* these two are behind *now, in one block with it */
     void *state;
     void *last_state; /* behind these, or in the other room: fmu_gather */
     void *before;     /* that room; beyond what is in use of a state, both are the same */
@@ -216,6 +229,7 @@ struct fmu {
     unsigned char port[FMU_PORTS]; /* an input's place, FMU_REAL_PORT + a Real output's, ... */
     struct fmu_host host;
     const char *name;
+    struct fmu_snapshot now[]; /* one, where nothing has to be read to find it; the rest of the block follows */
 };
 
 HIDDEN_BEGIN
@@ -251,6 +265,7 @@ static inline size_t fmu_snapshot_size(const struct fmu_model *model)
 static inline void fmu_settle(struct fmu *fmu)
 {
     fmu->short_way = fmu->model->settle && fmu->model->settle(fmu->constants);
+    fmu->tick = fmu->short_way ? fmu->model->short_tick : fmu->model->tick;
 }
 
 static inline const struct fmu_variable *fmu_find(const struct fmu_model *model, unsigned reference)
@@ -362,9 +377,9 @@ static inline unsigned fmu_port(const struct fmu *fmu, unsigned reference, unsig
 static inline enum fmu_status fmu_get_real(struct fmu *fmu, const char *function, const unsigned references[],
                                            size_t count, double values[])
 {
-    if (fmu_one(fmu, references, count, values)) {
+    if (USUALLY(fmu_one(fmu, references, count, values))) {
         const unsigned port = fmu_port(fmu, references[0], FMU_REAL_PORT);
-        if (port < FMU_REAL_OUTPUTS) {
+        if (USUALLY(port < FMU_REAL_OUTPUTS)) {
             *values = fmu->now->output.real[port];
             return FMU_OK;
         }
@@ -375,9 +390,9 @@ static inline enum fmu_status fmu_get_real(struct fmu *fmu, const char *function
 static inline enum fmu_status fmu_get_boolean(struct fmu *fmu, const char *function,
                                               const unsigned references[], size_t count, int values[])
 {
-    if (fmu_one(fmu, references, count, values)) {
+    if (USUALLY(fmu_one(fmu, references, count, values))) {
         const unsigned port = fmu_port(fmu, references[0], FMU_FLAG_PORT);
-        if (port < FMU_FLAGS) {
+        if (USUALLY(port < FMU_FLAGS)) {
             *values = fmu->now->output.flag[port];
             return FMU_OK;
         }
@@ -388,9 +403,9 @@ static inline enum fmu_status fmu_get_boolean(struct fmu *fmu, const char *funct
 static inline enum fmu_status fmu_set_real(struct fmu *fmu, const char *function, const unsigned references[],
                                            size_t count, const double values[])
 {
-    if (fmu_one(fmu, references, count, values) && isfinite(*values)) {
+    if (USUALLY(fmu_one(fmu, references, count, values) && isfinite(*values))) {
         const unsigned port = fmu_port(fmu, references[0], 0);
-        if (port < FMU_INPUTS) {
+        if (USUALLY(port < FMU_INPUTS)) {
             fmu->now->input[port] = *values;
             return FMU_OK;
         }

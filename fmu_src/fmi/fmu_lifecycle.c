@@ -59,9 +59,8 @@ struct fmu *fmu_create(const struct fmu_model *model, const char *name, const vo
 
     if (!fmu)
         return NULL;
-    char *memory = (char *)(fmu + 1);
+    char *memory = (char *)(fmu->now + 1);
     fmu->model = model;
-    fmu->now = take(&memory, sizeof *fmu->now);
     fmu->parameters = take(&memory, model->parameters_size);
     fmu->state = take(&memory, model->state_size);
     fmu->last_state = take(&memory, model->state_size);

@@ -171,48 +171,58 @@ static inline enum fmu_status finish_tick(struct fmu_snapshot *now, enum fmu_sta
     return status;
 }
 
+/* What is asked of a step. */
+struct request {
+    const char *function;
+    double time;
+    double step;
+};
+
 /* The same where the tick has findings, which may have been logged before. */
-static RARE enum fmu_status finish_with_findings(struct fmu *fmu, const char *function, unsigned findings,
-                                                 double time, double step)
+static RARE enum fmu_status finish_with_findings(struct fmu *fmu, const struct request *request,
+                                                 unsigned findings)
 {
     struct fmu_snapshot *now = fmu->now;
     enum fmu_status status = FMU_OK;
 
-    report(fmu, function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu), &status);
+    report(fmu, request->function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu),
+           &status);
     if (status != FMU_OK)
         fmu_leave_plain(fmu);
     now->last_status = (int)status;
     if (status == FMU_DISCARD)
-        return give_up(fmu, function, time, step);
+        return give_up(fmu, request->function, request->time, request->step);
     note_state(fmu);
-    return finish_tick(now, status, time + step);
+    return finish_tick(now, status, request->time + request->step);
 }
 
-/* Most often the state is a single number. */
+/* Is the state a single number, as most often? */
+static inline bool is_single(const struct fmu *fmu)
+{
+    return fmu->used == sizeof(double);
+}
+
 static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, double tick_time, double time,
                                        double step)
 {
+    const struct request request = { function, time, step }; /* in memory, out of the way of what is in use */
     struct fmu_snapshot *now = fmu->now;
-    const bool single = fmu->used == sizeof(double);
-    double number;
+    const double number = *(const double *)fmu->state, end = time + step;
 
-    memcpy(&number, fmu->state, sizeof number);
-    if (!single)
+    if (!USUALLY(is_single(fmu)))
         copy_state(fmu->before, fmu->state, fmu->used);
-    if (run_ticks(fmu, 1) != 1) {
-        const unsigned findings =
-            fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
-        if (findings) {
-            if (single)
-                memcpy(fmu->before, &number, sizeof number);
-            return finish_with_findings(fmu, function, findings, time, step);
-        }
+    const unsigned findings =
+        fmu->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
+    if (!USUALLY(findings == 0)) {
+        if (is_single(fmu))
+            *(double *)fmu->before = number;
+        return finish_with_findings(fmu, &request, findings);
     }
-    if (single)
-        memcpy(fmu->last_state, &number, sizeof number);
+    if (USUALLY(is_single(fmu)))
+        *(double *)fmu->last_state = number;
     else
         note_state(fmu);
-    return finish_tick(now, FMU_OK, time + step);
+    return finish_tick(now, FMU_OK, end);
 }
 
 static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
@@ -262,8 +272,7 @@ static RARE enum fmu_status other_step(struct fmu *fmu, const char *function, do
     fmu_leave_plain(fmu);
     if (fmu->ramps || !fmu_clock_is_tick(&now->clock, sample_time, time, step))
         return any_step(fmu, function, time, step);
-    const enum fmu_status status =
-        one_tick(fmu, function, (double)now->clock.tick * sample_time, time, step);
+    const enum fmu_status status = one_tick(fmu, function, (double)now->clock.tick * sample_time, time, step);
     if (status == FMU_DISCARD)
         return status;
     now->last_status = (int)status;
@@ -281,9 +290,9 @@ static inline bool is_plain(const struct fmu_plain *plain, double tick_time, dou
 
 enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
 {
-    if (fmu && step == fmu->plain.step) {
+    if (USUALLY(fmu && step == fmu->plain.step)) {
         const double tick_time = (double)fmu->now->clock.tick * step;
-        if (is_plain(&fmu->plain, tick_time, time, step))
+        if (USUALLY(is_plain(&fmu->plain, tick_time, time, step)))
             return one_tick(fmu, function, tick_time, time, step);
     }
     return other_step(fmu, function, time, step);

@@ -82,6 +82,14 @@ static int64_t inverse_ticks(const void *constants, void *state, const double in
     return done;
 }
 
+static unsigned inverse_short_tick(const void *constants, void *state, const void *parameters,
+                                   const double input[FMU_INPUTS], double time, struct fmu_outputs *output)
+{
+    if (inverse_ticks(constants, state, input, 1, output) == 1)
+        return 0;
+    return inverse_tick(constants, state, parameters, input, time, output);
+}
+
 static void inverse_explain(unsigned finding, const void *state, const void *parameters,
                             const double input[FMU_INPUTS], double time, const struct fmu_outputs *output,
                             char *text, size_t size)
@@ -135,6 +143,7 @@ const struct fmu_model inverse_model = {
     .start = inverse_start,
     .start_tangent = inverse_start_tangent,
     .tick = inverse_tick,
+    .short_tick = inverse_short_tick,
     .ticks = inverse_ticks,
     .explain = inverse_explain,
     .tick_tangent = inverse_tick_tangent,

@@ -87,6 +87,14 @@ static int64_t plant_ticks(const void *constants, void *state, const double inpu
     return done;
 }
 
+static unsigned plant_short_tick(const void *constants, void *state, const void *parameters,
+                                 const double input[FMU_INPUTS], double time, struct fmu_outputs *output)
+{
+    if (plant_ticks(constants, state, input, 1, output) == 1)
+        return 0;
+    return plant_tick(constants, state, parameters, input, time, output);
+}
+
 static void plant_explain(unsigned finding, const void *state, const void *parameters,
                           const double input[FMU_INPUTS], double time, const struct fmu_outputs *output,
                           char *text, size_t size)
@@ -134,6 +142,7 @@ const struct fmu_model plant_model = {
     .start = plant_start,
     .start_tangent = plant_start_tangent,
     .tick = plant_tick,
+    .short_tick = plant_short_tick,
     .ticks = plant_ticks,
     .explain = plant_explain,
     .tick_tangent = plant_tick_tangent,
