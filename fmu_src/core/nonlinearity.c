@@ -40,10 +40,21 @@ static inline struct nonlinearity_bow nonlinearity_bow(const struct nonlinearity
     return (struct nonlinearity_bow){ ends * inner, ends * by_z - 2 * z * inner };
 }
 
-/* Where z + bow(z) = aim, to the first order in the bow. */
-static real nonlinearity_guess(const struct nonlinearity_parameters *c, real aim)
+/* The same numbers, sooner, where the curve is at most cubic: an inverse waits for each of these. */
+static inline struct nonlinearity_bow nonlinearity_bow_of(bool cubic, const struct nonlinearity_parameters *c,
+                                                          real z)
 {
-    const struct nonlinearity_bow bow = nonlinearity_bow(c, aim);
+    const real ends = 1 - z * z, inner = c->quadratic + c->cubic * z;
+
+    if (!cubic)
+        return nonlinearity_bow(c, z);
+    return (struct nonlinearity_bow){ ends * inner, ends * c->cubic - 2 * z * inner };
+}
+
+/* Where z + bow(z) = aim, to the first order in the bow. */
+static inline real nonlinearity_guess(bool cubic, const struct nonlinearity_parameters *c, real aim)
+{
+    const struct nonlinearity_bow bow = nonlinearity_bow_of(cubic, c, aim);
 
     return aim - bow.value * (1 - bow.slope);
 }
@@ -83,6 +94,7 @@ static void nonlinearity_prepare(void *constants, const struct chain_parameters 
     scaled->quartic = curve->coefficient.quartic / curve->half_range;
     scaled->quintic = curve->coefficient.quintic / curve->half_range;
     scaled->sextic = curve->coefficient.sextic / curve->half_range;
+    curve->cubic = p->nonlinearity.quartic == 0 && p->nonlinearity.quintic == 0 && p->nonlinearity.sextic == 0;
     curve->steps = nonlinearity_steps(scaled);
 }
 
@@ -96,7 +108,7 @@ static real nonlinearity_step(const void *constants, void *state, real x,
     (void)state, (void)around;
     if (z != end)
         return x + nonlinearity_bow(&curve->coefficient, end).slope * (z - end);
-    return x + nonlinearity_bow(&curve->coefficient, z).value;
+    return x + nonlinearity_bow_of(curve->cubic, &curve->coefficient, z).value;
 }
 
 /* On the curve between the ends, by x. */
@@ -111,9 +123,10 @@ struct nonlinearity_miss {
     real newton;
 };
 
-static inline struct nonlinearity_miss nonlinearity_miss(const struct nonlinearity *curve, real z, real aim)
+static inline struct nonlinearity_miss nonlinearity_miss(bool cubic, const struct nonlinearity *curve, real z,
+                                                         real aim)
 {
-    const struct nonlinearity_bow bow = nonlinearity_bow(&curve->scaled, z);
+    const struct nonlinearity_bow bow = nonlinearity_bow_of(cubic, &curve->scaled, z);
     const real excess = z - aim + bow.value;
 
     return (struct nonlinearity_miss){ excess, -excess / (1 + bow.slope) };
@@ -126,7 +139,7 @@ static real nonlinearity_search(const struct nonlinearity *curve, real aim)
     real low = -1, high = 1, z = aim, step = 2;
 
     for (int i = 0; i < MOST_STEPS; i++) {
-        const struct nonlinearity_miss miss = nonlinearity_miss(curve, z, aim);
+        const struct nonlinearity_miss miss = nonlinearity_miss(false, curve, z, aim);
         if (real_fabs(miss.excess) <= REAL_EPSILON)
             break;
         if (miss.excess > 0)
@@ -144,12 +157,20 @@ static real nonlinearity_search(const struct nonlinearity *curve, real aim)
 }
 
 /* A curve that bends little takes a number of steps that is known before: nothing has to be decided. */
+static inline real nonlinearity_solve(bool cubic, const struct nonlinearity *curve, real aim)
+{
+    real z = nonlinearity_guess(cubic, &curve->scaled, aim);
+
+    for (int i = 0; i < curve->steps; i++)
+        z += nonlinearity_miss(cubic, curve, z, aim).newton;
+    return curve->centre + curve->half_range * z;
+}
+
 static real nonlinearity_inverse(const void *constants, void *state, real y,
                                  const struct stage_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
     const real aim = (y - curve->centre) * curve->per_half_range;
-    real z = nonlinearity_guess(&curve->scaled, aim);
 
     (void)state, (void)around;
     if (!(aim > -1 && aim < 1)) {
@@ -158,9 +179,7 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
     }
     if (curve->steps == 0)
         return curve->centre + curve->half_range * nonlinearity_search(curve, aim);
-    for (int i = 0; i < curve->steps; i++)
-        z += nonlinearity_miss(curve, z, aim).newton;
-    return curve->centre + curve->half_range * z;
+    return curve->cubic ? nonlinearity_solve(true, curve, aim) : nonlinearity_solve(false, curve, aim);
 }
 
 static real nonlinearity_rest(const void *constants, void *state, real y, const struct chain_parameters *p)

@@ -25,6 +25,7 @@ struct nonlinearity {
     /* so that nothing is divided in a tick; without derivatives */
     real per_half_range;
     struct nonlinearity_parameters scaled; /* in half ranges */
+    bool cubic;                            /* at most: the other terms are all 0 */
     int steps; /* of Newton's method that are enough anywhere; 0 where the curve bends too much to know */
 };
 
