@@ -7,11 +7,14 @@
 
 enum { FEW = 16 };
 
-/* Of functions: what hardly ever happens is out of the way of what happens at every step. */
+/* Of functions: what hardly ever happens is out of the way of what happens at every step, and what is rarest need not
+ * even be fast. */
 #if defined __GNUC__
 #define RARE __attribute__((noinline))
+#define RAREST __attribute__((noinline, cold))
 #else
 #define RARE
+#define RAREST
 #endif
 
 void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS])
@@ -263,7 +266,7 @@ static void expect_plain(struct fmu *fmu)
 }
 
 /* A step that is not plain, or not known to be. */
-static RARE enum fmu_status other_step(struct fmu *fmu, const char *function, double time, double step)
+static RAREST enum fmu_status other_step(struct fmu *fmu, const char *function, double time, double step)
 {
     if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
         return FMU_ERROR;
