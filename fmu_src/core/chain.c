@@ -35,6 +35,12 @@ static struct it2_range beyond(struct it2_range range)
     return (struct it2_range){ range.minimum - step, range.maximum + step };
 }
 
+/* A stage that limits, and has a state: what it lets through is where the plant goes. */
+static bool is_followed(const struct chain_place *place)
+{
+    return place->stage->limits && place->memory != CHAIN_NONE;
+}
+
 static void activate(struct chain *chain, int i, const struct chain_parameters *p)
 {
     const struct chain_place *place = &CHAIN_PLACES[i];
@@ -47,9 +53,12 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
         chain->reading |= 1u << i;
     else
         chain->effects |= 1u << i;
-    if (place->stage->limits && place->side == CHAIN_BEFORE)
+    if (place->stage->limits && place->side == CHAIN_BEFORE) {
+        chain->followed[chain->limiting_all] = is_followed(place);
         chain->limiting[chain->limiting_all++] = place;
-    else if (place->stage->inverse && place->side != CHAIN_READING) {
+    } else if (place->stage->inverse && place->side != CHAIN_READING) {
+        if (place->memory == CHAIN_LONG)
+            chain->remembering[chain->remembering_all++] = (unsigned char)chain->solved_all;
         chain->solved[chain->solved_all++] = place;
         chain->solved_before += place->side == CHAIN_BEFORE;
     }
@@ -201,12 +210,6 @@ static bool is_back(const struct chain *chain, const struct chain_state *state)
     return true;
 }
 
-/* A stage that limits, and has a state: what it lets through is where the plant goes. */
-static bool is_followed(const struct chain_place *place)
-{
-    return place->stage->limits && place->memory != CHAIN_NONE;
-}
-
 /* Takes the plant's way on from `x` over the stages from number `first` to before `end`. */
 static real follow(const struct chain *chain, int first, int end, struct chain_state *state, real x,
                    const struct stage_surroundings *around)
@@ -238,11 +241,10 @@ static bool follow_plant(const struct chain *chain, struct chain_state *state, r
 static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[],
                        const struct stage_surroundings *around)
 {
-    for (int i = 0; i < chain->solved_all; i++) {
-        const struct chain_place *place = chain->solved[i];
-        if (place->memory == CHAIN_LONG)
-            place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
-                               around);
+    for (int i = 0; i < chain->remembering_all; i++) {
+        const int k = chain->remembering[i];
+        const struct chain_place *place = chain->solved[k];
+        place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[k], around);
     }
     arrive(state);
 }
@@ -270,14 +272,14 @@ static real within_limits(const struct chain *chain, struct chain_state *state, 
 
     for (int i = chain->limiting_all - 1; i >= 0; i--) {
         const struct chain_place *place = chain->limiting[i];
-        allowed = is_followed(place) ? within_voltages(chain, x) : x;
+        allowed = chain->followed[i] ? within_voltages(chain, x) : x;
         if (other_voltage(chain, allowed, x))
             *limits |= CHAIN_VOLTAGE_RANGE;
         x = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), allowed,
                                   NULL);
         if (other_voltage(chain, x, allowed))
             *limits |= CHAIN_AMPLIFIER;
-        followed |= is_followed(place);
+        followed |= chain->followed[i];
     }
     const real voltage = within_voltages(chain, x);
     if (other_voltage(chain, voltage, x))

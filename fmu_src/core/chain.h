@@ -70,6 +70,9 @@ struct chain {
     /* of them, those that the inverse goes back over, in the same order: that solve, and that limit */
     const struct chain_place *solved[CHAIN_STAGE_COUNT], *limiting[CHAIN_STAGE_COUNT];
     int solved_before, solved_all, limiting_all;
+    unsigned char remembering[CHAIN_STAGE_COUNT]; /* numbers in `solved` of those with a LONG memory */
+    int remembering_all;
+    bool followed[CHAIN_STAGE_COUNT]; /* of `limiting`: it has a state, and what it lets through is where the plant goes */
     struct it2 core;
     struct it2_range displacement; /* of the set */
     struct it2_range reference;    /* that a reference is kept to: wider where a stage behind the core rings */
