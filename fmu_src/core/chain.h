@@ -72,7 +72,7 @@ struct chain {
     int solved_before, solved_all, limiting_all;
     unsigned char remembering[CHAIN_STAGE_COUNT]; /* numbers in `solved` of those with a LONG memory */
     int remembering_all;
-    bool followed[CHAIN_STAGE_COUNT]; /* of `limiting`: it has a state, and what it lets through is where the plant goes */
+    bool followed[CHAIN_STAGE_COUNT]; /* of `limiting`: what it lets through is where the plant goes */
     struct it2 core;
     struct it2_range displacement; /* of the set */
     struct it2_range reference;    /* that a reference is kept to: wider where a stage behind the core rings */

@@ -112,7 +112,7 @@ fmi2Status fmi2Reset(fmi2Component c)
     return (fmi2Status)fmu_reset(c, "fmi2Reset");
 }
 
-fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
+EVERY_STEP fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
 {
     return (fmi2Status)fmu_get_real(c, "fmi2GetReal", vr, n, value);
 }
@@ -122,7 +122,8 @@ fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
     return (fmi2Status)fmu_get(c, "fmi2GetInteger", FMU_INTEGER, vr, n, value);
 }
 
-fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[])
+EVERY_STEP fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                     fmi2Boolean value[])
 {
     return (fmi2Status)fmu_get_boolean(c, "fmi2GetBoolean", vr, n, value);
 }
@@ -132,7 +133,8 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
     return (fmi2Status)fmu_get(c, "fmi2GetString", FMU_STRING, vr, n, value);
 }
 
-fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
+EVERY_STEP fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                  const fmi2Real value[])
 {
     return (fmi2Status)fmu_set_real(c, "fmi2SetReal", vr, n, value);
 }
@@ -210,7 +212,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
                                function);
 }
 
-fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_rollback)
+EVERY_STEP fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_rollback)
 {
     (void)no_rollback; /* states are copies that the host owns: keeping them costs nothing */
     return (fmi2Status)fmu_do_step(c, "fmi2DoStep", time, step);

@@ -30,6 +30,14 @@
 #include "fmu_clock.h"
 #include "hidden.h"
 
+/* Of functions that a host calls at every step: they begin where a cache line does, so that they take as few of them
+ * as can be. Where they would begin otherwise is chance, and a tenth of what this layer takes (measured). */
+#if defined __GNUC__
+#define EVERY_STEP __attribute__((aligned(64)))
+#else
+#define EVERY_STEP
+#endif
+
 /* Of conditions: a processor runs straight through what the compiler lays out in one line. */
 #if defined __GNUC__
 #define USUALLY(condition) __builtin_expect(!!(condition), 1)

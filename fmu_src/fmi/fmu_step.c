@@ -291,7 +291,7 @@ static inline bool is_plain(const struct fmu_plain *plain, double tick_time, dou
     return fabs(time - tick_time) <= plain->off && time + step <= plain->end;
 }
 
-enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+EVERY_STEP enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
 {
     if (USUALLY(fmu && step == fmu->plain.step)) {
         const double tick_time = (double)fmu->now->clock.tick * step;
