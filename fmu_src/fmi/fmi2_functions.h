@@ -3,6 +3,7 @@
  * nothing else. Included once, by the file that makes an FMU of a model. */
 #include "fmi2_prefix.h"
 #include "fmu.h"
+#include "fmu_plain.h"
 
 static const struct fmu_set COMPILED_IN = FMU_SET;
 
@@ -215,7 +216,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 EVERY_STEP fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_rollback)
 {
     (void)no_rollback; /* states are copies that the host owns: keeping them costs nothing */
-    return (fmi2Status)fmu_do_step(c, "fmi2DoStep", time, step);
+    return (fmi2Status)fmu_do_step_here(c, "fmi2DoStep", time, step);
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)

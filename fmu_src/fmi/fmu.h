@@ -4,6 +4,7 @@
  *   fmu_variables.c    get and set by value reference, input derivatives
  *   fmu_clock.h        time in integer ticks
  *   fmu_step.c         doStep
+ *   fmu_plain.h        its way through plain steps, for where a host calls it
  *   fmu_update.c       doStep with a host that sets inputs within it, or lets it end early
  *   fmu_arrays.c       groups of parameters as arrays, whose length a host may change
  *   fmu_derivative.c   directional derivatives
@@ -425,6 +426,7 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
                                           size_t count, const int order[], const double values[]);
 
 enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step);
+
 enum fmu_status fmu_directional_derivative(struct fmu *fmu, const char *function, const unsigned unknowns[],
                                            size_t unknown_count, const unsigned knowns[], size_t known_count,
                                            const double seeds[], double values[]);

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "fmu.h"
+#include "fmu_plain.h"
 
 enum { FEW = 16 };
 
@@ -27,7 +27,7 @@ void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time
 
 /* Copies what is in use of a state. A few numbers go one by one: a processor that reads two at a time what was just
  * written one by one waits until it is in memory. */
-static RARE void copy_state(void *to, const void *from, size_t used)
+RARE void fmu_copy_state(void *to, const void *from, size_t used)
 {
     if (used > FEW * sizeof(double)) {
         memcpy(to, from, used);
@@ -116,7 +116,7 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
 /* A step that is not made: everything stays as it was. */
 static RARE enum fmu_status give_up(struct fmu *fmu, const char *function, double time, double step)
 {
-    copy_state(fmu->state, fmu->before, fmu->used);
+    fmu_copy_state(fmu->state, fmu->before, fmu->used);
     return fmu_say(
         fmu, FMU_DISCARD,
         "%s: the %s is no longer finite between %g s and %g s; the step is not made and the state is "
@@ -124,25 +124,7 @@ static RARE enum fmu_status give_up(struct fmu *fmu, const char *function, doubl
         function, fmu->model->diverging, time, time + step, time);
 }
 
-/* What directional derivatives repeat: of every step the state that it began with, */
-static inline void note_state(struct fmu *fmu)
-{
-    void *last_state = fmu->last_state;
-
-    fmu->last_state = fmu->before;
-    fmu->before = last_state;
-}
-
-/* and its inputs, */
-static inline void note_input(struct fmu_snapshot *now)
-{
-    const volatile double *input = now->input; /* one by one: as copy_state */
-
-    for (int i = 0; i < FMU_INPUTS; i++)
-        now->last_step.input[i] = input[i];
-}
-
-/* and of one that is not from a tick to the next under constant inputs these, too. */
+/* What directional derivatives repeat of a step that is not from a tick to the next under constant inputs. */
 static void note_span(struct fmu_snapshot *now, int64_t end_tick)
 {
     now->one_tick = false;
@@ -166,24 +148,8 @@ struct fmu_span fmu_last_step(const struct fmu_snapshot *now)
     return last;
 }
 
-/* From one tick to the next under constant inputs, as most steps are: what any step does, in short. */
-static inline enum fmu_status finish_tick(struct fmu_snapshot *now, enum fmu_status status, double end)
-{
-    note_input(now);
-    fmu_clock_tick(&now->clock, end);
-    return status;
-}
-
-/* What is asked of a step. */
-struct request {
-    const char *function;
-    double time;
-    double step;
-};
-
-/* The same where the tick has findings, which may have been logged before. */
-static RARE enum fmu_status finish_with_findings(struct fmu *fmu, const struct request *request,
-                                                 unsigned findings)
+RARE enum fmu_status fmu_finish_with_findings(struct fmu *fmu, const struct fmu_request *request,
+                                              unsigned findings)
 {
     struct fmu_snapshot *now = fmu->now;
     enum fmu_status status = FMU_OK;
@@ -195,37 +161,8 @@ static RARE enum fmu_status finish_with_findings(struct fmu *fmu, const struct r
     now->last_status = (int)status;
     if (status == FMU_DISCARD)
         return give_up(fmu, request->function, request->time, request->step);
-    note_state(fmu);
-    return finish_tick(now, status, request->time + request->step);
-}
-
-/* Is the state a single number, as most often? */
-static inline bool is_single(const struct fmu *fmu)
-{
-    return fmu->used == sizeof(double);
-}
-
-static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, double tick_time, double time,
-                                       double step)
-{
-    const struct request request = { function, time, step }; /* in memory, out of the way of what is in use */
-    struct fmu_snapshot *now = fmu->now;
-    const double number = *(const double *)fmu->state, end = time + step;
-
-    if (!USUALLY(is_single(fmu)))
-        copy_state(fmu->before, fmu->state, fmu->used);
-    const unsigned findings =
-        fmu->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
-    if (!USUALLY(findings == 0)) {
-        if (is_single(fmu))
-            *(double *)fmu->before = number;
-        return finish_with_findings(fmu, &request, findings);
-    }
-    if (USUALLY(is_single(fmu)))
-        *(double *)fmu->last_state = number;
-    else
-        note_state(fmu);
-    return finish_tick(now, FMU_OK, end);
+    fmu_note_state(fmu);
+    return fmu_finish_tick(now, status, request->time + request->step);
 }
 
 static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
@@ -240,7 +177,7 @@ static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, doub
     if (!fmu_clock_step(&now->clock, sample_time, time, step, &end))
         return fmu_say(fmu, FMU_ERROR, "%s: %s.", function,
                        fmu_clock_refusal(&now->clock, sample_time, time, step, message, sizeof message));
-    copy_state(fmu->before, fmu->state, fmu->used);
+    fmu_copy_state(fmu->before, fmu->state, fmu->used);
     const enum fmu_status status = run(fmu, function, end.next_tick);
     now->last_status = (int)status;
     if (status == FMU_DISCARD) {
@@ -248,8 +185,8 @@ static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, doub
         now->warned = warned;
         return give_up(fmu, function, time, step);
     }
-    note_state(fmu);
-    note_input(now);
+    fmu_note_state(fmu);
+    fmu_note_input(now);
     note_span(now, end.next_tick);
     now->clock = end;
     return status;
@@ -265,8 +202,7 @@ static void expect_plain(struct fmu *fmu)
                                      stop_time < countable ? stop_time : countable };
 }
 
-/* A step that is not plain, or not known to be. */
-static RAREST enum fmu_status other_step(struct fmu *fmu, const char *function, double time, double step)
+RAREST enum fmu_status fmu_other_step(struct fmu *fmu, const char *function, double time, double step)
 {
     if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
         return FMU_ERROR;
@@ -275,7 +211,8 @@ static RAREST enum fmu_status other_step(struct fmu *fmu, const char *function, 
     fmu_leave_plain(fmu);
     if (fmu->ramps || !fmu_clock_is_tick(&now->clock, sample_time, time, step))
         return any_step(fmu, function, time, step);
-    const enum fmu_status status = one_tick(fmu, function, (double)now->clock.tick * sample_time, time, step);
+    const enum fmu_status status =
+        fmu_one_tick(fmu, function, (double)now->clock.tick * sample_time, time, step);
     if (status == FMU_DISCARD)
         return status;
     now->last_status = (int)status;
@@ -285,18 +222,7 @@ static RAREST enum fmu_status other_step(struct fmu *fmu, const char *function, 
     return status;
 }
 
-/* Of what fmu_clock_is_tick asks that is left which a plain step can change. */
-static inline bool is_plain(const struct fmu_plain *plain, double tick_time, double time, double step)
-{
-    return fabs(time - tick_time) <= plain->off && time + step <= plain->end;
-}
-
 EVERY_STEP enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
 {
-    if (USUALLY(fmu && step == fmu->plain.step)) {
-        const double tick_time = (double)fmu->now->clock.tick * step;
-        if (USUALLY(is_plain(&fmu->plain, tick_time, time, step)))
-            return one_tick(fmu, function, tick_time, time, step);
-    }
-    return other_step(fmu, function, time, step);
+    return fmu_do_step_here(fmu, function, time, step);
 }
