@@ -52,6 +52,12 @@ static struct it2_range beyond(struct it2_range range)
     return (struct it2_range){ range.minimum - step, range.maximum + step };
 }
 
+/* A stage that limits, and has a state: what it lets through is where the plant goes. */
+static bool is_followed(const struct chain_place *place)
+{
+    return place->stage->limits && place->memory != CHAIN_NONE;
+}
+
 static void activate(struct chain *chain, int i, const struct chain_parameters *p)
 {
     const struct chain_place *place = &CHAIN_PLACES[i];
@@ -64,9 +70,12 @@ static void activate(struct chain *chain, int i, const struct chain_parameters *
         chain->reading |= 1u << i;
     else
         chain->effects |= 1u << i;
-    if (place->stage->limits && place->side == CHAIN_BEFORE)
+    if (place->stage->limits && place->side == CHAIN_BEFORE) {
+        chain->followed[chain->limiting_all] = is_followed(place);
         chain->limiting[chain->limiting_all++] = place;
-    else if (place->stage->inverse && place->side != CHAIN_READING) {
+    } else if (place->stage->inverse && place->side != CHAIN_READING) {
+        if (place->memory == CHAIN_LONG)
+            chain->remembering[chain->remembering_all++] = (unsigned char)chain->solved_all;
         chain->solved[chain->solved_all++] = place;
         chain->solved_before += place->side == CHAIN_BEFORE;
     }
@@ -218,12 +227,6 @@ static bool is_back(const struct chain *chain, const struct chain_state *state)
     return true;
 }
 
-/* A stage that limits, and has a state: what it lets through is where the plant goes. */
-static bool is_followed(const struct chain_place *place)
-{
-    return place->stage->limits && place->memory != CHAIN_NONE;
-}
-
 /* Takes the plant's way on from `x` over the stages from number `first` to before `end`. */
 static real follow(const struct chain *chain, int first, int end, struct chain_state *state, real x,
                    const struct stage_surroundings *around)
@@ -255,11 +258,10 @@ static bool follow_plant(const struct chain *chain, struct chain_state *state, r
 static void follow_aim(const struct chain *chain, struct chain_state *state, const real input[],
                        const struct stage_surroundings *around)
 {
-    for (int i = 0; i < chain->solved_all; i++) {
-        const struct chain_place *place = chain->solved[i];
-        if (place->memory == CHAIN_LONG)
-            place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[i],
-                               around);
+    for (int i = 0; i < chain->remembering_all; i++) {
+        const int k = chain->remembering[i];
+        const struct chain_place *place = chain->solved[k];
+        place->stage->step(chain_constants_of(chain, place), chain_state_of(state, place), input[k], around);
     }
     arrive(state);
 }
@@ -287,14 +289,14 @@ static real within_limits(const struct chain *chain, struct chain_state *state, 
 
     for (int i = chain->limiting_all - 1; i >= 0; i--) {
         const struct chain_place *place = chain->limiting[i];
-        allowed = is_followed(place) ? within_voltages(chain, x) : x;
+        allowed = chain->followed[i] ? within_voltages(chain, x) : x;
         if (other_voltage(chain, allowed, x))
             *limits |= CHAIN_VOLTAGE_RANGE;
         x = place->stage->inverse(chain_constants_of(chain, place), chain_state_of(state, place), allowed,
                                   NULL);
         if (other_voltage(chain, x, allowed))
             *limits |= CHAIN_AMPLIFIER;
-        followed |= is_followed(place);
+        followed |= chain->followed[i];
     }
     const real voltage = within_voltages(chain, x);
     if (other_voltage(chain, voltage, x))
@@ -2476,10 +2478,21 @@ static inline struct nonlinearity_bow nonlinearity_bow(const struct nonlinearity
     return (struct nonlinearity_bow){ ends * inner, ends * by_z - 2 * z * inner };
 }
 
-/* Where z + bow(z) = aim, to the first order in the bow. */
-static real nonlinearity_guess(const struct nonlinearity_parameters *c, real aim)
+/* The same numbers, sooner, where the curve is at most cubic: an inverse waits for each of these. */
+static inline struct nonlinearity_bow nonlinearity_bow_of(bool cubic, const struct nonlinearity_parameters *c,
+                                                          real z)
 {
-    const struct nonlinearity_bow bow = nonlinearity_bow(c, aim);
+    const real ends = 1 - z * z, inner = c->quadratic + c->cubic * z;
+
+    if (!cubic)
+        return nonlinearity_bow(c, z);
+    return (struct nonlinearity_bow){ ends * inner, ends * c->cubic - 2 * z * inner };
+}
+
+/* Where z + bow(z) = aim, to the first order in the bow. */
+static inline real nonlinearity_guess(bool cubic, const struct nonlinearity_parameters *c, real aim)
+{
+    const struct nonlinearity_bow bow = nonlinearity_bow_of(cubic, c, aim);
 
     return aim - bow.value * (1 - bow.slope);
 }
@@ -2519,6 +2532,7 @@ static void nonlinearity_prepare(void *constants, const struct chain_parameters 
     scaled->quartic = curve->coefficient.quartic / curve->half_range;
     scaled->quintic = curve->coefficient.quintic / curve->half_range;
     scaled->sextic = curve->coefficient.sextic / curve->half_range;
+    curve->cubic = p->nonlinearity.quartic == 0 && p->nonlinearity.quintic == 0 && p->nonlinearity.sextic == 0;
     curve->steps = nonlinearity_steps(scaled);
 }
 
@@ -2532,7 +2546,7 @@ static real nonlinearity_step(const void *constants, void *state, real x,
     (void)state, (void)around;
     if (z != end)
         return x + nonlinearity_bow(&curve->coefficient, end).slope * (z - end);
-    return x + nonlinearity_bow(&curve->coefficient, z).value;
+    return x + nonlinearity_bow_of(curve->cubic, &curve->coefficient, z).value;
 }
 
 /* On the curve between the ends, by x. */
@@ -2547,9 +2561,10 @@ struct nonlinearity_miss {
     real newton;
 };
 
-static inline struct nonlinearity_miss nonlinearity_miss(const struct nonlinearity *curve, real z, real aim)
+static inline struct nonlinearity_miss nonlinearity_miss(bool cubic, const struct nonlinearity *curve, real z,
+                                                         real aim)
 {
-    const struct nonlinearity_bow bow = nonlinearity_bow(&curve->scaled, z);
+    const struct nonlinearity_bow bow = nonlinearity_bow_of(cubic, &curve->scaled, z);
     const real excess = z - aim + bow.value;
 
     return (struct nonlinearity_miss){ excess, -excess / (1 + bow.slope) };
@@ -2562,7 +2577,7 @@ static real nonlinearity_search(const struct nonlinearity *curve, real aim)
     real low = -1, high = 1, z = aim, step = 2;
 
     for (int i = 0; i < MOST_STEPS; i++) {
-        const struct nonlinearity_miss miss = nonlinearity_miss(curve, z, aim);
+        const struct nonlinearity_miss miss = nonlinearity_miss(false, curve, z, aim);
         if (real_fabs(miss.excess) <= REAL_EPSILON)
             break;
         if (miss.excess > 0)
@@ -2580,12 +2595,20 @@ static real nonlinearity_search(const struct nonlinearity *curve, real aim)
 }
 
 /* A curve that bends little takes a number of steps that is known before: nothing has to be decided. */
+static inline real nonlinearity_solve(bool cubic, const struct nonlinearity *curve, real aim)
+{
+    real z = nonlinearity_guess(cubic, &curve->scaled, aim);
+
+    for (int i = 0; i < curve->steps; i++)
+        z += nonlinearity_miss(cubic, curve, z, aim).newton;
+    return curve->centre + curve->half_range * z;
+}
+
 static real nonlinearity_inverse(const void *constants, void *state, real y,
                                  const struct stage_surroundings *around)
 {
     const struct nonlinearity *curve = constants;
     const real aim = (y - curve->centre) * curve->per_half_range;
-    real z = nonlinearity_guess(&curve->scaled, aim);
 
     (void)state, (void)around;
     if (!(aim > -1 && aim < 1)) {
@@ -2594,9 +2617,7 @@ static real nonlinearity_inverse(const void *constants, void *state, real y,
     }
     if (curve->steps == 0)
         return curve->centre + curve->half_range * nonlinearity_search(curve, aim);
-    for (int i = 0; i < curve->steps; i++)
-        z += nonlinearity_miss(curve, z, aim).newton;
-    return curve->centre + curve->half_range * z;
+    return curve->cubic ? nonlinearity_solve(true, curve, aim) : nonlinearity_solve(false, curve, aim);
 }
 
 static real nonlinearity_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
@@ -3327,7 +3348,9 @@ static void begin(struct fmu *fmu)
 {
     const struct fmu_model *model = fmu->model;
 
+    fmu_gather(fmu);
     memset(fmu->now, 0, fmu_snapshot_size(model));
+    memset(fmu->before, 0, model->state_size);
     fmu->now->phase = FMU_INSTANTIATED;
     fmu->now->clock.stop_time = INFINITY;
     memcpy(fmu->parameters, fmu->start, model->parameters_size);
@@ -3350,27 +3373,15 @@ static void *take(char **memory, size_t size)
     return taken;
 }
 
-/* A model's places have no gaps. */
-static struct fmu_ports ports_of(const struct fmu_model *model)
+static size_t port_of(const struct fmu_variable *v)
 {
-    struct fmu_ports ports = { 0 };
-
-    for (unsigned i = 0; i < model->rows; i++) {
-        const struct fmu_variable *v = fmu_find(model, i);
-        if (!v || v->causality == FMU_PARAMETER)
-            continue;
-        if (v->causality == FMU_INPUT) {
-            ports.input[v->offset / sizeof(double)] = i;
-            ports.inputs++;
-        } else if (v->base == FMU_REAL) {
-            ports.real[(v->offset - offsetof(struct fmu_outputs, real)) / sizeof(double)] = i;
-            ports.reals++;
-        } else {
-            ports.flag[(v->offset - offsetof(struct fmu_outputs, flag)) / sizeof(int)] = i;
-            ports.flags++;
-        }
-    }
-    return ports;
+    if (!v || v->causality == FMU_PARAMETER)
+        return FMU_NO_PORT;
+    if (v->causality == FMU_INPUT)
+        return v->offset / sizeof(double);
+    if (v->base == FMU_REAL)
+        return FMU_REAL_PORT + (v->offset - offsetof(struct fmu_outputs, real)) / sizeof(double);
+    return FMU_FLAG_PORT + (v->offset - offsetof(struct fmu_outputs, flag)) / sizeof(int);
 }
 
 struct fmu *fmu_create(const struct fmu_model *model, const char *name, const void *parameters,
@@ -3383,9 +3394,8 @@ struct fmu *fmu_create(const struct fmu_model *model, const char *name, const vo
 
     if (!fmu)
         return NULL;
-    char *memory = (char *)(fmu + 1);
+    char *memory = (char *)(fmu->now + 1);
     fmu->model = model;
-    fmu->now = take(&memory, sizeof *fmu->now);
     fmu->parameters = take(&memory, model->parameters_size);
     fmu->state = take(&memory, model->state_size);
     fmu->last_state = take(&memory, model->state_size);
@@ -3397,7 +3407,8 @@ struct fmu *fmu_create(const struct fmu_model *model, const char *name, const vo
     memcpy(fmu->start, parameters, model->parameters_size);
     fmu->name = memcpy(memory, name, name_size);
     fmu->used = model->state_size;
-    fmu->ports = ports_of(model);
+    for (unsigned i = 0; i < FMU_PORTS; i++)
+        fmu->port[i] = (unsigned char)port_of(fmu_find(model, i));
     fmu->host = *host;
     fmu->categories = logging ? FMU_LOG_ALL : QUIET_CATEGORIES;
     begin(fmu);
@@ -3510,6 +3521,7 @@ enum fmu_status fmu_compute_start_outputs(struct fmu *fmu, const char *function)
     if (!model->start(fmu->constants, fmu->before, fmu->parameters, &output, message, sizeof message))
         return fmu_say(fmu, FMU_ERROR, "%s: %s.", function, message);
     memcpy(fmu->state, fmu->before, model->state_size);
+    memcpy(fmu->before, fmu->last_state, model->state_size);
     fmu->now->output = output;
     fmu->outputs_stale = false;
     return FMU_OK;
@@ -3529,6 +3541,7 @@ enum fmu_status fmu_terminate(struct fmu *fmu, const char *function)
 {
     if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
         return FMU_ERROR;
+    fmu_leave_plain(fmu);
     fmu->now->phase = FMU_TERMINATED;
     return FMU_OK;
 }
@@ -3789,13 +3802,113 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
 /* doStep. Which ticks a step has is the clock's (fmu_clock.h); each runs with the input at its own time, and
  * outputs hold their value from tick to tick. */
 
+/* --- fmu_plain.h --- */
+
+/* Plain steps (struct fmu_plain), as most are: what any step does, in short, and in the very function that a host
+ * calls. Everything else is in fmu_step.c. */
+
+/* What is asked of a step. */
+struct fmu_request {
+    const char *function;
+    double time;
+    double step;
+};
+
+HIDDEN_BEGIN
+
+void fmu_copy_state(void *to, const void *from, size_t used);
+
+/* Ends a step of one tick that has findings, which may have been logged before. */
+enum fmu_status fmu_finish_with_findings(struct fmu *fmu, const struct fmu_request *request, unsigned findings);
+
+/* A step that is not plain, or not known to be. */
+enum fmu_status fmu_other_step(struct fmu *fmu, const char *function, double time, double step);
+
+/* What directional derivatives repeat of every step: the state that it began with, */
+static inline void fmu_note_state(struct fmu *fmu)
+{
+    void *last_state = fmu->last_state;
+
+    fmu->last_state = fmu->before;
+    fmu->before = last_state;
+}
+
+/* and its inputs. */
+static inline void fmu_note_input(struct fmu_snapshot *now)
+{
+    const volatile double *input = now->input; /* one by one: as fmu_copy_state */
+
+    for (int i = 0; i < FMU_INPUTS; i++)
+        now->last_step.input[i] = input[i];
+}
+
+static inline enum fmu_status fmu_finish_tick(struct fmu_snapshot *now, enum fmu_status status, double end)
+{
+    fmu_note_input(now);
+    fmu_clock_tick(&now->clock, end);
+    return status;
+}
+
+/* Is the state a single number, as most often? */
+static inline bool fmu_is_single(const struct fmu *fmu)
+{
+    return fmu->used == sizeof(double);
+}
+
+/* From one tick to the next under constant inputs. */
+static inline enum fmu_status fmu_one_tick(struct fmu *fmu, const char *function, double tick_time, double time,
+                                           double step)
+{
+    const struct fmu_request request = { function, time,
+                                         step }; /* in memory, out of the way of what is in use */
+    struct fmu_snapshot *now = fmu->now;
+    const double number = *(const double *)fmu->state, end = time + step;
+
+    if (!USUALLY(fmu_is_single(fmu)))
+        fmu_copy_state(fmu->before, fmu->state, fmu->used);
+    const unsigned findings =
+        fmu->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
+    if (!USUALLY(findings == 0)) {
+        if (fmu_is_single(fmu))
+            *(double *)fmu->before = number;
+        return fmu_finish_with_findings(fmu, &request, findings);
+    }
+    if (USUALLY(fmu_is_single(fmu)))
+        *(double *)fmu->last_state = number;
+    else
+        fmu_note_state(fmu);
+    return fmu_finish_tick(now, FMU_OK, end);
+}
+
+/* Of what fmu_clock_is_tick asks that is left which a plain step can change. */
+static inline bool fmu_is_plain(const struct fmu_plain *plain, double tick_time, double time, double step)
+{
+    return fabs(time - tick_time) <= plain->off && time + step <= plain->end;
+}
+
+/* fmu_do_step, where it is called. */
+static inline enum fmu_status fmu_do_step_here(struct fmu *fmu, const char *function, double time, double step)
+{
+    if (USUALLY(fmu && step == fmu->plain.step)) {
+        const double tick_time = (double)fmu->now->clock.tick * step;
+        if (USUALLY(fmu_is_plain(&fmu->plain, tick_time, time, step)))
+            return fmu_one_tick(fmu, function, tick_time, time, step);
+    }
+    return fmu_other_step(fmu, function, time, step);
+}
+
+HIDDEN_END
+
 enum { FEW = 16 };
 
-/* Of functions: what hardly ever happens is out of the way of what happens at every step. */
+/* Of functions: what hardly ever happens is out of the way of what happens at every step, and what is rarest need not
+ * even be fast. */
 #if defined __GNUC__
 #define RARE __attribute__((noinline))
+#define RAREST __attribute__((noinline, cold))
 #else
 #define RARE
+#define RAREST
 #endif
 
 void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time, double input[FMU_INPUTS])
@@ -3806,9 +3919,9 @@ void fmu_inputs_at(const struct fmu_span *span, int64_t tick, double sample_time
         input[i] = span->input[i] + span->slope[i] * elapsed;
 }
 
-/* Copies what is in use of a state, most often a single number. A few go one by one: a processor that reads
- * two at a time what was just written one by one waits until it is in memory. */
-static RARE void copy_numbers(void *to, const void *from, size_t used)
+/* Copies what is in use of a state. A few numbers go one by one: a processor that reads two at a time what was just
+ * written one by one waits until it is in memory. */
+RARE void fmu_copy_state(void *to, const void *from, size_t used)
 {
     if (used > FEW * sizeof(double)) {
         memcpy(to, from, used);
@@ -3816,14 +3929,6 @@ static RARE void copy_numbers(void *to, const void *from, size_t used)
     }
     for (size_t i = 0; i < used; i += sizeof(double))
         memcpy((char *)to + i, (const char *)from + i, sizeof(double));
-}
-
-static inline void copy_state(void *to, const void *from, size_t used)
-{
-    if (used == sizeof(double))
-        memcpy(to, from, sizeof(double));
-    else
-        copy_numbers(to, from, used);
 }
 
 /* Logs what a tick is the first to find: each finding once in an instance's life, so that a log is not
@@ -3905,7 +4010,7 @@ static enum fmu_status run(struct fmu *fmu, const char *function, int64_t end_ti
 /* A step that is not made: everything stays as it was. */
 static RARE enum fmu_status give_up(struct fmu *fmu, const char *function, double time, double step)
 {
-    copy_state(fmu->state, fmu->before, fmu->used);
+    fmu_copy_state(fmu->state, fmu->before, fmu->used);
     return fmu_say(
         fmu, FMU_DISCARD,
         "%s: the %s is no longer finite between %g s and %g s; the step is not made and the state is "
@@ -3913,19 +4018,10 @@ static RARE enum fmu_status give_up(struct fmu *fmu, const char *function, doubl
         function, fmu->model->diverging, time, time + step, time);
 }
 
-/* What directional derivatives repeat: of every step these, */
-static inline void note_step(const struct fmu *fmu, struct fmu_snapshot *now, bool one_tick)
-{
-    copy_state(fmu->last_state, fmu->before, fmu->used);
-    const volatile double *input = now->input; /* one by one: as copy_state */
-    for (int i = 0; i < FMU_INPUTS; i++)
-        now->last_step.input[i] = input[i];
-    now->one_tick = one_tick;
-}
-
-/* and of one that is not from a tick to the next under constant inputs these, too. */
+/* What directional derivatives repeat of a step that is not from a tick to the next under constant inputs. */
 static void note_span(struct fmu_snapshot *now, int64_t end_tick)
 {
+    now->one_tick = false;
     now->last_step.tick = now->clock.tick;
     now->last_step.rest = now->clock.rest;
     now->last_step.first_tick = now->clock.next_tick;
@@ -3946,47 +4042,21 @@ struct fmu_span fmu_last_step(const struct fmu_snapshot *now)
     return last;
 }
 
-/* From one tick to the next under constant inputs, as most steps are: what any step does, in short. */
-static inline void finish_tick(const struct fmu *fmu, struct fmu_snapshot *now, enum fmu_status status,
-                               double end)
-{
-    now->last_status = (int)status;
-    note_step(fmu, now, true);
-    fmu_clock_tick(&now->clock, end);
-}
-
-/* The same where the tick has findings, which may have been logged before. */
-static RARE enum fmu_status finish_with_findings(struct fmu *fmu, const char *function, unsigned findings,
-                                                 double time, double step)
+RARE enum fmu_status fmu_finish_with_findings(struct fmu *fmu, const struct fmu_request *request,
+                                              unsigned findings)
 {
     struct fmu_snapshot *now = fmu->now;
     enum fmu_status status = FMU_OK;
 
-    report(fmu, function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu), &status);
-    if (status == FMU_DISCARD) {
-        now->last_status = FMU_DISCARD;
-        return give_up(fmu, function, time, step);
-    }
-    finish_tick(fmu, now, status, time + step);
-    return status;
-}
-
-static inline enum fmu_status one_tick(struct fmu *fmu, const char *function, double time, double step)
-{
-    struct fmu_snapshot *now = fmu->now;
-    const double tick_time = (double)now->clock.tick * fmu_sample_time(fmu);
-
-    copy_state(fmu->before, fmu->state, fmu->used);
-    if (run_ticks(fmu, 1) == 1) {
-        finish_tick(fmu, now, FMU_OK, time + step);
-        return FMU_OK;
-    }
-    const unsigned findings =
-        fmu->model->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
-    if (findings)
-        return finish_with_findings(fmu, function, findings, time, step);
-    finish_tick(fmu, now, FMU_OK, time + step);
-    return FMU_OK;
+    report(fmu, request->function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu),
+           &status);
+    if (status != FMU_OK)
+        fmu_leave_plain(fmu);
+    now->last_status = (int)status;
+    if (status == FMU_DISCARD)
+        return give_up(fmu, request->function, request->time, request->step);
+    fmu_note_state(fmu);
+    return fmu_finish_tick(now, status, request->time + request->step);
 }
 
 static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
@@ -4001,7 +4071,7 @@ static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, doub
     if (!fmu_clock_step(&now->clock, sample_time, time, step, &end))
         return fmu_say(fmu, FMU_ERROR, "%s: %s.", function,
                        fmu_clock_refusal(&now->clock, sample_time, time, step, message, sizeof message));
-    copy_state(fmu->before, fmu->state, fmu->used);
+    fmu_copy_state(fmu->before, fmu->state, fmu->used);
     const enum fmu_status status = run(fmu, function, end.next_tick);
     now->last_status = (int)status;
     if (status == FMU_DISCARD) {
@@ -4009,19 +4079,46 @@ static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, doub
         now->warned = warned;
         return give_up(fmu, function, time, step);
     }
-    note_step(fmu, now, false);
+    fmu_note_state(fmu);
+    fmu_note_input(now);
     note_span(now, end.next_tick);
     now->clock = end;
     return status;
 }
 
-enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+/* Plain steps follow; their clock is far from where its ticks are no longer counted. */
+static void expect_plain(struct fmu *fmu)
+{
+    const double sample_time = fmu_sample_time(fmu), stop_time = fmu->now->clock.stop_time;
+    const double countable = 0.5 * CLOCK_LARGEST_TICK * sample_time;
+
+    fmu->plain = (struct fmu_plain){ sample_time, CLOCK_TOLERANCE * sample_time,
+                                     stop_time < countable ? stop_time : countable };
+}
+
+RAREST enum fmu_status fmu_other_step(struct fmu *fmu, const char *function, double time, double step)
 {
     if (!fmu_may(fmu, function, FMU_STEP_COMPLETE))
         return FMU_ERROR;
-    if (!fmu->ramps && fmu_clock_is_tick(&fmu->now->clock, fmu_sample_time(fmu), time, step))
-        return one_tick(fmu, function, time, step);
-    return any_step(fmu, function, time, step);
+    struct fmu_snapshot *now = fmu->now;
+    const double sample_time = fmu_sample_time(fmu);
+    fmu_leave_plain(fmu);
+    if (fmu->ramps || !fmu_clock_is_tick(&now->clock, sample_time, time, step))
+        return any_step(fmu, function, time, step);
+    const enum fmu_status status =
+        fmu_one_tick(fmu, function, (double)now->clock.tick * sample_time, time, step);
+    if (status == FMU_DISCARD)
+        return status;
+    now->last_status = (int)status;
+    now->one_tick = true;
+    if (status == FMU_OK)
+        expect_plain(fmu);
+    return status;
+}
+
+EVERY_STEP enum fmu_status fmu_do_step(struct fmu *fmu, const char *function, double time, double step)
+{
+    return fmu_do_step_here(fmu, function, time, step);
 }
 
 /* --- fmu_update.c --- */
@@ -4070,6 +4167,7 @@ static void ask_host(struct pieces *step)
     const double now = fmu->now->clock.time;
     double end = INFINITY;
 
+    fmu_leave_plain(fmu);
     fmu->now->phase = FMU_UPDATE;
     const bool asked = fmu->host.update(&fmu->host, now, &end);
     fmu->now->phase = FMU_STEP_COMPLETE;
@@ -4121,9 +4219,11 @@ static void join_pieces(const struct pieces *step)
     last.rest = step->begin.rest;
     last.first_tick = step->begin.next_tick;
     last.end_tick = fmu->now->clock.next_tick;
+    fmu_leave_plain(fmu);
     fmu->now->last_step = last;
     fmu->now->one_tick = false;
     memcpy(fmu->last_state, fmu_state_in(fmu->model, step->begun), fmu->model->state_size);
+    memcpy(fmu->before, fmu->last_state, fmu->model->state_size);
 }
 
 static enum fmu_status step_in_pieces(struct pieces *step, struct fmu_ending *ending)
@@ -4180,6 +4280,7 @@ enum fmu_status fmu_do_updated_step(struct fmu *fmu, const char *function, doubl
     void *begun = NULL;
     if (fmu_get_state(fmu, function, &begun) != FMU_OK)
         return FMU_ERROR;
+    fmu_leave_plain(fmu);
     fmu->now->clock = pieces.begin; /* and its time is the host's */
     pieces.begun = begun;
     const enum fmu_status status = step_in_pieces(&pieces, ending);
@@ -4537,6 +4638,18 @@ static size_t serialized_size(const struct fmu *fmu)
     return sizeof(struct header) + fmu_snapshot_size(fmu->model);
 }
 
+/* Steps change the rooms of last_state and `before`, which saves a copy at each. */
+void fmu_gather(struct fmu *fmu)
+{
+    const size_t size = fmu->model->state_size;
+    void *place = (char *)fmu->state + size;
+
+    if (fmu->last_state == place)
+        return;
+    fmu->before = fmu->last_state;
+    fmu->last_state = memcpy(place, fmu->before, size);
+}
+
 enum fmu_status fmu_get_state(struct fmu *fmu, const char *function, void **state)
 {
     if (!fmu_may(fmu, function, FMU_ANY_PHASE))
@@ -4548,6 +4661,7 @@ enum fmu_status fmu_get_state(struct fmu *fmu, const char *function, void **stat
         *state = malloc(size);
     if (!*state)
         return fmu_say(fmu, FMU_ERROR, "%s: out of memory.", function);
+    fmu_gather(fmu);
     memcpy(*state, fmu->now, size);
     return FMU_OK;
 }
@@ -4559,7 +4673,9 @@ static void adopt(struct fmu *fmu, const void *block)
     const bool prepared =
         !fmu->outputs_stale && memcmp(fmu->parameters, parameters_in(block), model->parameters_size) == 0;
 
+    fmu_gather(fmu);
     memcpy(fmu->now, block, fmu_snapshot_size(model));
+    memcpy(fmu->before, fmu->last_state, model->state_size);
     fmu_note_ramps(fmu);
     /* before initialization is over the parameters are not checked yet: outputs are computed on demand */
     fmu->outputs_stale = !(fmu->now->phase & FMU_INITIALIZED);
@@ -5371,6 +5487,14 @@ static int64_t plant_ticks(const void *constants, void *state, const double inpu
     return done;
 }
 
+static unsigned plant_short_tick(const void *constants, void *state, const void *parameters,
+                                 const double input[FMU_INPUTS], double time, struct fmu_outputs *output)
+{
+    if (plant_ticks(constants, state, input, 1, output) == 1)
+        return 0;
+    return plant_tick(constants, state, parameters, input, time, output);
+}
+
 static void plant_explain(unsigned finding, const void *state, const void *parameters,
                           const double input[FMU_INPUTS], double time, const struct fmu_outputs *output,
                           char *text, size_t size)
@@ -5418,6 +5542,7 @@ const struct fmu_model plant_model = {
     .start = plant_start,
     .start_tangent = plant_start_tangent,
     .tick = plant_tick,
+    .short_tick = plant_short_tick,
     .ticks = plant_ticks,
     .explain = plant_explain,
     .tick_tangent = plant_tick_tangent,
@@ -5505,6 +5630,14 @@ static int64_t inverse_ticks(const void *constants, void *state, const double in
     return done;
 }
 
+static unsigned inverse_short_tick(const void *constants, void *state, const void *parameters,
+                                   const double input[FMU_INPUTS], double time, struct fmu_outputs *output)
+{
+    if (inverse_ticks(constants, state, input, 1, output) == 1)
+        return 0;
+    return inverse_tick(constants, state, parameters, input, time, output);
+}
+
 static void inverse_explain(unsigned finding, const void *state, const void *parameters,
                             const double input[FMU_INPUTS], double time, const struct fmu_outputs *output,
                             char *text, size_t size)
@@ -5558,6 +5691,7 @@ const struct fmu_model inverse_model = {
     .start = inverse_start,
     .start_tangent = inverse_start_tangent,
     .tick = inverse_tick,
+    .short_tick = inverse_short_tick,
     .ticks = inverse_ticks,
     .explain = inverse_explain,
     .tick_tangent = inverse_tick_tangent,
