@@ -4638,18 +4638,6 @@ static size_t serialized_size(const struct fmu *fmu)
     return sizeof(struct header) + fmu_snapshot_size(fmu->model);
 }
 
-/* Steps change the rooms of last_state and `before`, which saves a copy at each. */
-void fmu_gather(struct fmu *fmu)
-{
-    const size_t size = fmu->model->state_size;
-    void *place = (char *)fmu->state + size;
-
-    if (fmu->last_state == place)
-        return;
-    fmu->before = fmu->last_state;
-    fmu->last_state = memcpy(place, fmu->before, size);
-}
-
 enum fmu_status fmu_get_state(struct fmu *fmu, const char *function, void **state)
 {
     if (!fmu_may(fmu, function, FMU_ANY_PHASE))

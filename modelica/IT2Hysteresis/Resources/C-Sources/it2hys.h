@@ -1790,8 +1790,18 @@ static inline const void *fmu_state_in(const struct fmu_model *model, const void
     return (const char *)block + sizeof(struct fmu_snapshot) + model->parameters_size;
 }
 
-/* Puts the state of the last step behind that of now, so that *now with what is behind it is all of the block. */
-void fmu_gather(struct fmu *fmu);
+/* Puts the state of the last step behind that of now, so that *now with what is behind it is all of the block. Steps
+ * change the rooms of last_state and `before`, which saves a copy at each. */
+static inline void fmu_gather(struct fmu *fmu)
+{
+    const size_t size = fmu->model->state_size;
+    void *place = (char *)fmu->state + size;
+
+    if (fmu->last_state == place)
+        return;
+    fmu->before = fmu->last_state;
+    fmu->last_state = memcpy(place, fmu->before, size);
+}
 
 enum fmu_status fmu_get_state(struct fmu *fmu, const char *function, void **state);
 enum fmu_status fmu_set_state(struct fmu *fmu, const char *function, const void *state);
