@@ -320,7 +320,7 @@ class _Session:
         """Fit everything that may be fitted to the end, with a core that is usable."""
         self._progress(0.87, "final fit")
         whole = replace(bench, traces=self._all_fitted)
-        fit = whole.calmed(whole.finish(self._on_whole(node.fit.model, bench), _FINAL))
+        fit = whole.finish(self._on_whole(node.fit.model, bench), _FINAL)
         for strength in (1e1, 1e2, 1e3):
             if self._usable(fit.model) is not None:
                 break

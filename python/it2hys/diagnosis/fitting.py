@@ -45,8 +45,6 @@ _SETTLING_ANEW = 60
 _SETTLING_FAR = 150
 #: Costs of fits that are as good as the best one, as a multiple of its.
 _ALIKE = 1.02
-#: Slopes |dF/dy| to which a core is held to see whether a faster one is as good; iterations of that.
-_FASTER, _CALMING = (0.1, 0.3, 0.6), 40
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
 #: While models are searched for, no range limits an inverse.
@@ -288,23 +286,6 @@ class Bench(Starts):
         least = min(fit.minimum.cost for fit in fits)
         alike = [fit for fit in fits if fit.minimum.cost <= _ALIKE * least]
         return min(alike, key=self._unrest) if len(alike) > 1 else alike[0]
-
-    def calmed(self, fit: ChainFit) -> ChainFit:
-        """Return the fit, or one with a faster core that is as good and has a calmer inverse.
-
-        A core that is slower than the records can show does nothing for the free run, and its inverse
-        enlarges the noise of whatever it is fed with.
-        """
-        unrest = self._unrest(fit)
-        if self.inverts_well(unrest, self.traces):
-            return fit
-        for slope in _FASTER:
-            held = self.criterion(fit.model).guarded(1.0, slope)
-            faster = minimise(held, _CALMING, held.rough_tolerance)
-            is_as_good = faster.minimum.cost <= (1.0 + SEARCH.equal) ** 2 * fit.minimum.cost
-            if is_as_good and self._unrest(faster) < unrest:
-                return faster
-        return fit
 
     def inverts_well(self, error: float, traces: Sequence[Trace]) -> bool:
         """Return whether an inverse's error, m rms, is small beside the travel, or near the noise."""

@@ -119,6 +119,8 @@ class Model:
         Values of parameters that differ from record to record.
     smoothness : float
         With which what an effect has of a density is held smooth, CORE.stiff or CORE.soft.
+    contraction : float
+        Largest |dF/dy| of the core: that of any usable one, or less.
     """
 
     values: Mapping[str, float | int]
@@ -126,6 +128,7 @@ class Model:
     offsets: np.ndarray
     own: Mapping[str, np.ndarray]
     smoothness: float = CORE.stiff
+    contraction: float = CORE.contraction
 
     @property
     def rules(self) -> np.ndarray:
@@ -341,6 +344,7 @@ class ChainCriterion:
             self._offsets(point),
             {c.name: point[places[c.name]] * c.unit for c in self._own},
             self.model.smoothness,
+            self.model.contraction,
         )
 
     def _packed(self, point: np.ndarray) -> np.ndarray:
@@ -393,20 +397,15 @@ class ChainCriterion:
         return np.concatenate(places), np.concatenate([t.weight[t.fitted] for t in self.traces])
 
     @np.errstate(over="ignore", invalid="ignore")
-    def guarded(self, strength: float, contraction: float = CORE.contraction) -> ChainCriterion:
-        """Return the criterion with penalties for rules that are unusable where the core works.
-
-        Or that contract by less than is asked for: |dF/dy| is to be at most `contraction` there.
-        """
+    def guarded(self, strength: float) -> ChainCriterion:
+        """Return the criterion with penalties for rules that are unusable where the core works."""
         courses = []
         for i, trace in enumerate(self.traces):
             _, x, y = self.model.run(trace, i)
             x, y = self.scaling.x(x), self.scaling.y(y)
             if np.all(np.abs(y) < _DIVERGED):
                 courses.append((x, y, np.ones(len(x), dtype=bool)))
-        return (
-            self.guarded_over(Band.of_data(courses), strength, contraction) if courses else copy(self)
-        )
+        return self.guarded_over(Band.of_data(courses), strength) if courses else copy(self)
 
     def guarded_by_data(self, strength: float, offsets: np.ndarray) -> ChainCriterion:
         """Return the criterion with penalties for rules that are unusable where the data are.
@@ -427,12 +426,10 @@ class ChainCriterion:
             for t, offset in zip(self.traces, offsets, strict=True)
         ]
 
-    def guarded_over(
-        self, band: Band, strength: float, contraction: float = CORE.contraction
-    ) -> ChainCriterion:
+    def guarded_over(self, band: Band, strength: float) -> ChainCriterion:
         """Return the criterion with penalties for rules that are unusable over a band."""
         result = copy(self)
-        result._guard = Guard(band, strength * np.sqrt(self.samples), contraction)
+        result._guard = Guard(band, strength * np.sqrt(self.samples), self.model.contraction)
         return result
 
     def rules(self, point: np.ndarray) -> np.ndarray:

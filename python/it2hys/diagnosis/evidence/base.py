@@ -94,6 +94,10 @@ class EffectEvidence(ABC):
         """Return the values of more elements; None where that is no variant of the model."""
         return None
 
+    def reaching(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
+        """Return the values with what `further_guesses` have more; None where there is no more."""
+        return None
+
     # --- of a fitted effect ------------------------------------------------------------------------
 
     def is_within_a_sample(self, values: Mapping) -> bool:

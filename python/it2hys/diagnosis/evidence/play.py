@@ -27,6 +27,8 @@ from it2hys.support.numerals import plain
 _LEAST_DENSITY = 0.05
 #: Weights of all operators together that fits begin with: hardly any memory, a weak and a strong one.
 _TOTALS = (0.01, 0.1, 0.4)
+#: Weight of an operator that a fit may bring in: from exactly 0 it would not stir.
+_LIGHT = 1e-3
 #: How much farther than loops initial curves have to go for operators of their own.
 _FARTHER = 1.1
 
@@ -47,9 +49,22 @@ class PlayEvidence(EffectEvidence):
 
     def further_guesses(self, clues: Clues) -> list[dict[str, float]]:
         """Return the same with operators that only an initial curve engages, where one may be."""
-        if reach(clues.extent) < _FARTHER * 0.5 * clues.extent.voltage_span:
+        if not _goes_farther(clues.extent):
             return []
         return _with_equal_weights(thresholds(clues.extent, initial=True))
+
+    def reaching(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
+        """Return the values with operators that only an initial curve engages, as light as none."""
+        count, most = int(values["playCount"]), load_table().counts["play"]["maximum"]
+        half = 0.5 * extent.voltage_span
+        beyond = [r for r in thresholds(extent, initial=True).values() if r >= half]
+        reaches = values[f"play[{count}].threshold"] >= half
+        if reaches or not _goes_farther(extent) or count + len(beyond) > most:
+            return None
+        added = {"playCount": count + len(beyond)}
+        for j, threshold in enumerate(beyond, start=count + 1):
+            added |= {f"play[{j}].threshold": threshold, f"play[{j}].weight": _LIGHT}
+        return added
 
     def extended(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
         """Return as many operators as there may be, close where the density found is great.
@@ -108,6 +123,11 @@ class PlayEvidence(EffectEvidence):
                 f"residual's loops over the voltage are {np.median(width[slow]) * UM:.2g} µm wide"
             )
         return Signature(trial.share, trial.p_value, text + ".")
+
+
+def _goes_farther(extent: Extent) -> bool:
+    """Return whether initial curves from 0 V go farther than loops, so that it shows."""
+    return reach(extent) >= _FARTHER * 0.5 * extent.voltage_span
 
 
 def _with_equal_weights(held: Mapping[str, float]) -> list[dict[str, float]]:
