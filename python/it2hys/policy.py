@@ -79,6 +79,12 @@ class Search:
         "error of the inverse up to which no delay is sought beside a model that leaves but noise",
         "convention: what its user would call as good as exact",
     )  # fmt: skip
+    faster: float = _number(
+        0.5, "1",
+        "slope |dF/dy| to which a core is held where its inverse is poor, and the share of a slope that "
+        "is tried next, as long as that is as good",
+        "chosen by hand on stages made for it: play and a dead time; 0.6, 0.3, 0.1 did as well",
+    )  # fmt: skip
     same_delay: float = _number(
         0.9, "share of a delay",
         "part of a delay from which on an effect that needs it, too, is no rival of that delay",

@@ -59,20 +59,38 @@ def test_a_history_that_a_poorer_model_chose_is_left():
     assert _with_histories(bench, node).rms < 1.05 * NOISE
 
 
-def test_the_initial_curve_of_a_stage_from_0_v_is_fitted():
-    """Loops engage operators up to half the voltage's span; on its first way up it is all of it."""
-    t = np.arange(1500) / 300.0
-    voltage = 50.0 + 35.0 * np.sin(1.2 * np.pi * t) + 12.0 * np.sin(3.4 * np.pi * t + 1.0)
+def first_loops(rate: float, faster: float, late: int) -> Record:
+    """Return a record of a stage that was new at 0 V and answers so many samples late."""
+    t = np.arange(1500) / rate
+    pi = faster * np.pi
+    voltage = 50.0 + 35.0 * np.sin(1.2 * pi * t) + 12.0 * np.sin(3.4 * pi * t + 1.0)
     threshold = np.linspace(0.0, 60.0, 100)
     weight, output = 2.4e-9 * np.exp(-threshold / 30.0), np.zeros(100)
     displacement = np.empty(len(t))
     for k, x in enumerate(voltage):
         output = np.clip(output, x - threshold, x + threshold)
         displacement[k] = weight @ output
-    noise = 5e-4 * np.ptp(displacement)
-    displacement += noise * np.random.default_rng(5).standard_normal(len(t))
-    record = Record("initial", t, voltage, displacement, t[1])
+    displacement = np.concatenate([np.full(late, displacement[0]), displacement])[: len(t)]
+    noise = 5e-4 * np.ptp(displacement) * np.random.default_rng(5).standard_normal(len(t))
+    return Record("initial", t, voltage, displacement + noise, t[1])
+
+
+def test_the_initial_curve_of_a_stage_from_0_v_is_fitted():
+    """Loops engage operators up to half the voltage's span; on its first way up it is all of it."""
+    record = first_loops(300.0, 1.0, 0)
+    noise = 5e-4 * np.ptp(record.displacement)
     others = [e for e in EFFECTS if e != "play"]
     (judged,) = diagnose([record], declared=["play"], excluded=others).records
     assert judged.e_rms < 2.0 * noise  # 17 without
     assert judged.cold_start < 2.0 * noise
+
+
+def test_a_delay_behind_that_curve_is_no_work_of_the_core():
+    """The records hardly tell a slow core from a delay; its inverse does."""
+    record = first_loops(1000.0, 10.0 / 3.0, 10)
+    others = [e for e in EFFECTS if e not in ("play", "delay")]
+    found = diagnose([record], declared=["play", "delay"], excluded=others)
+    (judged,) = found.records
+    assert judged.e_rms < 2.0 * 5e-4 * np.ptp(record.displacement)  # 18 before
+    assert judged.inverse.e_rms < 5e-3 * np.ptp(record.voltage)  # 3.2e-2 before
+    assert abs(found.parameters["delay.time"] - 0.010) < 0.0015  # 0 before

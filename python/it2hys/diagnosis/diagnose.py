@@ -293,21 +293,23 @@ class _Session:
         return Bench(traces, self._scaling, self._extent, deciding, parts)
 
     def _declare(self, bench: Bench, base: Model) -> Model:
-        """Return the model with the declared effects."""
-        model, fit = base, None
-        for effect in self._declared:
-            self._progress(0.25, f"declared: {effect}")
-            fits = [bench.add(model, effect)]
-            if EVIDENCE[effect].imitated:
-                fits.append(bench.add_anew(model, effect))
-            if not any(fits):
+        """Return the model with the declared effects, those first that explain the most."""
+        model, missing = base, list(self._declared)
+        while missing:
+            fits = dict(
+                zip(missing, self._each(partial(_with_declared, bench, model), missing), strict=True)
+            )
+            diverging = [e for e in missing if fits[e] is None]
+            if len(diverging) == len(missing):
                 raise InputError(
-                    f"'{effect}' is declared, but the model with it diverges on the training records, "
-                    "whatever the initial guess; leave it out of --declared"
+                    f"'{diverging[0]}' is declared, but the model with it diverges on the training "
+                    "records, whatever the initial guess; leave it out of --declared"
                 )
-            fit = bench.preferred([f for f in fits if f])
-            model = fit.model
-        return bench.preferred([fit, bench.reshaped(model, self._each)]).model if fit else base
+            found = min((e for e in missing if fits[e]), key=lambda e: fits[e].minimum.cost)
+            self._progress(0.25, f"declared: {found}")
+            missing.remove(found)
+            model = fits[found].model
+        return model
 
     # --- search and final fit --------------------------------------------------------------------
 
@@ -525,6 +527,15 @@ def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple
             column = f"{channel} channel ({channel}_{next(iter(UNITS[channel]))})"
             raise InputError(f"--declared {name}: no training record has a {column}")
     return tuple(e for e in EFFECTS if e in names)
+
+
+def _with_declared(bench: Bench, model: Model, effect: str) -> ChainFit | None:
+    """Return the fit of a model with an effect, None where every guess diverges."""
+    fits = [bench.add(model, effect)]
+    if EVIDENCE[effect].imitated:
+        fits.append(bench.add_anew(model, effect))
+    known = [fit for fit in fits if fit]
+    return bench.preferred(known) if known else None
 
 
 def _gain(records: Sequence[Record]) -> float:

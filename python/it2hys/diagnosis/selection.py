@@ -35,8 +35,8 @@ WAITING = SHIFTING
 BEAM = 3
 #: Effects that are added one after the other.
 DEPTH = 4
-#: Slopes |dF/dy| that a core is held to, one after the other, as long as that is as good.
-FASTER = (0.6, 0.3, 0.1)
+#: Slope |dF/dy| below which a core answers at once.
+AT_ONCE = 0.05
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
 
@@ -191,9 +191,8 @@ class Search:
         if not np.isfinite(first.minimum.cost):  # the given core does not contract where records go
             first = self.bench.reshaped(model)
         self.root = _node(self.bench, frozenset(), first)
-        if not self.bench.leaves_noise(self.root.fit):
-            self.root = _resolved(self.bench, _with_roles(self.bench, self.root))
-            self.root = _with_faster_core(self.bench, self.root)
+        if model.effects:
+            self.root = _sharpened(self.bench, self.root, self.each)
         self._keep(self.root)
         beam = [self.root]
         for _ in range(DEPTH):
@@ -559,11 +558,12 @@ def _with_faster_core(bench: Bench, node: Node) -> Node:
     """
     if bench.inverts_well(_rms(node.errors.wide), bench.deciding):
         return node
-    for slope in FASTER:
+    slope = SEARCH.faster
+    while slope > AT_ONCE:
         faster = _better(bench, node, replace(node.fit.model, contraction=slope))
         if faster is node:
             break
-        node = faster
+        node, slope = faster, SEARCH.faster * slope
     return node
 
 
