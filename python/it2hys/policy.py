@@ -81,8 +81,8 @@ class Search:
     )  # fmt: skip
     faster: float = _number(
         0.5, "1",
-        "slope |dF/dy| to which a core is held where its inverse is poor, and the share of a slope that "
-        "is tried next, as long as that is as good",
+        "slope of the core by its last output to which it is held where its inverse is poor, and the "
+        "share of a slope that is tried next, as long as that is as good",
         "chosen by hand on stages made for it: play and a dead time; 0.6, 0.3, 0.1 did as well",
     )  # fmt: skip
     same_delay: float = _number(
