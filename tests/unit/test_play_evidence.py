@@ -70,3 +70,17 @@ def test_around_0_v_an_initial_curve_engages_what_loops_do():
     assert not EVIDENCE.further_guesses(around_zero)
     counts = {g["playCount"] for g in EVIDENCE.further_guesses(Clues(EXTENT, []))}
     assert counts == {COUNT + INITIAL}
+
+
+def test_operators_that_only_an_initial_curve_engages_are_added_to_those_that_are_there():
+    before = coarse([0.1] * COUNT)
+    wider = before | EVIDENCE.reaching(before, EXTENT)
+    r, w = operators(wider)
+    np.testing.assert_array_equal(r, list(thresholds(EXTENT, initial=True).values()))
+    np.testing.assert_array_equal(w[:COUNT], 0.1)
+    assert np.all((w[COUNT:] > 0.0) & (w[COUNT:] < 0.01))
+    assert EVIDENCE.reaching(wider, EXTENT) is None  # it reaches that far
+    between = replace(EXTENT, voltage=(-50.0, 50.0))  # from 0 V no farther than in loops
+    assert EVIDENCE.reaching(coarse([0.1] * COUNT), between) is None
+    finer = EVIDENCE.extended(before, EXTENT)
+    assert EVIDENCE.reaching(finer, EXTENT) is None  # there may be no more of them
