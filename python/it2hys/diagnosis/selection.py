@@ -533,7 +533,7 @@ def _with_roles(bench: Bench, node: Node) -> Node:
 
 
 def _resolved(bench: Bench, node: Node) -> Node:
-    """Return the model with more elements of its effects, less smooth ones, where it predicts better.
+    """Return the model with more elements of its effects, more or less smooth, where it predicts better.
 
     What they lack would be taken for another effect.
     """
@@ -545,8 +545,10 @@ def _resolved(bench: Bench, node: Node) -> Node:
             other = _better(bench, node, model)
             if other.fit.minimum.cost < SEARCH.far_better * node.fit.minimum.cost:
                 node = other
-        if EFFECTS[effect].is_smoothed and node.fit.model.smoothness > CORE.soft:
-            node = _better(bench, node, replace(node.fit.model, smoothness=CORE.soft))
+        if EFFECTS[effect].is_smoothed:
+            # what was missing before may have asked for less of it than there is
+            other = CORE.stiff if node.fit.model.smoothness == CORE.soft else CORE.soft
+            node = _better(bench, node, replace(node.fit.model, smoothness=other))
     return node
 
 
