@@ -533,7 +533,7 @@ def _with_roles(bench: Bench, node: Node) -> Node:
 
 
 def _resolved(bench: Bench, node: Node) -> Node:
-    """Return the model with more elements of its effects, more or less smooth, where it predicts better.
+    """Return the model with finer effects, smoother or rougher ones, where it predicts better.
 
     What they lack would be taken for another effect.
     """
