@@ -328,24 +328,12 @@ static void core_row(int rules, const char *name, work *a)
     print(text, 1, "six libm exp", compare(a, six_exponentials), 0.5);
 }
 
-/* A target in nanoseconds is one of the machine on which a tick of VanDerPol takes 18.9 of them: on another, a bare
- * time says nothing. Where that peer is, the time is held against its tick, and the target is as many of its ticks.
- * Without it, the time is; beside it the plant, to see how fast the machine is now. */
-#define SCALE "VanDerPol"
-#define SCALE_NANOSECONDS 18.9
-
+/* In nanoseconds; beside it the plant, to see how fast the machine is now. */
 static void nanoseconds(struct subject *s, const char *name, double target)
 {
     measured = s, ticks_per_step = 1, other = &plant;
-    for (int i = 0; i < peer_count; i++)
-        if (strcmp(peers[i].name, SCALE) == 0)
-            other = &peers[i];
     const struct comparison c = compare(run_measured, run_other);
 
-    if (other != &plant) {
-        print(name, 1, SCALE, c, target / SCALE_NANOSECONDS);
-        return;
-    }
     printf("%-22s %10d %8.1f   %-16s %8.1f %8.2f   <= %g ns %s\n", name, 1, c.a, plant.name, c.b, c.ratio,
            target, verdict(c.a, target));
     fflush(stdout);

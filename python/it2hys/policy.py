@@ -72,11 +72,13 @@ class Search:
     )  # fmt: skip
     inverse_gain: float = _number(
         0.25, "share of the error",
-        "least gain of the inverse by which a delay is accepted although the free run is only equal",
+        "least gain of the inverse by which a delay, or a variant of a model, is accepted although the "
+        "free run is only equal",
     )  # fmt: skip
     inverse_small: float = _number(
         0.005, "share of the travel",
-        "error of the inverse up to which no delay is sought beside a model that leaves but noise",
+        "error of the inverse up to which no faster core is sought, nor a delay beside a model that "
+        "leaves but noise",
         "convention: what its user would call as good as exact",
     )  # fmt: skip
     faster: float = _number(
@@ -484,6 +486,22 @@ class Reference:
         4.0, "noise",
         "largest change by the filter; where it changes more, it removes motion and is not applied",
         "chosen by hand on seeds 0 to 9999; below 1e-4 by chance for Gaussian noise",
+    )  # fmt: skip
+    worth: float = _number(
+        0.5, "error of a straight line",
+        "an inverse's error above which the report says to use it with care",
+        "convention: it then takes away less than half of what no model at all leaves",
+    )  # fmt: skip
+    enlarged: float = _number(
+        2.0, "noise",
+        "what an inverse makes of the displacement's noise, by the plant's gain, above which the "
+        "report says to use it with care",
+        _CONVENTION,
+    )  # fmt: skip
+    seen: float = _number(
+        0.01, "share of the range",
+        "least error of an inverse at which that is said",
+        _CONVENTION,
     )  # fmt: skip
 
 

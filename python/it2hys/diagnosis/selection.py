@@ -542,13 +542,14 @@ def _resolved(bench: Bench, node: Node) -> Node:
             node = _better(bench, node, more)
         if wider := EVIDENCE[effect].reaching(node.fit.model.values, bench.extent):
             model = replace(node.fit.model, values={**node.fit.model.values, **wider})
-            other = _better(bench, node, model)
-            if other.fit.minimum.cost < SEARCH.far_better * node.fit.minimum.cost:
-                node = other
+            farther = _better(bench, node, model)
+            # more than most records show: such operators also fit what other effects leave
+            if farther.fit.minimum.cost < SEARCH.far_better * node.fit.minimum.cost:
+                node = farther
         if EFFECTS[effect].is_smoothed:
             # what was missing before may have asked for less of it than there is
-            other = CORE.stiff if node.fit.model.smoothness == CORE.soft else CORE.soft
-            node = _better(bench, node, replace(node.fit.model, smoothness=other))
+            smoothness = CORE.stiff if node.fit.model.smoothness == CORE.soft else CORE.soft
+            node = _better(bench, node, replace(node.fit.model, smoothness=smoothness))
     return node
 
 
@@ -570,7 +571,10 @@ def _with_faster_core(bench: Bench, node: Node) -> Node:
 
 
 def _better(bench: Bench, node: Node, variant: Model) -> Node:
-    """Return a variant of the model, fitted, if it predicts better; otherwise the model."""
+    """Return a variant of the model, fitted, if it predicts better; otherwise the model.
+
+    Or if it predicts as well, and its inverse is far better.
+    """
     fitted = _node(bench, node.added, bench.fit(variant, FINISHING))
     gains = Gains.of(node.errors, fitted.errors)
     better = gains.free.gain >= SEARCH.refined and gains.free.p_value <= SEARCH.likely

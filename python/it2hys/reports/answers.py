@@ -13,6 +13,7 @@ import numpy as np
 from it2hys.designs.designing import probability, told_apart
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS
 from it2hys.identification.explained import low_share
+from it2hys.policy import REFERENCE
 from it2hys.records.figures_of_merit import Errors, noise_size, small_figure, times_the_noise
 from it2hys.records.record import INVERTED
 from it2hys.reports.page import NONE, Answer, Table
@@ -45,9 +46,6 @@ _NO_MEMORY = (
 _PLAYED = 0.01
 #: An inverse is called worse than another from this ratio of their errors on.
 _WORSE = 1.05
-#: To be used with care: an inverse that leaves more than this share of a straight line's error, or that
-#: enlarges noise by this factor, where its error is this share of the range.
-_HALF, _ENLARGED, _SEEN = 0.5, 2.0, 0.01
 
 
 def answers(report: Mapping) -> list[Answer]:
@@ -281,7 +279,7 @@ def feedforward(report: Mapping) -> list[str]:
 
 def _halved(error: float, line: float) -> list[str]:
     """Return a caution where the inverse does little better than a straight line."""
-    if error <= _HALF * line:
+    if error <= REFERENCE.worth * line:
         return []
     return ["That is more than half of a straight line's error: the inverse is worth little here."]
 
@@ -294,7 +292,7 @@ def _enlarged(report: Mapping, share: float) -> list[str]:
         for name in ("noise_rms_um", "inverse_e_rms_um", "inverse_noise_rms_V", "inverse_e_rms_V")
     )
     passed_on = volts * um / all_volts
-    if not (share > _SEEN and passed_on > _ENLARGED * noise):
+    if not (share > REFERENCE.seen and passed_on > REFERENCE.enlarged * noise):
         return []
     return [
         f"The noise of the measured displacement alone makes {figure(volts)} V of these "
