@@ -2,24 +2,26 @@
 #include "it2.h"
 #include "it2_membership.h"
 
-/* (13) to (18) for one rule; `excess` is n_l - y_k. Returns d(f_l + F_l)/dc_l, which is also
- * -d(f_l + F_l)/dy_{k-1}. */
+/* (13) to (18) for one rule; `excess` is n_l - y_k, `share` 1 / D. Returns d(f_l + F_l)/dc_l, which is also
+ * -d(f_l + F_l)/dy_{k-1}. Products with inverses: fits call this at every sample, and divisions were most of it. */
 static real rule_gradient(const struct it2_rule *rule, real lower, real upper, real y_previous, real x,
-                          real excess, real sum, real *gradient)
+                          real excess, real share, real *gradient)
 {
     const real distance = y_previous - rule->centre;
-    const real variance_lower = rule->sigmaLower * rule->sigmaLower;
-    const real variance_upper = rule->sigmaUpper * rule->sigmaUpper;
-    const real weight = (lower + upper) / sum;
-    const real by_centre = (lower / variance_lower + upper / variance_upper) * distance;
+    const real per_lower = 1 / rule->sigmaLower;
+    const real per_upper = 1 / rule->sigmaUpper;
+    const real lower_by_centre = lower * (per_lower * per_lower) * distance;
+    const real upper_by_centre = upper * (per_upper * per_upper) * distance;
+    const real weight = (lower + upper) * share;
+    const real pull = excess * share;
 
-    gradient[0] = lower * distance * distance / (variance_lower * rule->sigmaLower) * excess / sum;
-    gradient[1] = upper * distance * distance / (variance_upper * rule->sigmaUpper) * excess / sum;
-    gradient[2] = by_centre * excess / sum;
+    gradient[0] = lower_by_centre * distance * per_lower * pull;
+    gradient[1] = upper_by_centre * distance * per_upper * pull;
+    gradient[2] = (lower_by_centre + upper_by_centre) * pull;
     gradient[3] = y_previous * weight;
     gradient[4] = x * weight;
     gradient[5] = weight;
-    return by_centre;
+    return lower_by_centre + upper_by_centre;
 }
 
 real it2_gradient(const struct it2 *stage, real y_previous, real x, real *gradient,
@@ -41,10 +43,11 @@ real it2_gradient(const struct it2 *stage, real y_previous, real x, real *gradie
         numerator += consequent[l] * m.weight[l];
     }
     const real y = numerator / m.sum;
+    const real share = 1 / m.sum;
     for (int l = 0; l < stage->rules; l++) {
         const struct it2_rule *rule = &stage->rule[l];
         const real excess = consequent[l] - y;
-        const real by_centre = rule_gradient(rule, m.lower[l], m.upper[l], y_previous, x, excess, m.sum,
+        const real by_centre = rule_gradient(rule, m.lower[l], m.upper[l], y_previous, x, excess, share,
                                              gradient + IT2_RULE_PARAMETERS * l);
         dx += rule->q2 * m.weight[l];
         dy += rule->q1 * m.weight[l] - by_centre * excess;

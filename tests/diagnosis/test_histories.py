@@ -59,17 +59,23 @@ def test_a_history_that_a_poorer_model_chose_is_left():
     assert _with_histories(bench, node).rms < 1.05 * NOISE
 
 
+def play_operators(voltage: np.ndarray) -> np.ndarray:
+    """Return the displacement of a stage made of many play operators, new at 0 V, in m."""
+    threshold = np.linspace(0.0, 60.0, 100)
+    weight, output = 2.4e-9 * np.exp(-threshold / 30.0), np.zeros(100)
+    displacement = np.empty(len(voltage))
+    for k, x in enumerate(voltage):
+        output = np.clip(output, x - threshold, x + threshold)
+        displacement[k] = weight @ output
+    return displacement
+
+
 def first_loops(rate: float, faster: float, late: int) -> Record:
     """Return a record of a stage that was new at 0 V and answers so many samples late."""
     t = np.arange(1500) / rate
     pi = faster * np.pi
     voltage = 50.0 + 35.0 * np.sin(1.2 * pi * t) + 12.0 * np.sin(3.4 * pi * t + 1.0)
-    threshold = np.linspace(0.0, 60.0, 100)
-    weight, output = 2.4e-9 * np.exp(-threshold / 30.0), np.zeros(100)
-    displacement = np.empty(len(t))
-    for k, x in enumerate(voltage):
-        output = np.clip(output, x - threshold, x + threshold)
-        displacement[k] = weight @ output
+    displacement = play_operators(voltage)
     displacement = np.concatenate([np.full(late, displacement[0]), displacement])[: len(t)]
     noise = 5e-4 * np.ptp(displacement) * np.random.default_rng(5).standard_normal(len(t))
     return Record("initial", t, voltage, displacement + noise, t[1])
@@ -94,3 +100,22 @@ def test_a_delay_behind_that_curve_is_no_work_of_the_core():
     assert judged.e_rms < 2.0 * 5e-4 * np.ptp(record.displacement)  # 18 before
     assert judged.inverse.e_rms < 5e-3 * np.ptp(record.voltage)  # 3.2e-2 before
     assert abs(found.parameters["delay.time"] - 0.010) < 0.0015  # 0 before
+
+
+def test_fmus_begin_as_a_stage_does_that_nothing_was_done_to():
+    """Of two records that begin at 0 V, the first was driven before; a cold start is from rest."""
+    driven, new = from_zero(driven=True), from_zero(driven=False)
+    others = [e for e in EFFECTS if e != "play"]
+    _, judged = diagnose([driven, new], declared=["play"], excluded=others).records
+    assert judged.cold_start < 2.0 * 5e-4 * np.ptp(new.displacement)
+
+
+def from_zero(driven: bool) -> Record:
+    """Return a record that begins at 0 V, of a stage that is new or was driven to 90 V before."""
+    t = np.arange(1500) / 500.0
+    voltage = 40.0 * (1.0 - np.cos(2.2 * np.pi * t)) + 10.0 * (1.0 - np.cos(7.4 * np.pi * t))
+    voltage[:10] = 0.0
+    before = 45.0 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 200))) if driven else []
+    displacement = play_operators(np.concatenate([before, voltage]))[-len(t) :]
+    noise = 5e-4 * np.ptp(displacement) * np.random.default_rng(6).standard_normal(len(t))
+    return Record("driven" if driven else "new", t, voltage, displacement + noise, t[1])

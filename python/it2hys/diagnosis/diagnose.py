@@ -446,7 +446,8 @@ class _Session:
     def _parameters(self, model: Model, name: str) -> ParameterSet:
         """Return the model as a parameter set that begins at rest.
 
-        It begins as the first training record does where that begins at rest.
+        It begins as that training record which begins at rest at zero voltage. Of several it is the one
+        that reads most nearly what a new stage does: the others may have been driven shortly before.
         """
         voltages = [r.voltage for r in self._train]
         values = {
@@ -455,9 +456,15 @@ class _Session:
             "voltageMax": float(max(v.max() for v in voltages)),
         }
         parameters = ParameterSet(_ordered(values), name).validate()
-        if not _begins_at_rest(self._train[0], parameters.voltage_range):
-            return resting(parameters)
-        start = model.start(0)
+        rest = resting(parameters)
+        starts = [
+            model.start(i)
+            for i, record in enumerate(self._train)
+            if _begins_at_rest(record, parameters.voltage_range)
+        ]
+        if not starts:
+            return rest
+        start = min(starts, key=lambda s: abs(s["initialDisplacement"] - rest["initialDisplacement"]))
         start["initialDisplacement"] = float(
             np.clip(start["initialDisplacement"], *parameters.displacement_range)
         )

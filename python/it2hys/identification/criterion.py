@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from it2hys.identification import rule_coordinates
 from it2hys.identification.effect_coordinates import Coordinate, by_record
@@ -483,7 +484,7 @@ class ChainCriterion:
 
     def full_jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the Jacobian of all residuals, priors and penalties too, and those, or None."""
-        return joined(self._blocks(point))
+        return joined(self._blocks(point), len(point))
 
     def unconstrained(self) -> ChainCriterion:
         """Return the criterion without penalties: for a solver that holds constraints."""
@@ -547,29 +548,29 @@ class ChainCriterion:
 
     def jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the Jacobian of the records' residuals, (M, P), and those, (M,), without priors."""
-        return joined(self._record_blocks(point))
+        return joined(self._record_blocks(point), len(point))
 
     def _blocks(self, point: np.ndarray) -> Iterator[Block | None]:
         """Yield records, priors and penalties; None where a run is no longer finite."""
         yield from self._record_blocks(point)
-        every, (held, weights) = np.eye(len(point)), self._held
-        yield np.diag(weights), weights * (point - self._guess)[held], every[held]
+        every, (held, weights) = np.arange(len(point)), self._held
+        yield np.diag(weights), weights * (point - self._guess)[held], every[held], None
         if len(self._roughness):
-            yield self._roughness, self._roughness @ point, every
+            yield self._roughness, self._roughness @ point, every, None
         if len(self._steepness):
             falling = self._falling(point)
-            yield -self._steepness * (falling > 0.0)[:, None], falling, every
+            yield -self._steepness * (falling > 0.0)[:, None], falling, every, None
         if self._guard is not None:
             by_rules, penalties = self._guard.linearise(self.rules(point))
-            yield by_rules, penalties, every[: self.rule_size]
+            yield by_rules, penalties, every[: self.rule_size], None
 
     def _record_blocks(self, point: np.ndarray) -> Iterator[Block | None]:
         packed, offsets = self._packed(point), self._offsets(point)
-        to_point = self._by_coordinates(point)
+        to_places = self._by_coordinates(point)
         fitted = [i for i, t in enumerate(self.traces) if len(t.weight[t.fitted])]
 
         def block(i: int) -> Block | None:
-            return self._record_block(i, packed[i], offsets[i], to_point)
+            return self._record_block(i, packed[i], offsets[i], to_places)
 
         for made in self._drives.mapped(block, fitted):
             yield made
@@ -578,27 +579,28 @@ class ChainCriterion:
 
     @np.errstate(over="ignore", invalid="ignore")  # in a thread, that of the caller does not hold
     def _record_block(
-        self, index: int, packed: np.ndarray, offset: float, to_point: np.ndarray
+        self, index: int, packed: np.ndarray, offset: float, to_places: np.ndarray
     ) -> Block | None:
         """Return one record's residuals and derivatives; None where its run is no longer finite."""
-        trace, places = self.traces[index], self._places
+        trace = self.traces[index]
         weight = trace.weight[trace.fitted, None]
         names = [c.name for c in (*self._moving, *self._own)]
         run, by = compiled.chain_sensitivity(packed, trace.drive, names, "rules" in self._free_groups)
         residual = (run + offset - trace.y) / self.scaling.y_unit
         if not (residual @ residual < _DIVERGED**2 * len(residual) and np.isfinite(by[-1]).all()):
             return None
-        own = to_point.copy()
-        for row, c in enumerate(self._own, start=len(own) - len(self._own)):
-            own[row, places[c.name].start + index] = c.unit
         jacobian = by[trace.fitted]
         jacobian *= weight / self.scaling.y_unit
+        own = [self._places[c.name].start + index for c in self._own]
         if index in self._with_offset:
             jacobian = np.hstack([jacobian, weight])
-            by_offset = np.zeros(to_point.shape[1])
-            by_offset[places["offsets"].start + self._with_offset.index(index)] = 1.0
-            own = np.vstack([own, by_offset])
-        return jacobian, weight[:, 0] * residual[trace.fitted], own
+            to_places = block_diag(to_places, 1.0)
+            own.append(self._places["offsets"].start + self._with_offset.index(index))
+        shared = np.arange(self.rule_size + len(self._moving))
+        places = np.concatenate(
+            [shared if "rules" in self._free_groups else shared[self.rule_size :], own]
+        )
+        return jacobian, weight[:, 0] * residual[trace.fitted], places.astype(int), to_places
 
     @property
     def _moving(self) -> list[Coordinate]:
@@ -606,17 +608,19 @@ class ChainCriterion:
         return self.common if "effects" in self._free_groups else []
 
     def _by_coordinates(self, point: np.ndarray) -> np.ndarray:
-        """Return what the C core differentiates by, by the coordinates, without what records own."""
-        places, size = self._places, self.rule_size if "rules" in self._free_groups else 0
-        result = np.zeros((size + len(self._moving) + len(self._own), len(point)))
-        if size:
-            rules = self.rules(point)
-            scaled = rule_coordinates.chain_rule(np.eye(size), rules)
-            result[:size, :size] = self.scaling.rule_jacobian(rules) @ scaled
-        slopes = [c.slope(v) for c, v in zip(self._moving, point[places["effects"]], strict=False)]
-        moving = np.arange(len(slopes))
-        result[size + moving, self.rule_size + moving] = slopes
-        return result
+        """Return what the C core differentiates by, by the coordinates that a record depends on.
+
+        Those are the rules', the effects' and, at the end, its own.
+        """
+        slopes = [
+            c.slope(v) for c, v in zip(self._moving, point[self._places["effects"]], strict=False)
+        ]
+        units = np.diag([*slopes, *(c.unit for c in self._own)])
+        if "rules" not in self._free_groups:
+            return units
+        rules = self.rules(point)
+        scaled = rule_coordinates.chain_rule(np.eye(self.rule_size), rules)
+        return block_diag(self.scaling.rule_jacobian(rules) @ scaled, units)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,14 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg.lapack import dposv
 
-#: A part of a problem: the residual, (N,), its derivatives by variables of its own, (N, n), and theirs
-#: by the coordinates, (n, P); in the order jacobian, residual, to_point.
-Block = tuple[np.ndarray, np.ndarray, np.ndarray]
+#: A part of a problem: the derivatives of its residual by variables of its own, (N, n), the residual,
+#: (N,), which coordinates the variables depend on, (m,), and their derivatives by those, (n, m); None
+#: where they are those coordinates themselves.
+Block = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]
 
 _LARGEST_DAMPING = 1e12
 _SMALLEST_DAMPING = 1e-12
 #: What the damping is multiplied by where a step is refused, and divided by where the first is not.
-_MORE_DAMPING, _LESS_DAMPING = 3.0, 10.0
+_MORE_DAMPING, _LESS_DAMPING = 3.0, 3.0
 #: Share of a step at which its curvature is probed, and the largest bend that is followed, as a
 #: share of the step: beyond it the second order says nothing.
 _PROBE, _LARGEST_BEND = 0.1, 0.375
@@ -87,25 +88,39 @@ class Linearisation:
         for block in blocks:
             if block is None:
                 return None
-            jacobian, residual, to_point = block
-            hessian += to_point.T @ (jacobian.T @ jacobian) @ to_point
-            gradient += to_point.T @ (jacobian.T @ residual)
+            jacobian, residual, places, to_places = block
+            square, slope = jacobian.T @ jacobian, jacobian.T @ residual
+            if to_places is not None:
+                square, slope = to_places.T @ square @ to_places, to_places.T @ slope
+            hessian[places[:, None], places] += square
+            gradient[places] += slope
             kept.append(block)
-        ends = np.cumsum([len(residual) for _, residual, _ in kept])
+        ends = np.cumsum([len(residual) for _, residual, _, _ in kept])
 
         def transposed(values: np.ndarray) -> np.ndarray:
-            pieces = np.split(values, ends[:-1])
-            return sum(t.T @ (j.T @ v) for (j, _, t), v in zip(kept, pieces, strict=True))
+            result = np.zeros(size)
+            for (jacobian, _, places, to_places), piece in zip(
+                kept, np.split(values, ends[:-1]), strict=True
+            ):
+                slope = jacobian.T @ piece
+                result[places] += slope if to_places is None else to_places.T @ slope
+            return result
 
         return cls(hessian, gradient, transposed)
 
 
-def joined(blocks: Iterable[Block | None]) -> tuple[np.ndarray, np.ndarray] | None:
+def joined(blocks: Iterable[Block | None], size: int) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the whole Jacobian, shape (M, P), and residual, shape (M,), None if a block is None."""
-    kept = list(blocks)
-    if kept[-1] is None:
-        return None
-    return np.vstack([j @ t for j, _, t in kept]), np.concatenate([r for _, r, _ in kept])
+    rows, residuals = [], []
+    for block in blocks:
+        if block is None:
+            return None
+        jacobian, residual, places, to_places = block
+        row = np.zeros((len(residual), size))
+        row[:, places] = jacobian if to_places is None else jacobian @ to_places
+        rows.append(row)
+        residuals.append(residual)
+    return np.vstack(rows), np.concatenate(residuals)
 
 
 @np.errstate(over="ignore")  # of steps on their way to infinity: they are refused
