@@ -45,7 +45,10 @@ def _values(effect: str, rng: np.random.Generator) -> dict[str, float]:
             "initialDemagnetisation": uniform(-40.0, 40.0), "initialExcursion": uniform(-30.0, 50.0),
         },
         "load": lambda: {"load.compliance": uniform(1e-9, 5e-8)},
-        "creep": lambda: {**_creep(rng), "initialCreep": uniform(-1.0, 1.0) * UM},
+        "creep": lambda: {
+            **_creep(rng),
+            "initialCreep": uniform(-1.0, 1.0) * UM, "initialCreepAge": 10 ** uniform(-4.0, 1.0),
+        },
         "resonance": lambda: {
             "resonance.frequency": uniform(300.0, 4500.0), "resonance.damping": uniform(0.02, 0.9),
             "resonance.samplingZero": uniform(-0.6, 0.0),

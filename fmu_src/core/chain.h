@@ -34,6 +34,7 @@ struct chain_parameters {
     real initialDemagnetisation;
     real initialExcursion;
     real initialCreep;
+    real initialCreepAge;
     real voltageMin;
     real voltageMax;
     real displacementMin;

@@ -61,26 +61,28 @@ static size_t creep_used(const void *constants)
     return (size_t)creep->count * sizeof(real);
 }
 
-static real sum_of_gains(const struct creep *creep)
+/* How far a term's state lies ahead of the input where initialCreep is 1. */
+static real creep_kept(const struct chain_parameters *p, int i)
 {
-    real sum = 0;
-
-    for (int i = 0; i < creep->count; i++)
-        sum += creep->gain[i];
-    return sum;
+    return real_exp(-p->initialCreepAge / p->creep[i].timeConstant);
 }
 
-/* With states that lie initialCreep ahead of the input: by 0 after long rest. */
+/* With states that lay initialCreep ahead of the input (by 0 after long rest), initialCreepAge ago. */
 static real creep_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
 {
     const struct creep *creep = constants;
     struct creep_state *s = state;
-    const real ahead = p->initialCreep;
-    const real sum = sum_of_gains(creep);
-    const real x = (y - creep->zero - sum * ahead) / (1 + sum);
+    real sum = 1;
 
+    y -= creep->zero;
+    for (int i = 0; i < creep->count; i++) {
+        sum += creep->gain[i];
+        s->s[i] = p->initialCreep * creep_kept(p, i);
+        y -= creep->gain[i] * s->s[i];
+    }
+    const real x = y / sum;
     for (int i = 0; i < creep->count; i++)
-        s->s[i] = x + ahead;
+        s->s[i] += x;
     return creep->zero + x;
 }
 
@@ -138,16 +140,21 @@ static real creep_rest_tangent(const void *constants, const void *d_constants, c
                                const struct chain_parameters *d)
 {
     const struct creep *creep = constants, *by = d_constants;
-    const real sum = sum_of_gains(creep);
     struct creep_state *s = d_state;
-    real d_x = d_y - by->zero;
+    real sum = 1;
 
     (void)state;
-    for (int i = by->first; i < by->count; i++)
-        d_x -= (x - creep->zero + p->initialCreep) * by->gain[i];
-    d_x = (d_x - sum * d->initialCreep) / (1 + sum);
+    d_y -= by->zero;
+    for (int i = 0; i < creep->count; i++) {
+        const real kept = creep_kept(p, i), lasts = p->creep[i].timeConstant;
+        const real d_age = d->initialCreepAge - p->initialCreepAge / lasts * d->creep[i].timeConstant;
+        sum += creep->gain[i];
+        s->s[i] = kept * (d->initialCreep - p->initialCreep * d_age / lasts);
+        d_y -= creep->gain[i] * s->s[i] + by->gain[i] * (x - creep->zero + p->initialCreep * kept);
+    }
+    const real d_x = d_y / sum;
     for (int i = 0; i < creep->count; i++)
-        s->s[i] = d_x + d->initialCreep;
+        s->s[i] += d_x;
     return by->zero + d_x;
 }
 

@@ -74,8 +74,10 @@ static double random_set(uint64_t *seed, struct chain_parameters *p, unsigned ef
         p->initialDemagnetisation = random_between(seed, -40.0, 40.0);
         p->initialExcursion = random_between(seed, -30.0, 50.0);
     }
-    if (effects & CHAIN_CREEP)
+    if (effects & CHAIN_CREEP) {
         p->initialCreep = random_between(seed, -1.0, 1.0);
+        p->initialCreepAge = 0.01 * fabs(p->initialCreep);
+    }
     chain_prepare(&chain, p);
     chain_reset(&chain, &state, p);
     const double voltage = chain_equilibrium(&chain, &state);
@@ -150,6 +152,7 @@ static void every_column(struct columns *c, struct chain_parameters *p)
     ADD(load);
     ADD(creep);
     ADD(initialCreep);
+    ADD(initialCreepAge);
     ADD(displacementZero);
     ADD(resonance);
     ADD(drift);

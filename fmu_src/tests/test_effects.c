@@ -388,6 +388,7 @@ static void another_zero(uint64_t *seed, double by)
     plain(&p);
     add_effects(seed, &p, ALL);
     p.initialCreep = random_between(seed, -1.0, 1.0);
+    p.initialCreepAge = 0.01 * fabs(p.initialCreep);
     p.initialDemagnetisation = random_between(seed, -20.0, 20.0);
     moved = p;
     move(&moved, by);
@@ -692,6 +693,7 @@ static void equilibrium(void)
             p.initialDemagnetisation = random_between(&seed, -30.0, 50.0);
             p.initialExcursion = random_between(&seed, -50.0, 60.0);
             p.initialCreep = random_between(&seed, -2.0, 2.0);
+            p.initialCreepAge = 0.01 * fabs(p.initialCreep);
         }
         prepare(&chain, &p);
         chain_reset(&chain, &state, &p);
@@ -700,17 +702,14 @@ static void equilibrium(void)
         for (int k = 0; i % 2 && i % 3 < 2 && i % 5 < 4 && k < 20; k++)
             CHECK_CLOSE(chain_step(&chain, &state, hold, &still), 5.0, 1e-9);
         chain_reset(&chain, &state, &p);
-        double *const moved_by[] = { &p.initialDisplacement,  &p.play[0].weight,
-                                     &p.play[0].threshold,    &p.creep[0].gain,
-                                     &p.rule[1].q3,           &p.initialDemagnetisation,
-                                     &p.initialExcursion,     &p.initialCreep,
-                                     &p.displacementZero,     &p.voltageMin,
-                                     &p.voltageMax,           &p.saturation.minimum,
-                                     &p.saturation.maximum,   &p.nonlinearity.quadratic,
-                                     &p.nonlinearity.cubic,   &p.nonlinearity.quartic,
-                                     &p.nonlinearity.quintic, &p.nonlinearity.sextic,
-                                     &p.nonlinearity.minimum, &p.nonlinearity.maximum };
-        const size_t count = i % 2 ? 11 : 20; /* limits and curve, where there are any */
+        double *const moved_by[] = { &p.initialDisplacement, &p.play[0].weight,       &p.play[0].threshold,
+                                     &p.creep[0].gain,       &p.rule[1].q3,           &p.initialDemagnetisation,
+                                     &p.initialExcursion,    &p.initialCreep,         &p.initialCreepAge,
+                                     &p.displacementZero,    &p.voltageMin,           &p.voltageMax,
+                                     &p.saturation.minimum,  &p.saturation.maximum,   &p.nonlinearity.quadratic,
+                                     &p.nonlinearity.cubic,  &p.nonlinearity.quartic, &p.nonlinearity.quintic,
+                                     &p.nonlinearity.sextic, &p.nonlinearity.minimum, &p.nonlinearity.maximum };
+        const size_t count = i % 2 ? 12 : 21; /* limits and curve, where there are any */
         for (size_t m = 0; m < count; m++) {
             struct chain_parameters d = { .sampleTime = 0.0 };
             *(double *)((char *)&d + ((char *)moved_by[m] - (char *)&p)) = 1.0;

@@ -595,7 +595,7 @@ def test_at_rest_the_chain_has_the_states_that_hold_it(effects):
     source = format_record(parameters, "Mine") + (
         f"block M {PREAMBLE} extends {INTERFACES}.PartialChain(parameters=p); parameter Mine p; "
         "output Real v = chain.voltageRest; output Real y = chain.coreRest; "
-        "output Real p1 = chain.playRest[1]; output Real s1 = chain.creepRest; end M;"
+        "output Real p1 = chain.playRest[1]; output Real s1 = chain.creepRest[1]; end M;"
     )
     chain = Chain(parameters)
     core_rest, voltage, *states = chain.rest(chain.vector()).full().ravel()

@@ -50,6 +50,7 @@ def model_with(effects: tuple[str, ...], seed: int, records: int) -> Model:
         "initialDemagnetisation": (-30.0, 30.0),
         "initialExcursion": (-20.0, 40.0),
         "initialCreep": (-UM, UM),
+        "initialCreepAge": (0.0, 0.1),
         "hum.phase": (-3.0, 3.0),
     }
     known = load_table().parameters()

@@ -195,7 +195,7 @@ def test_casadi_derives_the_rest_behind_a_static_curve():
     p = chain.vector()
     jacobian = chain.rest.jacobian()(p, 0).full()
     ends = ["nonlinearity.minimum", "nonlinearity.maximum", "displacementZero", "initialDisplacement"]
-    history = ["initialDemagnetisation", "initialExcursion", "initialCreep"]
+    history = ["initialDemagnetisation", "initialExcursion", "initialCreep", "initialCreepAge"]
     for name in [*ends, *history, "nonlinearity.quadratic", "nonlinearity.cubic", "play[1].weight"]:
         place = chain.names.index(name)
         step = np.zeros(len(p))

@@ -89,8 +89,12 @@ block Constants "What follows from a parameter set: constants of the stages, and
       fill(parameters.initialDemagnetisation, playCount + 1),
       parameters.initialDemagnetisation + parameters.initialExcursion)
     "Play operators where the stage turned, before it came to rest";
-  final parameter Modelica.Units.SI.Length creepShare=sum(creepGain)*parameters.initialCreep
-    "What initialCreep adds to the displacement";
+  final parameter Modelica.Units.SI.Length creepAhead[creepCount + 1]=
+    if defined then parameters.initialCreep*exp(-parameters.initialCreepAge ./ creepTimeConstant)
+    else fill(0, creepCount + 1)
+    "How far the creep states lie above what they creep to, at the start";
+  final parameter Modelica.Units.SI.Length creepShare=sum(creepGain .* creepAhead)
+    "What that adds to the displacement";
   final parameter Modelica.Units.SI.Length straightRest=
     if not defined then 0
     elseif restsAtVoltage then parameters.displacementZero + (1 + sum(creepGain))*(
@@ -126,8 +130,8 @@ block Constants "What follows from a parameter set: constants of the stages, and
     "Displacement in front of creep, above the sensor's zero, at rest";
   final parameter Modelica.Units.SI.Length coreRest=parameters.displacementZero + strokeRest
     "Displacement behind the fuzzy system, at rest";
-  final parameter Modelica.Units.SI.Length creepRest=strokeRest + parameters.initialCreep
-    "Creep states at rest";
+  final parameter Modelica.Units.SI.Length creepRest[creepCount + 1]=
+    fill(strokeRest, creepCount + 1) + creepAhead "Creep states at rest";
   final parameter Modelica.Units.SI.Voltage voltageRest=
     if restsAtVoltage then restVoltage
     elseif not defined then 0

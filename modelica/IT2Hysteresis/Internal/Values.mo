@@ -9,7 +9,7 @@ record Values "All parameters of a set as one vector"
     nominal=1e-05)=parameters.initialDisplacement
     "Displacement before the first tick, which a block may choose";
   final parameter Real vector[
-    42 +
+    43 +
     size(parameters.ruleSigmaLower, 1) +
     size(parameters.ruleSigmaUpper, 1) +
     size(parameters.ruleCentre, 1) +
@@ -73,10 +73,11 @@ record Values "All parameters of a set as one vector"
         parameters.nonlinearityMaximum,
         parameters.displacementZero,
         parameters.nonlinearityQuintic,
-        parameters.nonlinearitySextic})
+        parameters.nonlinearitySextic,
+        parameters.initialCreepAge})
     "Numbers in SI units";
   final parameter Integer needed=
-    42 +
+    43 +
     6*size(parameters.ruleSigmaLower, 1) +
     2*size(parameters.playThreshold, 1) +
     2*size(parameters.creepGain, 1)

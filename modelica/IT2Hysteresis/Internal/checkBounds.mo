@@ -176,6 +176,9 @@ algorithm
   assert(values[42 + 6*ruleCount + 2*playCount + 2*creepCount] >= -0.1 and values[42 + 6*ruleCount + 2*playCount + 2*creepCount] <= 0.1,
     name + ": nonlinearitySextic is " + String(values[42 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
     + "; it must be -0.1 to 0.1.");
+  assert(values[43 + 6*ruleCount + 2*playCount + 2*creepCount] >= 0.0 and values[43 + 6*ruleCount + 2*playCount + 2*creepCount] <= 1000000.0,
+    name + ": initialCreepAge is " + String(values[43 + 6*ruleCount + 2*playCount + 2*creepCount], significantDigits=6)
+    + "; it must be 0 to 1e+06.");
   annotation (
     Documentation(info="<html>
 <p>

@@ -309,6 +309,13 @@ record Base "Parameters of plant and inverse"
     nominal=1e-05)=0.0
     "Finer shape of the displacement: (1 - z^2) z^4 times this"
     annotation (Dialog(tab="Effects", group="Nonlinearity"));
+  parameter Modelica.Units.SI.Time initialCreepAge(
+    displayUnit="ms",
+    min=0.0,
+    max=1000000.0,
+    nominal=0.001)=0.0
+    "How long before the start the states of creep lay initialCreep above the core's displacement; since then it stood where it is at the start"
+    annotation (Dialog(tab="Effects", group="Creep"));
   annotation (
     defaultComponentPrefixes="parameter",
     Documentation(info="<html>

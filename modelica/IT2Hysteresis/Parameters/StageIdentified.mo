@@ -2,7 +2,7 @@ within IT2Hysteresis.Parameters;
 record StageIdentified "Parameter set identified from the demo's record"
   extends IT2Hysteresis.Parameters.Base(
     sampleTime=0.0001,
-    initialDisplacement=-3.4673751450151055e-07,
+    initialDisplacement=5.682294805812496e-07,
     voltageMin=0.0,
     voltageMax=104.08202514567344,
     displacementMin=-1.5300903320312503e-06,
@@ -30,15 +30,16 @@ record StageIdentified "Parameter set identified from the demo's record"
     initialCreep=0.0,
     nonlinearityMinimum=-1.5300903320312503e-06,
     nonlinearityMaximum=1.685443115234375e-05,
-    displacementZero=6.514979832320087e-07,
+    displacementZero=5.670856708181477e-07,
     nonlinearityQuintic=0.0,
     nonlinearitySextic=0.0,
-    ruleSigmaLower={7.660217285156254e-07, 7.660217285156254e-07, 3.032952159262615e-06},
-    ruleSigmaUpper={1.6122954538046948e-05, 1.0824491763234e-05, 1.4576167923506122e-05},
-    ruleCentre={-1.0716442869255808e-06, 7.253215266706479e-06, 1.9826908699312773e-05},
-    ruleQ1={0.0782855607996372, 1.4522054742063153, 0.06960460353768365},
-    ruleQ2={2.851208485989168e-08, 2.8944757303270403e-08, 2.7542599050248243e-08},
-    ruleQ3={-1.3558499555266654e-06, -4.533734448976868e-06, 1.3959997031615283e-05});
+    initialCreepAge=0.0,
+    ruleSigmaLower={7.660217285156254e-07, 8.03061536777212e-07, 4.577661836890067e-06},
+    ruleSigmaUpper={1.7152121490037666e-05, 4.877178220417038e-06, 1.49394812882482e-05},
+    ruleCentre={3.805723345457027e-08, 7.249923438772499e-06, 8.328383570658194e-06},
+    ruleQ1={1.4655866614167046, 1.7041697717695015, 0.17577615293599544},
+    ruleQ2={3.412945146789629e-08, 3.0155836006068815e-08, 2.467851908349339e-08},
+    ruleQ3={-3.2472543156978897e-07, -6.400217441793664e-06, 2.6771072369684074e-06});
   annotation (
     defaultComponentPrefixes="parameter",
     Documentation(info="<html>

@@ -33,6 +33,7 @@ record Table1 "Parameter set Table 1"
     displacementZero=0.0,
     nonlinearityQuintic=0.0,
     nonlinearitySextic=0.0,
+    initialCreepAge=0.0,
     ruleSigmaLower={4.3427e-06, 2.5647e-06, 2.1349e-06},
     ruleSigmaUpper={1.78879e-05, 1.15798e-05, 1.98162e-05},
     ruleCentre={8.92e-08, 8.6067e-06, 1.87381e-05},

@@ -14,10 +14,11 @@ them until the next: y(t) = y<sub>k</sub> for t<sub>k</sub> &#8804; t &lt; t<sub
 <ul>
 <li>Before the first tick the plant's outputs are <code>initialDisplacement</code>, where it rests, and the voltage of the
 inverse is the one within its limits that comes nearest to holding the plant there. If a simulation starts at a tick, that
-value is replaced at once. What was before it is told by three parameters, all 0 by default, for a new stage that has rested
+value is replaced at once. What was before it is told by four parameters, all 0 by default, for a new stage that has rested
 there for long. The play operators were demagnetised at the voltage <code>initialDemagnetisation</code>, and driven by
-<code>initialExcursion</code> from there before they came to where the stage rests; the states of creep are
-<code>initialCreep</code> above the displacement behind the fuzzy system, and move towards it.</li>
+<code>initialExcursion</code> from there before they came to where the stage rests; the states of creep were
+<code>initialCreep</code> above the displacement behind the fuzzy system <code>initialCreepAge</code> ago, and move
+towards it.</li>
 <li>Output and input of the same tick depend on each other directly. An inverse followed by a plant gives
 displacement = reference at every tick, without delay. A controller that feeds the displacement back must be
 sampled itself, or read <code>pre(displacement)</code>, to break the algebraic loop, as

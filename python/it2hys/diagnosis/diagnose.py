@@ -446,8 +446,9 @@ class _Session:
     def _parameters(self, model: Model, name: str) -> ParameterSet:
         """Return the model as a parameter set that begins at rest.
 
-        It begins as that training record which begins at rest at zero voltage. Of several it is the one
-        that reads most nearly what a new stage does: the others may have been driven shortly before.
+        It begins as a training record does that begins at zero voltage, unless the stage was still on
+        its way there: the stage had been driven before, and its memory of that stays. Of several it is
+        the one nearest to a new stage at rest.
         """
         voltages = [r.voltage for r in self._train]
         values = {
@@ -457,18 +458,18 @@ class _Session:
         }
         parameters = ParameterSet(_ordered(values), name).validate()
         rest = resting(parameters)
-        starts = [
-            model.start(i)
+        begun = [
+            _within_range(parameters.replace(**model.start(i)))
             for i, record in enumerate(self._train)
             if _begins_at_rest(record, parameters.voltage_range)
         ]
-        if not starts:
+        still = np.full(len(voltages[0]), np.clip(0.0, *parameters.voltage_range))
+        at_rest, *runs = (compiled.chain_free_run(start, still)[0] for start in (rest, *begun))
+        apart = [run - at_rest for run in runs]
+        nearest = min(range(len(begun)), key=lambda i: np.mean(apart[i] ** 2), default=None)
+        if nearest is None or np.ptp(apart[nearest]) > abs(np.mean(apart[nearest])):
             return rest
-        start = min(starts, key=lambda s: abs(s["initialDisplacement"] - rest["initialDisplacement"]))
-        start["initialDisplacement"] = float(
-            np.clip(start["initialDisplacement"], *parameters.displacement_range)
-        )
-        return parameters.replace(**start)
+        return begun[nearest]
 
     def _judgements(self, model: Model, bench: Bench, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
         return judge_records(bench, model, self._parameters(model, "judged"), traces, self._each)
@@ -590,6 +591,12 @@ def _begins_at_rest(record: Record, voltage_range: tuple[float, float]) -> bool:
     low, high = voltage_range
     first = record.voltage[: STARTS.standing]
     return bool(np.all(np.abs(first - np.clip(0.0, low, high)) <= STARTS.slack * (high - low)))
+
+
+def _within_range(parameters: ParameterSet) -> ParameterSet:
+    """Return the set begun at a displacement within its range."""
+    begin = np.clip(parameters["initialDisplacement"], *parameters.displacement_range)
+    return parameters.replace(initialDisplacement=float(begin))
 
 
 def resting(parameters: ParameterSet, voltage: float = 0.0) -> ParameterSet:

@@ -22,7 +22,7 @@ Block = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]
 _LARGEST_DAMPING = 1e12
 _SMALLEST_DAMPING = 1e-12
 #: What the damping is multiplied by where a step is refused, and divided by where the first is not.
-_MORE_DAMPING, _LESS_DAMPING = 3.0, 3.0
+_MORE_DAMPING, _LESS_DAMPING = 3.0, 10.0
 #: Share of a step at which its curvature is probed, and the largest bend that is followed, as a
 #: share of the step: beyond it the second order says nothing.
 _PROBE, _LARGEST_BEND = 0.1, 0.375

@@ -568,8 +568,8 @@ def chain_predict(packed: np.ndarray, drive: Drive) -> tuple[np.ndarray, np.ndar
     ----------
     packed : ndarray
         Parameters, from `pack_chain`. `initialDisplacement` is where the search for the displacement at
-        rest begins; the history before it is that of `initialDemagnetisation`, `initialExcursion` and
-        `initialCreep`.
+        rest begins; the history before it is that of `initialDemagnetisation`, `initialExcursion`,
+        `initialCreep` and `initialCreepAge`.
     drive : Drive
 
     Returns

@@ -65,7 +65,7 @@ protected
   discrete Modelica.Units.SI.Length stroke(start=chain.strokeRest, fixed=true)
     "The same behind the load, above the sensor's zero";
   discrete Modelica.Units.SI.Length s[chain.creepCount + 1](
-    each start=chain.creepRest,
+    start=chain.creepRest,
     each fixed=true) "Creep states of the plant";
   discrete Modelica.Units.SI.Length nowCrept(start=chain.straightRest, fixed=true) "The same behind creep";
   discrete Modelica.Units.SI.Length nowResonated(start=chain.straightRest, fixed=true)

@@ -42,7 +42,7 @@ protected
   discrete Modelica.Units.SI.Length core(start=chain.coreRest, fixed=true) "Behind the fuzzy system, y_k of (10)";
   discrete Modelica.Units.SI.Length loaded(start=chain.coreRest, fixed=true) "Behind the load";
   discrete Modelica.Units.SI.Length s[chain.creepCount + 1](
-    each start=chain.creepRest,
+    start=chain.creepRest,
     each fixed=true) "Creep states";
   discrete Modelica.Units.SI.Length crept(start=chain.straightRest, fixed=true) "Behind creep";
   discrete Modelica.Units.SI.Length resonated(start=chain.straightRest, fixed=true) "Behind the resonance";

@@ -835,26 +835,28 @@ static size_t creep_used(const void *constants)
     return (size_t)creep->count * sizeof(real);
 }
 
-static real sum_of_gains(const struct creep *creep)
+/* How far a term's state lies ahead of the input where initialCreep is 1. */
+static real creep_kept(const struct chain_parameters *p, int i)
 {
-    real sum = 0;
-
-    for (int i = 0; i < creep->count; i++)
-        sum += creep->gain[i];
-    return sum;
+    return real_exp(-p->initialCreepAge / p->creep[i].timeConstant);
 }
 
-/* With states that lie initialCreep ahead of the input: by 0 after long rest. */
+/* With states that lay initialCreep ahead of the input (by 0 after long rest), initialCreepAge ago. */
 static real creep_rest(const void *constants, void *state, real y, const struct chain_parameters *p)
 {
     const struct creep *creep = constants;
     struct creep_state *s = state;
-    const real ahead = p->initialCreep;
-    const real sum = sum_of_gains(creep);
-    const real x = (y - creep->zero - sum * ahead) / (1 + sum);
+    real sum = 1;
 
+    y -= creep->zero;
+    for (int i = 0; i < creep->count; i++) {
+        sum += creep->gain[i];
+        s->s[i] = p->initialCreep * creep_kept(p, i);
+        y -= creep->gain[i] * s->s[i];
+    }
+    const real x = y / sum;
     for (int i = 0; i < creep->count; i++)
-        s->s[i] = x + ahead;
+        s->s[i] += x;
     return creep->zero + x;
 }
 
@@ -912,16 +914,21 @@ static real creep_rest_tangent(const void *constants, const void *d_constants, c
                                const struct chain_parameters *d)
 {
     const struct creep *creep = constants, *by = d_constants;
-    const real sum = sum_of_gains(creep);
     struct creep_state *s = d_state;
-    real d_x = d_y - by->zero;
+    real sum = 1;
 
     (void)state;
-    for (int i = by->first; i < by->count; i++)
-        d_x -= (x - creep->zero + p->initialCreep) * by->gain[i];
-    d_x = (d_x - sum * d->initialCreep) / (1 + sum);
+    d_y -= by->zero;
+    for (int i = 0; i < creep->count; i++) {
+        const real kept = creep_kept(p, i), lasts = p->creep[i].timeConstant;
+        const real d_age = d->initialCreepAge - p->initialCreepAge / lasts * d->creep[i].timeConstant;
+        sum += creep->gain[i];
+        s->s[i] = kept * (d->initialCreep - p->initialCreep * d_age / lasts);
+        d_y -= creep->gain[i] * s->s[i] + by->gain[i] * (x - creep->zero + p->initialCreep * kept);
+    }
+    const real d_x = d_y / sum;
     for (int i = 0; i < creep->count; i++)
-        s->s[i] = d_x + d->initialCreep;
+        s->s[i] += d_x;
     return by->zero + d_x;
 }
 
@@ -1690,24 +1697,26 @@ bool it2_check(const struct it2_rule *rules, int count, struct it2_range range, 
 
 /* Eqs. (13) to (18): the partial derivatives of (10), and those with respect to x_k and y_{k-1}. */
 
-/* (13) to (18) for one rule; `excess` is n_l - y_k. Returns d(f_l + F_l)/dc_l, which is also
- * -d(f_l + F_l)/dy_{k-1}. */
+/* (13) to (18) for one rule; `excess` is n_l - y_k, `share` 1 / D. Returns d(f_l + F_l)/dc_l, which is also
+ * -d(f_l + F_l)/dy_{k-1}. Products with inverses: fits call this at every sample, and divisions were most of it. */
 static real rule_gradient(const struct it2_rule *rule, real lower, real upper, real y_previous, real x,
-                          real excess, real sum, real *gradient)
+                          real excess, real share, real *gradient)
 {
     const real distance = y_previous - rule->centre;
-    const real variance_lower = rule->sigmaLower * rule->sigmaLower;
-    const real variance_upper = rule->sigmaUpper * rule->sigmaUpper;
-    const real weight = (lower + upper) / sum;
-    const real by_centre = (lower / variance_lower + upper / variance_upper) * distance;
+    const real per_lower = 1 / rule->sigmaLower;
+    const real per_upper = 1 / rule->sigmaUpper;
+    const real lower_by_centre = lower * (per_lower * per_lower) * distance;
+    const real upper_by_centre = upper * (per_upper * per_upper) * distance;
+    const real weight = (lower + upper) * share;
+    const real pull = excess * share;
 
-    gradient[0] = lower * distance * distance / (variance_lower * rule->sigmaLower) * excess / sum;
-    gradient[1] = upper * distance * distance / (variance_upper * rule->sigmaUpper) * excess / sum;
-    gradient[2] = by_centre * excess / sum;
+    gradient[0] = lower_by_centre * distance * per_lower * pull;
+    gradient[1] = upper_by_centre * distance * per_upper * pull;
+    gradient[2] = (lower_by_centre + upper_by_centre) * pull;
     gradient[3] = y_previous * weight;
     gradient[4] = x * weight;
     gradient[5] = weight;
-    return by_centre;
+    return lower_by_centre + upper_by_centre;
 }
 
 real it2_gradient(const struct it2 *stage, real y_previous, real x, real *gradient,
@@ -1729,10 +1738,11 @@ real it2_gradient(const struct it2 *stage, real y_previous, real x, real *gradie
         numerator += consequent[l] * m.weight[l];
     }
     const real y = numerator / m.sum;
+    const real share = 1 / m.sum;
     for (int l = 0; l < stage->rules; l++) {
         const struct it2_rule *rule = &stage->rule[l];
         const real excess = consequent[l] - y;
-        const real by_centre = rule_gradient(rule, m.lower[l], m.upper[l], y_previous, x, excess, m.sum,
+        const real by_centre = rule_gradient(rule, m.lower[l], m.upper[l], y_previous, x, excess, share,
                                              gradient + IT2_RULE_PARAMETERS * l);
         dx += rule->q2 * m.weight[l];
         dy += rule->q1 * m.weight[l] - by_centre * excess;
@@ -5368,6 +5378,7 @@ const struct fmu_variable actuator_table[] = {
     { "displacementZero", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, displacementZero), -0.1, 0.1, 0, 0, 0 },
     { "nonlinearity.quintic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.quintic), -0.1, 0.1, 0, 0, 0 },
     { "nonlinearity.sextic", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, nonlinearity.sextic), -0.1, 0.1, 0, 0, 0 },
+    { "initialCreepAge", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, initialCreepAge), 0, 1000000.0, 0, 0, 0 },
 };
 
 bool actuator_check(const struct fmu_model *model, const void *parameters, char *message, size_t size)
@@ -5389,8 +5400,8 @@ bool actuator_settle(void *constants)
 /* --- fmu_table_hash.h --- */
 
 /* Generated from variables.toml by codegen.py. */
-#define FMU_TABLE_HASH_PLANT 0x12e9d421297dd165u
-#define FMU_TABLE_HASH_INVERSE 0x4ece8711261d5fa0u
+#define FMU_TABLE_HASH_PLANT 0x73a65924306d1c97u
+#define FMU_TABLE_HASH_INVERSE 0x3897b58543d25a42u
 
 enum plant_finding { PLANT_VOLTAGE_RANGE = 1, PLANT_DISPLACEMENT_RANGE = 2 };
 

@@ -823,6 +823,7 @@ struct chain_parameters {
     real initialDemagnetisation;
     real initialExcursion;
     real initialCreep;
+    real initialCreepAge;
     real voltageMin;
     real voltageMax;
     real displacementMin;
@@ -1829,7 +1830,7 @@ HIDDEN_END
 #define OUT_DISPLACEMENT 0
 #define OUT_MEASURED 1
 #define OUT_OUT_OF_RANGE 0
-#define FMU_TABLE_ROWS 204
+#define FMU_TABLE_ROWS 205
 #define FMU_PLANT_INPUT_START { 0.0, 0.0, 293.15 }
 #define FMU_INVERSE_INPUT_START { 0.0, 0.0, 293.15 }
 

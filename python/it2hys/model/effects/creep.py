@@ -19,7 +19,7 @@ class Creep(Effect):
     """Slow motion after a change: first-order terms, each added by its gain."""
 
     memory = Memory.LONG
-    per_record = ("initialCreep",)
+    per_record = ("initialCreep", "initialCreepAge")
 
     def is_on(self, parameters: Values) -> bool:
         """Return whether there are creep terms."""
@@ -30,13 +30,18 @@ class Creep(Effect):
         return int(parameters["creepCount"])
 
     def rest(self, values: Values, y: Scalar) -> tuple[Scalar, list[Scalar]]:
-        """Return the input and the states, `initialCreep` above it: at 0 those after long rest."""
-        count, ahead = int(values["creepCount"]), values["initialCreep"]
-        zero, gains = values["displacementZero"], 0.0
-        for i in range(1, count + 1):
-            gains = gains + values[f"creep[{i}].gain"]
-        x = (y - zero - gains * ahead) / (1.0 + gains)
-        return zero + x, [x + ahead] * count
+        """Return the input and the states, `initialCreep` above it `initialCreepAge` ago.
+
+        At 0 they are those after long rest.
+        """
+        zero, slope, ahead = values["displacementZero"], 1.0, []
+        y = y - zero
+        for i in range(1, int(values["creepCount"]) + 1):
+            kept = ca.exp(-values["initialCreepAge"] / values[f"creep[{i}].timeConstant"])
+            ahead.append(values["initialCreep"] * kept)
+            y = y - values[f"creep[{i}].gain"] * ahead[-1]
+            slope = slope + values[f"creep[{i}].gain"]
+        return zero + y / slope, [y / slope + a for a in ahead]
 
     def step(
         self, values: Values, state: list[Scalar], x: Scalar, around: Surroundings
@@ -73,6 +78,7 @@ class Creep(Effect):
             bounds = (fastest, 10.0 * slowest)
             result[f"creep[{i}].timeConstant"] = Start(float(time_constant), *bounds)
         result["initialCreep"] = Start(0.0, -extent.displacement_span, extent.displacement_span)
+        result["initialCreepAge"] = Start(0.0, 0.0, slowest)
         return result
 
     def starts_of(self, values: Mapping, extent: Extent) -> dict[str, Start]:
@@ -83,6 +89,8 @@ class Creep(Effect):
         self, name: str, bounds: Bounds, begins: np.ndarray, travel: tuple[float, float]
     ) -> Bounds:
         """Return how far ahead the states may be: creep has not been beyond the travel."""
+        if name == "initialCreepAge":
+            return bounds
         return travel[0] - begins, travel[1] - begins
 
 
