@@ -456,10 +456,13 @@ class _Session:
             "voltageMin": float(min(v.min() for v in voltages)),
             "voltageMax": float(max(v.max() for v in voltages)),
         }
-        parameters = ParameterSet(_ordered(values), name).validate()
+        # a set that the search began with may have begun far from these records
+        middle = 0.5 * (values["displacementMin"] + values["displacementMax"])
+        begun_there = _ordered({**values, "initialDisplacement": middle})
+        parameters = ParameterSet(begun_there, name).validate()
         rest = resting(parameters)
         begun = [
-            _within_range(parameters.replace(**model.start(i)))
+            parameters.replace(**_within_range(model.start(i), parameters.displacement_range))
             for i, record in enumerate(self._train)
             if _begins_at_rest(record, parameters.voltage_range)
         ]
@@ -593,10 +596,9 @@ def _begins_at_rest(record: Record, voltage_range: tuple[float, float]) -> bool:
     return bool(np.all(np.abs(first - np.clip(0.0, low, high)) <= STARTS.slack * (high - low)))
 
 
-def _within_range(parameters: ParameterSet) -> ParameterSet:
-    """Return the set begun at a displacement within its range."""
-    begin = np.clip(parameters["initialDisplacement"], *parameters.displacement_range)
-    return parameters.replace(initialDisplacement=float(begin))
+def _within_range(start: dict[str, float], displacement: tuple[float, float]) -> dict[str, float]:
+    """Return a start with its displacement within a range, m."""
+    return {**start, "initialDisplacement": float(np.clip(start["initialDisplacement"], *displacement))}
 
 
 def resting(parameters: ParameterSet, voltage: float = 0.0) -> ParameterSet:

@@ -511,7 +511,10 @@ def _sharpened(bench: Bench, node: Node, each: Callable = map) -> Node:
     node = _with_roles(bench, node)
     fit = bench.preferred([node.fit, bench.reshaped(node.fit.model, each)])
     if fit is not node.fit:
-        node = _node(bench, node.added, fit)
+        reshaped = _node(bench, node.added, fit)
+        # what fits the training records better may do so by how they begin, and fail on others
+        if reshaped.rms <= (1.0 + SEARCH.equal) * node.rms:
+            node = reshaped
     return _with_faster_core(bench, _resolved(bench, _with_histories(bench, node)))
 
 
