@@ -44,6 +44,15 @@ def resting_on_bounds(fit: ChainFit, effects: Sequence[str]) -> dict[str, list[s
     return {effect: names for effect, names in by_effect.items() if names}
 
 
+def touching_bounds(fit: ChainFit, effects: Sequence[str]) -> list[str]:
+    """Return the parameters of effects that are at a bound other than 0, pressed there or not."""
+    criterion, point = fit.criterion, fit.minimum.coordinates
+    place, known, values = criterion.places_of_common, load_table().parameters(), fit.model.values
+    near = np.minimum(point - criterion.lower, criterion.upper - point)[place] < _TOUCHES
+    at_bound = [c for c, at in zip(criterion.common, near, strict=True) if at and not c.of_sampling]
+    return [c.name for c in at_bound if values[c.name] and known[c.name].effect in effects]
+
+
 def _not_made_up_for(columns: np.ndarray, free: np.ndarray) -> np.ndarray:
     """Return the part of columns of a Jacobian, (M, N), that no change of the free parameters makes."""
     basis, sizes, _ = np.linalg.svd(free, full_matrices=False)

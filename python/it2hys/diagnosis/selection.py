@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from scipy.stats import chi2
 
-from it2hys.diagnosis.bounds import resting_on_bounds
+from it2hys.diagnosis.bounds import resting_on_bounds, touching_bounds
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import (
@@ -422,6 +422,7 @@ class Search:
         alike = [n for n in alike if (len(n.effects), len(n.added)) == fewest]
         alike = [n for n in alike if not any(_delays_beside(n, other) for other in alike)]
         chosen, *others = sorted(alike, key=lambda n: n.rms)
+        others = [n for n in others if not _imitates(n, chosen)]
         self.rivals = [n for n in others if not self._predicts_better(chosen, n)]
         return chosen
 
@@ -458,6 +459,18 @@ def overdriven_by(node: Node, child: Node, gain: float) -> tuple[str, ...]:
     effects = sorted(node.fit.model.effects)
     before, after = (resting_on_bounds(n.fit, effects) for n in (node, child))
     return tuple(e for e in effects if {*after.get(e, ())} - {*before.get(e, ())})
+
+
+def _imitates(node: Node, other: Node) -> bool:
+    """Return whether a model needs more parameters than another, and its effects at an end of theirs.
+
+    A resonance with the most damping that one may have answers nearly as a lag does, which has none to
+    choose.
+    """
+    if len(node.fit.minimum.coordinates) <= len(other.fit.minimum.coordinates):
+        return False
+    own, others = node.effects - other.effects, other.effects - node.effects
+    return bool(touching_bounds(node.fit, [*own])) and not touching_bounds(other.fit, [*others])
 
 
 def _delays_beside(node: Node, other: Node) -> bool:
