@@ -83,8 +83,9 @@ $(TOOLS): requirements-dev.lock $(RUNTIME)
 demo: $(INSTALLED)
 	$(BIN)/it2hys run demo
 
-test: lint ctest hardened pytest
-	$(MAKE) --jobs 2 --output-sync installation docs
+# what leaves a core free runs beside others
+test: lint ctest pytest
+	$(MAKE) --old-file ctest --jobs 2 --output-sync hardened installation docs
 
 lint: $(TOOLS)
 	$(BIN)/ruff check .

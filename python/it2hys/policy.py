@@ -338,6 +338,11 @@ class Starts:
         5, "samples",
         "time at zero voltage at the start of a record by which it counts as beginning at rest",
     )  # fmt: skip
+    still: float = _number(
+        2.0, "noise",
+        "largest movement at zero voltage of a stage that rests there, and largest distance of "
+        "two that rest alike",
+    )  # fmt: skip
     slack: float = _number(
         0.02, "share of the voltage range",
         "largest voltage that counts as zero",

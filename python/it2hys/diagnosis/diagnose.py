@@ -446,9 +446,9 @@ class _Session:
     def _parameters(self, model: Model, name: str) -> ParameterSet:
         """Return the model as a parameter set that begins at rest.
 
-        It begins as a training record does that begins at zero voltage, unless the stage was still on
-        its way there: the stage had been driven before, and its memory of that stays. Of several it is
-        the one nearest to a new stage at rest.
+        It begins as a training record does that begins at zero voltage, unless the stage was still
+        moving there by more than noise: it was driven shortly before. Of several records those nearest
+        to a new stage at rest count, and of their starts the one that suits all of them.
         """
         voltages = [r.voltage for r in self._train]
         values = {
@@ -459,20 +459,27 @@ class _Session:
         # a set that the search began with may have begun far from these records
         middle = 0.5 * (values["displacementMin"] + values["displacementMax"])
         begun_there = _ordered({**values, "initialDisplacement": middle})
-        parameters = ParameterSet(begun_there, name).validate()
-        rest = resting(parameters)
-        begun = [
-            parameters.replace(**_within_range(model.start(i), parameters.displacement_range))
+        rest = resting(ParameterSet(begun_there, name).validate())
+        starts = {
+            i: rest.replace(**_within_range(model.start(i), rest.displacement_range))
             for i, record in enumerate(self._train)
-            if _begins_at_rest(record, parameters.voltage_range)
-        ]
-        still = np.full(len(voltages[0]), np.clip(0.0, *parameters.voltage_range))
-        at_rest, *runs = (compiled.chain_free_run(start, still)[0] for start in (rest, *begun))
-        apart = [run - at_rest for run in runs]
-        nearest = min(range(len(begun)), key=lambda i: np.mean(apart[i] ** 2), default=None)
-        if nearest is None or np.ptp(apart[nearest]) > abs(np.mean(apart[nearest])):
+            if _begins_at_rest(record, rest.voltage_range)
+        }
+        still = np.full(len(voltages[0]), np.clip(0.0, *rest.voltage_range))
+        little = STARTS.still * max(t.noise for t in self._all_fitted)
+        at_rest = compiled.chain_free_run(rest, still)[0]
+        apart = {i: compiled.chain_free_run(s, still)[0] - at_rest for i, s in starts.items()}
+        standing = [i for i, distance in apart.items() if np.std(distance) <= little]
+        if not standing:
             return rest
-        return begun[nearest]
+        nearest = min(np.mean(apart[i] ** 2) for i in standing) ** 0.5
+        alike = [i for i in standing if np.sqrt(np.mean(apart[i] ** 2)) <= nearest + little]
+        return min(
+            (starts[i] for i in alike),
+            key=lambda start: sum(
+                _cold_error(start, self._all_fitted[i], float(model.offsets[i])) for i in alike
+            ),
+        )
 
     def _judgements(self, model: Model, bench: Bench, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
         return judge_records(bench, model, self._parameters(model, "judged"), traces, self._each)
@@ -594,6 +601,14 @@ def _begins_at_rest(record: Record, voltage_range: tuple[float, float]) -> bool:
     low, high = voltage_range
     first = record.voltage[: STARTS.standing]
     return bool(np.all(np.abs(first - np.clip(0.0, low, high)) <= STARTS.slack * (high - low)))
+
+
+def _cold_error(start: ParameterSet, trace: Trace, offset: float) -> float:
+    """Return the mean square error, m^2, of a record from a start that is told its first reading."""
+    drive = trace.drive
+    told = start.replace(initialDisplacement=float(trace.y[0]) - offset)
+    reading = compiled.chain_free_run(told, drive.voltage, drive.force, drive.temperature)[1]
+    return float(np.mean((reading + offset - trace.y)[trace.judged] ** 2))
 
 
 def _within_range(start: dict[str, float], displacement: tuple[float, float]) -> dict[str, float]:
