@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from it2hys.diagnosis.diagnose import resting
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import behind_gain, with_effect, without_effect
+from it2hys.diagnosis.rest import resting
 from it2hys.errors import InputError
 from it2hys.identification.criterion import Model, Trace
 from it2hys.identification.effect_coordinates import by_record, of_reading

@@ -8,16 +8,16 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy.optimize import brentq
 
 from it2hys.diagnosis.bounds import bound_sentences
 from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import EVIDENCE, EffectEvidence
 from it2hys.diagnosis.evidence.statistics import FEWEST
-from it2hys.diagnosis.fitting import UNLIMITED, Bench
+from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.next_experiment import deciding_experiment
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Rival, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
+from it2hys.diagnosis.rest import begins_at_zero, begun_at_rest, resting
 from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.selection import Node, Search
 from it2hys.diagnosis.windows import Window, searched_text, windows_of
@@ -44,7 +44,7 @@ from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
-from it2hys.policy import COVERAGE, STARTS
+from it2hys.policy import COVERAGE
 from it2hys.records import Record
 from it2hys.records.clues import Clue, Extent
 from it2hys.records.feedback import find_feedback
@@ -444,12 +444,7 @@ class _Session:
         return [f"{ON_TEST_RECORDS}, which decided nothing: " + " ".join(seen.sentences)]
 
     def _parameters(self, model: Model, name: str) -> ParameterSet:
-        """Return the model as a parameter set that begins at rest.
-
-        It begins as a training record does that begins at zero voltage, unless the stage was still
-        moving there by more than noise: it was driven shortly before. Of several records those nearest
-        to a new stage at rest count, and of their starts the one that suits all of them.
-        """
+        """Return the model as a parameter set that begins at rest, see `begun_at_rest`."""
         voltages = [r.voltage for r in self._train]
         values = {
             **model.values,
@@ -461,25 +456,11 @@ class _Session:
         begun_there = _ordered({**values, "initialDisplacement": middle})
         rest = resting(ParameterSet(begun_there, name).validate())
         starts = {
-            i: rest.replace(**_within_range(model.start(i), rest.displacement_range))
+            i: model.start(i)
             for i, record in enumerate(self._train)
-            if _begins_at_rest(record, rest.voltage_range)
+            if begins_at_zero(record, rest.voltage_range)
         }
-        still = np.full(len(voltages[0]), np.clip(0.0, *rest.voltage_range))
-        little = STARTS.still * max(t.noise for t in self._all_fitted)
-        at_rest = compiled.chain_free_run(rest, still)[0]
-        apart = {i: compiled.chain_free_run(s, still)[0] - at_rest for i, s in starts.items()}
-        standing = [i for i, distance in apart.items() if np.std(distance) <= little]
-        if not standing:
-            return rest
-        nearest = min(np.mean(apart[i] ** 2) for i in standing) ** 0.5
-        alike = [i for i in standing if np.sqrt(np.mean(apart[i] ** 2)) <= nearest + little]
-        return min(
-            (starts[i] for i in alike),
-            key=lambda start: sum(
-                _cold_error(start, self._all_fitted[i], float(model.offsets[i])) for i in alike
-            ),
-        )
+        return begun_at_rest(rest, starts, self._all_fitted, model.offsets)
 
     def _judgements(self, model: Model, bench: Bench, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
         return judge_records(bench, model, self._parameters(model, "judged"), traces, self._each)
@@ -594,42 +575,6 @@ def _zero_of(parameters: ParameterSet) -> float:
     end = slice(0, 2) if voltage[0] > 0.0 else slice(-2, None)
     (x, _), (y, _) = voltage[end], displacement[end]
     return float(y - x * np.diff(displacement[end])[0] / np.diff(voltage[end])[0])
-
-
-def _begins_at_rest(record: Record, voltage_range: tuple[float, float]) -> bool:
-    """Return whether a record begins at zero voltage, or as near to it as its range goes, and stays."""
-    low, high = voltage_range
-    first = record.voltage[: STARTS.standing]
-    return bool(np.all(np.abs(first - np.clip(0.0, low, high)) <= STARTS.slack * (high - low)))
-
-
-def _cold_error(start: ParameterSet, trace: Trace, offset: float) -> float:
-    """Return the mean square error, m^2, of a record from a start that is told its first reading."""
-    drive = trace.drive
-    told = start.replace(initialDisplacement=float(trace.y[0]) - offset)
-    reading = compiled.chain_free_run(told, drive.voltage, drive.force, drive.temperature)[1]
-    return float(np.mean((reading + offset - trace.y)[trace.judged] ** 2))
-
-
-def _within_range(start: dict[str, float], displacement: tuple[float, float]) -> dict[str, float]:
-    """Return a start with its displacement within a range, m."""
-    return {**start, "initialDisplacement": float(np.clip(start["initialDisplacement"], *displacement))}
-
-
-def resting(parameters: ParameterSet, voltage: float = 0.0) -> ParameterSet:
-    """Return the set that begins at long rest at a voltage, V, or as near to it as the range goes."""
-    wanted = float(np.clip(voltage, *parameters.voltage_range))
-
-    def excess(displacement: float) -> float:
-        start = {**parameters, "initialDisplacement": displacement, **UNLIMITED}
-        return float(compiled.chain_inverse_run(start, np.array([displacement]))[0][0]) - wanted
-
-    low, high = parameters.displacement_range
-    if excess(low) >= 0.0:
-        return parameters.replace(initialDisplacement=low)
-    if excess(high) <= 0.0:
-        return parameters.replace(initialDisplacement=high)
-    return parameters.replace(initialDisplacement=float(brentq(excess, low, high)))
 
 
 def _behind_lead_in(clue: Clue, trace: Trace) -> Clue:
