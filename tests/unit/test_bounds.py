@@ -32,7 +32,11 @@ def fitted_creep(gain: float, time_constant: float, of_sampling: bool = False) -
     voltage = signals(SAMPLES, 5.0, 95.0)
     drive = compiled.Drive.of(voltage, *surroundings(SAMPLES))
     rng = np.random.default_rng(1)
-    own = {"initialDisplacement": np.array([5 * UM]), "initialCreep": np.zeros(1)}
+    own = {
+        "initialDisplacement": np.array([5 * UM]),
+        "initialCreep": np.zeros(1),
+        "initialCreepAge": np.zeros(1),
+    }
     model = Model(truth, ("creep",), np.zeros(1), own)
     used = np.ones(SAMPLES, dtype=bool)
     empty = Trace(
@@ -41,7 +45,7 @@ def fitted_creep(gain: float, time_constant: float, of_sampling: bool = False) -
     )  # fmt: skip
     trace = replace(empty, y=model.predict(empty, 0) + NOISE * rng.standard_normal(SAMPLES))
     starts = EFFECTS["creep"].starts(EXTENT, 1)
-    guess = {name: s.value for name, s in starts.items() if name != "initialCreep"}
+    guess = {name: s.value for name, s in starts.items() if not name.startswith("initial")}
     fitted = [
         Coordinate.of(name, start._replace(of_sampling=of_sampling)) for name, start in starts.items()
     ]

@@ -2,7 +2,7 @@ within IT2Hysteresis.Parameters;
 record StageIdentified "Parameter set identified from the demo's record"
   extends IT2Hysteresis.Parameters.Base(
     sampleTime=0.0001,
-    initialDisplacement=5.682294805812496e-07,
+    initialDisplacement=-2.775782488590551e-07,
     voltageMin=0.0,
     voltageMax=104.08202514567344,
     displacementMin=-1.5300903320312503e-06,

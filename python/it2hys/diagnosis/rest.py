@@ -43,9 +43,9 @@ def begun_at_rest(
 ) -> ParameterSet:
     """Return a set begun as records begin at zero voltage; at rest where none does.
 
-    A stage that was still moving there by more than noise was driven shortly before: its record does
-    not count. Of the others those nearest to a new stage at rest do, and of their starts the one that
-    suits all of them is taken.
+    Where there is one such record, its start is taken. Of several a stage that was still moving there
+    by more than noise was driven shortly before: its record does not count. Of the others those nearest
+    to a new stage at rest do, and of their starts the one that suits all of them is taken.
 
     Parameters
     ----------
@@ -57,10 +57,12 @@ def begun_at_rest(
     offsets : ndarray, shape (R,)
         The constant of each record, m.
     """
+    begun = {i: rest.replace(**_within_range(s, rest.displacement_range)) for i, s in starts.items()}
+    if len(begun) == 1:
+        return next(iter(begun.values()))
     little = STARTS.still * max(t.noise for t in traces)
     still = np.full(len(traces[0].y), np.clip(0.0, *rest.voltage_range))
     at_rest = compiled.chain_free_run(rest, still)[0]
-    begun = {i: rest.replace(**_within_range(s, rest.displacement_range)) for i, s in starts.items()}
     apart = {i: compiled.chain_free_run(s, still)[0] - at_rest for i, s in begun.items()}
     distance = {i: np.sqrt(np.mean(a**2)) for i, a in apart.items() if np.std(a) <= little}
     alike = [i for i in distance if distance[i] <= min(distance.values()) + little]

@@ -1,5 +1,6 @@
 """Creep: first-order terms, driven by the displacement above the sensor's zero and added to it."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -37,7 +38,7 @@ class Creep(Effect):
         zero, slope, ahead = values["displacementZero"], 1.0, []
         y = y - zero
         for i in range(1, int(values["creepCount"]) + 1):
-            kept = ca.exp(-values["initialCreepAge"] / values[f"creep[{i}].timeConstant"])
+            kept = _exp(-values["initialCreepAge"] / values[f"creep[{i}].timeConstant"])
             ahead.append(values["initialCreep"] * kept)
             y = y - values[f"creep[{i}].gain"] * ahead[-1]
             slope = slope + values[f"creep[{i}].gain"]
@@ -92,6 +93,11 @@ class Creep(Effect):
         if name == "initialCreepAge":
             return bounds
         return travel[0] - begins, travel[1] - begins
+
+
+def _exp(exponent: Scalar) -> Scalar:
+    """Return the exponential, of a number without CasADi: FMUs are packaged where there is none."""
+    return math.exp(exponent) if isinstance(exponent, float) else ca.exp(exponent)
 
 
 def _part(values: Values, term: int) -> Scalar:
