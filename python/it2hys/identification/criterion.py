@@ -596,11 +596,9 @@ class ChainCriterion:
             jacobian = np.hstack([jacobian, weight])
             to_places = block_diag(to_places, 1.0)
             own.append(self._places["offsets"].start + self._with_offset.index(index))
-        shared = np.arange(self.rule_size + len(self._moving))
-        places = np.concatenate(
-            [shared if "rules" in self._free_groups else shared[self.rule_size :], own]
-        )
-        return jacobian, weight[:, 0] * residual[trace.fitted], places.astype(int), to_places
+        first = 0 if "rules" in self._free_groups else self.rule_size
+        places = np.array([*range(first, self.rule_size + len(self._moving)), *own], dtype=int)
+        return jacobian, weight[:, 0] * residual[trace.fitted], places, to_places
 
     @property
     def _moving(self) -> list[Coordinate]:

@@ -920,10 +920,10 @@ static real creep_rest_tangent(const void *constants, const void *d_constants, c
     (void)state;
     d_y -= by->zero;
     for (int i = 0; i < creep->count; i++) {
-        const real kept = creep_kept(p, i), lasts = p->creep[i].timeConstant;
-        const real d_age = d->initialCreepAge - p->initialCreepAge / lasts * d->creep[i].timeConstant;
+        const real kept = creep_kept(p, i), tau = p->creep[i].timeConstant;
+        const real d_age = d->initialCreepAge - p->initialCreepAge / tau * d->creep[i].timeConstant;
         sum += creep->gain[i];
-        s->s[i] = kept * (d->initialCreep - p->initialCreep * d_age / lasts);
+        s->s[i] = kept * (d->initialCreep - p->initialCreep * d_age / tau);
         d_y -= creep->gain[i] * s->s[i] + by->gain[i] * (x - creep->zero + p->initialCreep * kept);
     }
     const real d_x = d_y / sum;
