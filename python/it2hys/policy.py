@@ -68,7 +68,8 @@ class Search:
     )  # fmt: skip
     equal: float = _number(
         0.03, "share of the error",
-        "difference of free-run errors that counts as none, so that the inverse decides",
+        "difference of free-run errors that counts as none, so that the inverse decides; as much again "
+        "for every further time that its error is halved",
     )  # fmt: skip
     inverse_gain: float = _number(
         0.25, "share of the error",
@@ -83,8 +84,8 @@ class Search:
     )  # fmt: skip
     faster: float = _number(
         0.5, "1",
-        "slope of the core by its last output to which it is held where its inverse is poor, and the "
-        "share of a slope that is tried next, as long as that is as good",
+        "share of the slope of the core by its last output to which it is held where its inverse is "
+        "poor, and again as long as that is as good",
         "chosen by hand on stages made for it: play and a dead time; 0.6, 0.3, 0.1 did as well",
     )  # fmt: skip
     same_delay: float = _number(
@@ -489,9 +490,10 @@ class Reference:
         "widest band of a reference",
     )  # fmt: skip
     leaves: float = _number(
-        4.0, "noise",
-        "largest change by the filter; where it changes more, it removes motion and is not applied",
-        "chosen by hand on seeds 0 to 9999; below 1e-4 by chance for Gaussian noise",
+        0.01, "probability",
+        "that a filter which removes nothing but a record's noise changes any of its samples so much; "
+        "where it changes more, it removes motion and is not applied",
+        "statistic: Gaussian noise",
     )  # fmt: skip
     worth: float = _number(
         0.5, "error of a straight line",

@@ -112,22 +112,25 @@ def test_no_window_of_a_search_falls_into_what_is_set_aside(tmp_path, monkeypatc
     assert after["e_rms_um"] <= 1.01 * before["e_rms_um"]
 
 
-def test_a_long_record_is_searched_in_windows_and_judged_as_a_whole(tmp_path, monkeypatch):
-    monkeypatch.setattr(windows, "_WHOLE", 900)
-    monkeypatch.setattr(windows, "_FEWEST", 900)
-    monkeypatch.setattr(windows, "_MOST", 900)
-    monkeypatch.setattr(windows, "_SHORTEST", 100)
-    voltage = DRIVES["sine"](1800)
-    hum = 0.1 * np.sin(2 * np.pi * 120.0 * np.arange(1800) * TS)
+@pytest.mark.parametrize(
+    ("enough", "said", "least"),
+    [(2700, r"\d windows", 450), (800, "one sample in 3", 900)],
+    ids=["windows", "every third"],
+)
+def test_a_long_record_is_searched_in_part_and_judged_as_a_whole(
+    tmp_path, monkeypatch, enough, said, least
+):
+    for name, value in dict(_WHOLE=900, _FEWEST=900, _MOST=900, _SHORTEST=100, _ENOUGH=enough).items():
+        monkeypatch.setattr(windows, name, value)
+    voltage = DRIVES["sine"](2700)
+    hum = 0.1 * np.sin(2 * np.pi * 120.0 * np.arange(2700) * TS)
     path = write(tmp_path / "one.csv", voltage, simple_displacement_of(voltage) + hum)
     out = tmp_path / "out"
     assert run("diagnose", path, "--rules", 1, "--workers", 1, "-o", out, "--quiet") == 0
     report, page = report_of(out)
-    said = re.search(
-        r"Effects were sought on (\d+) windows of the training records, (\d+) of their 1800", page
-    )
-    assert int(said[1]) > 3 and 450 <= int(said[2]) <= 900
-    assert any("windows" in text for text in report["warnings"])
+    text = rf"Effects were sought on {said} of the training records, (\d+) of their 2700"
+    assert least <= int(re.search(text, page)[1]) <= 900
+    assert any(re.match(text, warning) for warning in report["warnings"])
     # the error is that of the packaged FMU over all samples
     entry, record = report["error"]["after"]["one"], read_record(path)
     outputs, _ = simulate(out / "IT2Plant.fmu", {"voltage": record.voltage}, entry["start"])

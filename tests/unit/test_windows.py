@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from it2hys.diagnosis.windows import Window, searched_text, windows_of
+from it2hys.diagnosis.windows import Window, searched_text, step_of, windows_of
 from it2hys.identification.noise import NoiseEstimate
 from it2hys.identification.preparation import Prepared
 from it2hys.records import Record
@@ -11,9 +11,9 @@ from it2hys.records import Record
 NOISE = NoiseEstimate(1e-9, "given")
 
 
-def prepared(voltage, skip=0):
+def prepared(voltage, skip=0, added=0.0, noise=NOISE):
     time = np.arange(len(voltage)) * 1e-4
-    return Prepared(Record("long", time, voltage, 1e-7 * voltage, 1e-4), skip, NOISE)
+    return Prepared(Record("long", time, voltage, 1e-7 * voltage + added, 1e-4), skip, noise)
 
 
 def sine(count):
@@ -81,3 +81,53 @@ def test_what_was_searched_is_said():
     text = searched_text(windows, [Window(0, 0, record)])
     assert f"{len(windows)} windows" in text
     assert f"{sum(map(len, windows))} of their 100000 samples" in text
+    slow = windows_of([record], 8)
+    assert searched_text(slow, [Window(0, 0, record)]).startswith(
+        "Effects were sought on one sample in 8 of the training records, 12500 of their 100000 samples;"
+    )
+
+
+# --- every n-th sample ------------------------------------------------------------------------------
+
+
+def ring(count):
+    time = np.arange(count) * 1e-4
+    return 5e-8 * np.where(time > 2.0, np.exp(-200 * (time - 2.0)) * np.sin(1.2e4 * time), 0.0)
+
+
+def noise(count):
+    return 1e-9 * np.random.default_rng(5).standard_normal(count)
+
+
+def test_every_nth_sample_of_a_slow_record_tells_as_much_and_keeps_what_was_before():
+    record = prepared(sine(50_000), added=noise(50_000), skip=6)
+    assert step_of([record]) == 4
+    (window,) = windows_of([record], 4)
+    assert (window.first, len(window), window.prepared.skip) == (0, 12_500, 2)
+    np.testing.assert_array_equal(window.prepared.record.time, record.record.time[::4])
+    assert window.prepared.record.sample_time == 4e-4
+    assert window.prepared.noise is record.noise
+
+
+@pytest.mark.parametrize(
+    ("record", "others"),
+    [
+        (prepared(sine(50_000), added=noise(50_000) + ring(50_000)), ()),
+        (prepared(stairs(50_000), added=noise(50_000)), ()),
+        (prepared(sine(50_000), noise=NoiseEstimate(0.0, "given")), ()),
+        (prepared(sine(50_000)), (prepared(stairs(5_000)),)),
+        (prepared(sine(25_000)), ()),
+    ],
+    ids=["rings", "steps", "without noise", "steps that decide", "not long"],
+)
+def test_what_is_fast_or_short_keeps_all_samples(record, others):
+    assert step_of([record], others) == 1
+
+
+def test_windows_of_every_nth_sample_are_where_they_say():
+    record = prepared(sine(400_000))
+    windows = windows_of([record], 4)
+    assert len(windows) > 4
+    for w in windows:
+        own = record.record.voltage[w.first :: 4][: len(w)]
+        np.testing.assert_array_equal(w.prepared.record.voltage, own)

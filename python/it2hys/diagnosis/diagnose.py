@@ -19,12 +19,12 @@ from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Rival, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.rest import begins_at_zero, begun_at_rest, resting
 from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
-from it2hys.diagnosis.selection import Node, Search
-from it2hys.diagnosis.windows import Window, searched_text, windows_of
+from it2hys.diagnosis.selection import Node, Search, refitted
+from it2hys.diagnosis.windows import Window, every, searched_text, step_of, windows_of
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
-from it2hys.identification.criterion import ChainFit, Model, Trace
+from it2hys.identification.criterion import ChainFit, Model, Trace, with_rules
 from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.judgement import Judgement, judge_records, judged_samples
@@ -35,6 +35,7 @@ from it2hys.identification.preparation import (
     prepare,
 )
 from it2hys.identification.result import Identification
+from it2hys.identification.scaling import resampled
 from it2hys.identification.stage_figures import stage_figures
 from it2hys.identification.starts import clues
 from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
@@ -44,7 +45,7 @@ from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
-from it2hys.policy import COVERAGE
+from it2hys.policy import CORE, COVERAGE
 from it2hys.records import Record
 from it2hys.records.clues import Clue, Extent
 from it2hys.records.feedback import find_feedback
@@ -113,9 +114,10 @@ def diagnose(
     if not train:
         raise InputError("no training record is given")
     check_rule_count(rules)
-    session = _Session(train, validation, test, declared, excluded, options or Options(), progress)
+    options = options or Options()
+    session = _Session(train, validation, test, model, declared, excluded, options, progress)
     with parallel_map(workers) as each:
-        return replace(session.run(model, rules, each), has_sensor_curve=sensor_curve)
+        return replace(session.run(rules, each), has_sensor_curve=sensor_curve)
 
 
 class _Session:
@@ -126,26 +128,28 @@ class _Session:
         train: Sequence[Record],
         validation: Sequence[Record],
         test: Sequence[Record],
+        given: ParameterSet | None,
         declared: Sequence[str],
         excluded: Sequence[str],
         options: Options,
         progress: Progress | None,
     ):
         check_sample_times([*train, *validation, *test])
-        self._train, self._options = list(train), options
+        self._train, self._model, self._options = list(train), given, options
         self._progress = progress or (lambda share, text: None)
         self._extent = extent_of(train)
         self._declared = _checked_effects("declared", declared, self._extent)
         self._excluded = _checked_effects("exclude", excluded, self._extent)
         if both := {*self._declared} & {*self._excluded}:
             raise InputError(f"{min(both)} is both declared and excluded")
-        prepared = [prepare(r) for r in train]
+        prepared, deciding = [prepare(r) for r in train], [prepare(r) for r in validation]
         self._scaling = data_scaling(prepared)
-        self._whole = [Window(i, 0, p) for i, p in enumerate(prepared)]
-        self._windows = windows_of(prepared)
+        # what is given keeps its own rate, at which it is compared with what is found
+        self._step = 1 if given else step_of(prepared, deciding)
+        self._windows = windows_of(prepared, self._step)
         self._prepared = [
             *(("train", p) for p in prepared),
-            *(("validation", prepare(r)) for r in validation),
+            *(("validation", p) for p in deciding),
             *(("test", prepare(r)) for r in test),
         ]
         # one loop, gone through again and again, is any of these, or the core
@@ -154,20 +158,21 @@ class _Session:
         regulated = all(find_feedback(r) for r in validation or train)
         self._regulated = self._undeclared(lambda e: e.of_a_controller) if regulated else ()
         self._seconds: dict[str, float] = {}
-        searched = searched_text(self._windows, self._whole)
+        searched = searched_text(self._windows, [Window(i, 0, p) for i, p in enumerate(prepared)])
         self._is_whole = not searched
         self._warnings = [searched] if searched else []
         self._has_offset = False
         check_deciding(self._traces("validation") or set_aside(self._searched())[1])
 
-    def run(self, given: ParameterSet | None, rules: int, each: Callable) -> Diagnosis:
+    def run(self, rules: int, each: Callable) -> Diagnosis:
         """Run all phases."""
         self._each = each
-        base = self._timed("paper's model", self._base, given, rules)
+        base = self._timed("paper's model", self._base, rules)
         bench = self._bench(base)
-        first = self._timed("declared effects", self._declare, bench, base)
+        slower = _at_sample_time(base, bench.extent.sample_time)
+        first = self._timed("declared effects", self._declare, bench, slower)
         not_tried = (*self._inseparable, *self._excluded, *self._regulated)
-        search = Search(bench, self._report_fit, not_tried, each, None if given is None else first)
+        search = Search(bench, self._report_fit, not_tried, each, first if self._model else None)
         self._fits = 0
         chosen = self._timed("search", search.run, first)
         node = search.settled(chosen)
@@ -187,10 +192,10 @@ class _Session:
 
     # --- the model to start from -----------------------------------------------------------------
 
-    def _base(self, given: ParameterSet | None, rules: int) -> Model:
+    def _base(self, rules: int) -> Model:
         """Return the model before: the given one, or the paper's identified on the training records."""
-        if given is not None:
-            return self._given(given)
+        if self._model is not None:
+            return self._given(self._model)
         identification = identify(
             self._train,
             rules=rules,
@@ -264,10 +269,10 @@ class _Session:
                 f"{1e6 * self._extent.displacement_span:.4g} µm: check the unit of the displacement"
             )
 
-    def _traces(self, *roles: str) -> list[Trace]:
+    def _traces(self, *roles: str, step: int = 1) -> list[Trace]:
         """Return records as traces; the first record's displacement is what the others are set to."""
         return [
-            to_trace(p, role, self._has_offset and i > 0)
+            to_trace(every(p, step), role, self._has_offset and i > 0)
             for i, (role, p) in enumerate(self._prepared)
             if role in roles
         ]
@@ -277,20 +282,32 @@ class _Session:
         return [to_trace(w.prepared, "train", self._has_offset and w.record > 0) for w in self._windows]
 
     def _on_whole(self, model: Model, bench: Bench) -> Model:
-        """Return the model of the windows as one of the whole training records."""
+        """Return the model of what was searched as one of the whole training records."""
         if self._is_whole:
             return model
-        return bench.fit_own(model, self._traces("train"))
+        own = self._extent.sample_time
+        if model.values["sampleTime"] == own:
+            return self._judging.fit_own(model, self._all_fitted)
+        known = bench.errors(model)
+        model = bench.fit_own(model, self._traces("train", step=self._step))
+        parted = self._bench_of(self._all_fitted, 1)
+        return refitted(parted, _at_sample_time(model, own), known, self._each).fit.model
 
     def _bench(self, base: Model) -> Bench:
+        """Return the bench of the search; keep that of the whole records, on which all is judged."""
         self._has_offset = bool(np.any(base.offsets != 0.0))
         self._extent = replace(self._extent, zero=base.values["displacementZero"])
-        traces, deciding = self._searched(), self._traces("validation")
         self._all_fitted = self._traces("train")
+        self._judging = replace(self._bench_of(self._all_fitted, 1), traces=self._all_fitted)
+        return self._bench_of(self._searched(), self._step)
+
+    def _bench_of(self, traces: list[Trace], step: int) -> Bench:
+        deciding = self._traces("validation", step=step)
         parts = not deciding
         traces, deciding = set_aside(traces) if parts else steps_aside(traces, deciding)
         deciding = [within(t, self._extent.voltage) for t in deciding]
-        return Bench(traces, self._scaling, self._extent, deciding, parts)
+        extent = replace(self._extent, sample_time=step * self._extent.sample_time)
+        return Bench(traces, self._scaling, extent, deciding, parts)
 
     def _declare(self, bench: Bench, base: Model) -> Model:
         """Return the model with the declared effects, those first that explain the most."""
@@ -321,7 +338,7 @@ class _Session:
     def _finish(self, bench: Bench, node: Node) -> ChainFit:
         """Fit everything that may be fitted to the end, with a core that is usable."""
         self._progress(0.87, "final fit")
-        whole = replace(bench, traces=self._all_fitted)
+        whole = self._judging
         fit = whole.finish(self._on_whole(node.fit.model, bench), _FINAL)
         for strength in (1e1, 1e2, 1e3):
             if self._usable(fit.model) is not None:
@@ -359,7 +376,7 @@ class _Session:
         self, base: Model, bench: Bench, search: Search, chosen: Node, node: Node, fit: ChainFit
     ) -> Diagnosis:
         parameters = self._parameters(fit.model, "diagnosed")
-        whole = replace(bench, traces=self._all_fitted)
+        whole = self._judging
         judged = self._traces("train", "validation", "test")
         traces = list(self._each(partial(whole.with_lead_in, fit.model), judged))
         named = tuple(e for e in fit.model.effects if e in node.effects)
@@ -381,8 +398,8 @@ class _Session:
         if self._declared:  # fitted since its range was found
             base = self._usable(base) or base
         left = self._left_over(whole, fit.model, judged, len(self._train))
-        before = self._judgements(base, bench, traces)
-        after = self._judgements(fit.model, bench, traces)
+        before = self._judgements(base, traces)
+        after = self._judgements(fit.model, traces)
         uncertainty = assess(fit)
         return Diagnosis(
             parameters=parameters,
@@ -462,8 +479,9 @@ class _Session:
         }
         return begun_at_rest(rest, starts, self._all_fitted, model.offsets)
 
-    def _judgements(self, model: Model, bench: Bench, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
-        return judge_records(bench, model, self._parameters(model, "judged"), traces, self._each)
+    def _judgements(self, model: Model, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
+        parameters = self._parameters(model, "judged")
+        return judge_records(self._judging, model, parameters, traces, self._each)
 
     def _stages(
         self,
@@ -476,36 +494,27 @@ class _Session:
         traces: Sequence[Trace],
     ) -> tuple[Stage, ...]:
         """Return the first model, the usable ones after each addition, and the last."""
-        searched = list(zip(self._windows, self._searched(), strict=True))
         order = [e for e in node.fit.model.effects if e in node.effects]
-        stages = [self._stage("before", search.root, searched, before)]
+        stages = [self._stage("before", search.root, before)]
         for count in range(1, len(order)):
             found = [n for n in search.nodes.values() if n.effects == frozenset(order[:count])]
             best = min(found, key=lambda n: n.rms, default=None)
             # a model on the way may have a core that makes no pair
             usable = best and self._usable(self._on_whole(best.fit.model, bench))
             if best and usable:
-                judged = self._judgements(usable, bench, traces)
-                stages.append(self._stage(" + ".join(order[:count]), best, searched, judged))
+                judged = self._judgements(usable, traces)
+                stages.append(self._stage(" + ".join(order[:count]), best, judged))
         if order:
-            deciding = None if self._is_whole else bench.deciding
-            last = Node(node.added, fit, bench.errors(fit.model, deciding))
-            whole = list(zip(self._whole, self._all_fitted, strict=True))
-            stages.append(self._stage(" + ".join(order), last, whole, after))
+            last = Node(node.added, fit, self._judging.errors(fit.model))
+            stages.append(self._stage(" + ".join(order), last, after))
         return tuple(stages)
 
-    def _stage(
-        self,
-        label: str,
-        node: Node,
-        parts: Sequence[tuple[Window, Trace]],
-        judgements: tuple[Judgement, ...],
-    ) -> Stage:
-        """Return what a model leaves of the training records, as far as parts of them show it."""
-        residuals = [np.full(len(r), np.nan) for r in self._train]
-        for i, (window, t) in enumerate(parts):
-            error = np.where(t.judged, t.y - node.fit.model.predict(t, i), np.nan)
-            residuals[window.record][window.first : window.first + len(window)] = error
+    def _stage(self, label: str, node: Node, judgements: tuple[Judgement, ...]) -> Stage:
+        """Return a model, its error on what decided, and its residuals behind the lead-ins."""
+        residuals = [
+            np.where(j.used, r.displacement - j.y, np.nan)
+            for r, j in zip(self._train, judgements, strict=False)
+        ]
         return Stage(label, residuals, node.rms, judgements)
 
 
@@ -535,6 +544,16 @@ def _with_declared(bench: Bench, model: Model, effect: str) -> ChainFit | None:
         fits.append(bench.add_anew(model, effect))
     known = [fit for fit in fits if fit]
     return bench.preferred(known) if known else None
+
+
+def _at_sample_time(model: Model, sample_time: float) -> Model:
+    """Return the model at another sample time, its core as near to what it was as one can be."""
+    ratio = sample_time / model.values["sampleTime"]
+    if ratio == 1.0:
+        return model
+    model = with_rules(model, resampled(model.rules, ratio))
+    values = {**model.values, "sampleTime": sample_time}
+    return replace(model, values=values, contraction=min(model.contraction**ratio, CORE.contraction))
 
 
 def _gain(records: Sequence[Record]) -> float:

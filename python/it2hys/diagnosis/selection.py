@@ -24,7 +24,9 @@ from it2hys.diagnosis.fitting import (
 )
 from it2hys.identification.criterion import ChainFit, Model
 from it2hys.identification.starts import SHIFT, sampling_delay, with_histories
+from it2hys.identification.usability import largest_contraction
 from it2hys.model.chain import EFFECTS
+from it2hys.model.variables import load_table
 from it2hys.policy import CORE, SEARCH
 
 #: One rule more: what the core can absorb is no effect.
@@ -111,12 +113,13 @@ class Gains:
 
     @property
     def calms(self) -> bool:
-        """Whether the inverse gets better by far, and the free run not worse."""
-        return (
-            self.wide.gain > SEARCH.inverse_gain
-            and self.wide.p_value <= level()
-            and self.free.gain > -SEARCH.equal
-        )
+        """Whether the inverse gets better by far, and the free run not worse.
+
+        For every time that its error is halved, the free run's may rise by what counts as equal.
+        """
+        if self.wide.gain <= SEARCH.inverse_gain or self.wide.p_value > level():
+            return False
+        return self.free.gain > -SEARCH.equal * max(1.0, np.log2(self.wide.before / self.wide.after))
 
     @property
     def tell(self) -> bool:
@@ -421,6 +424,7 @@ class Search:
         fewest = min((len(n.effects), len(n.added)) for n in alike)
         alike = [n for n in alike if (len(n.effects), len(n.added)) == fewest]
         alike = [n for n in alike if not any(_delays_beside(n, other) for other in alike)]
+        alike = [n for n in alike if not any(_follows_noise(n, other) for other in alike)]
         chosen, *others = sorted(alike, key=lambda n: n.rms)
         others = [n for n in others if not _imitates(n, chosen)]
         self.rivals = [n for n in others if not self._predicts_better(chosen, n)]
@@ -471,6 +475,23 @@ def _imitates(node: Node, other: Node) -> bool:
         return False
     own, others = node.effects - other.effects, other.effects - node.effects
     return bool(touching_bounds(node.fit, [*own])) and not touching_bounds(other.fit, [*others])
+
+
+def _follows_noise(node: Node, other: Node) -> bool:
+    """Return whether a model's effects have more parameters than another's, and a far worse inverse.
+
+    Something damped that waits no less than a delay does predicts as the delay, but its inverse
+    enlarges what noise a reference has: it lowers the one error and raises the other.
+    """
+    needed, enough = (
+        sum(_effect_of(c.name) in n.effects for c in n.fit.criterion.common) for n in (node, other)
+    )
+    wide = compare(node.errors.wide, other.errors.wide) if needed > enough else None
+    return bool(wide and wide.gain > SEARCH.inverse_gain and wide.p_value <= level())
+
+
+def _effect_of(parameter: str) -> str | None:
+    return load_table().parameters()[parameter].effect
 
 
 def _delays_beside(node: Node, other: Node) -> bool:
@@ -569,6 +590,21 @@ def _resolved(bench: Bench, node: Node) -> Node:
     return node
 
 
+def refitted(bench: Bench, model: Model, before: Errors, each: Callable) -> Node:
+    """Return a model that was found at another sample time, fitted at that of the bench.
+
+    Its rules are sought anew where the fit leads astray: where its errors are larger than before. At
+    its own rate a core may be faster.
+    """
+    # the penalties of the first fit are those of where its core went at the other sample time
+    fit = bench.finish(bench.finish(model, FINISHING).model, FINISHING)
+    node = _node(bench, frozenset(), fit)
+    if node.rms > (1.0 + SEARCH.equal) * _rms(before.free):
+        anew = _node(bench, frozenset(), bench.reshaped(model, each))
+        node = min(node, anew, key=lambda n: n.rms)
+    return _with_faster_core(bench, node)
+
+
 def _with_faster_core(bench: Bench, node: Node) -> Node:
     """Return the model with a core as fast as is as good, where its inverse is poor.
 
@@ -577,13 +613,19 @@ def _with_faster_core(bench: Bench, node: Node) -> Node:
     """
     if bench.inverts_well(_rms(node.errors.wide), bench.deciding):
         return node
-    slope = SEARCH.faster
+    slope = SEARCH.faster * min(1.0, _slope(bench, node.fit.model))
     while slope > AT_ONCE:
         faster = _better(bench, node, replace(node.fit.model, contraction=slope))
         if faster is node:
             break
         node, slope = faster, SEARCH.faster * slope
     return node
+
+
+def _slope(bench: Bench, model: Model) -> float:
+    """Return the largest slope of the core by its last output, where the records are."""
+    band = bench.criterion(model).data_band(model.offsets)
+    return largest_contraction(bench.scaling.rules(model.rules), band)[0]
 
 
 def _better(bench: Bench, node: Node, variant: Model) -> Node:

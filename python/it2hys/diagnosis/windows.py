@@ -1,4 +1,4 @@
-"""Windows of long records, on which a search among models works."""
+"""What of long records a search among models works on: every n-th sample, or windows."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from it2hys.identification.coverage import turns_of
 from it2hys.identification.preparation import Prepared
@@ -19,6 +20,10 @@ _FEWEST, _MOST, _TURNS = 10_000, 60_000, 50
 _WINDOWS, _SHORTEST = 8, 1000
 #: Share of a window that may lie before the place that it is to show.
 _BEFORE = 0.8
+#: Samples that a search needs at least where every n-th of a record tells what is between them.
+_ENOUGH = 12_500
+#: Multiple of the noise up to which a reading is what others tell.
+_TOLD = 8.0
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
@@ -34,40 +39,86 @@ class Window:
         Its sample with which the window begins.
     prepared : Prepared
         The part.
+    step : int
+        Distance of the part's samples in the record.
     """
 
     record: int
     first: int
     prepared: Prepared
+    step: int = 1
 
     def __len__(self) -> int:
         """Return the number of samples."""
         return len(self.prepared.record)
 
 
-def windows_of(prepared: Sequence[Prepared]) -> list[Window]:
+def step_of(train: Sequence[Prepared], others: Sequence[Prepared] = ()) -> int:
+    """Return n where every n-th sample of long training records tells as much as all of them, or 1.
+
+    What is between those samples must follow from them, and from half of them, in all records: then
+    nothing in the records is too fast for n times the sample time. Unlike windows, they keep what was
+    before.
+    """
+    total = sum(len(p.record) for p in train)
+    step = total // _ENOUGH if total > _WHOLE else 1
+    while step > 1 and not all(_tells_between(p, 2 * step) for p in (*train, *others)):
+        step //= 2
+    return max(1, step)
+
+
+def _tells_between(prepared: Prepared, step: int) -> bool:
+    """Return whether every n-th sample tells voltage and displacement between them, but for noise."""
+    record, noise = prepared.record, prepared.noise.rms
+    kept = np.flatnonzero(~record.outliers)[::step]
+    if len(kept) < _SHORTEST:
+        return False
+    gain = np.ptp(record.displacement[kept]) / np.ptp(record.voltage[kept])
+    inside = np.arange(kept[0], kept[-1])
+    inside = inside[~record.outliers[inside]]
+    errors = (
+        scale * (CubicSpline(kept, signal[kept])(inside) - signal[inside])
+        for signal, scale in ((record.displacement, 1.0), (record.voltage, gain))
+    )
+    return all(np.max(np.abs(error)) <= _TOLD * noise for error in errors)
+
+
+def every(prepared: Prepared, step: int) -> Prepared:
+    """Return every n-th sample of a record; its noise is what all samples told."""
+    if step == 1:
+        return prepared
+    return replace(prepared, record=prepared.record.slice(step=step), skip=-(-prepared.skip // step))
+
+
+def windows_of(prepared: Sequence[Prepared], step: int = 1) -> list[Window]:
     """Return what a search works on: the records themselves unless they are long in all.
 
     Parameters
     ----------
     prepared : sequence of Prepared
         The training records.
+    step : int
+        Of whose samples every n-th is used.
 
     Returns
     -------
     list of Window
         In the order of the records, at least one of each, none that overlap.
     """
+    prepared = [every(p, step) for p in prepared]
     total = sum(len(p.record) for p in prepared)
     searched = _searched(prepared, total)
     if total <= max(_WHOLE, searched):
-        return [Window(i, 0, p) for i, p in enumerate(prepared)]
+        return [Window(i, 0, p, step) for i, p in enumerate(prepared)]
     windows = []
     for i, p in enumerate(prepared):
         share = len(p.record) / total
         count = max(1, round(_WINDOWS * share))
         length = min(len(p.record), max(_SHORTEST, int(searched * share / count)))
-        windows += [Window(i, first, _part(p, first, length)) for first in _firsts(p, count, length)]
+        windows += [
+            Window(i, step * first, _part(p, first, length), step)
+            for first in _firsts(p, count, length)
+        ]
     return windows
 
 
@@ -109,7 +160,13 @@ def searched_text(windows: Sequence[Window], whole: Sequence[Window]) -> str:
     used, samples = (sum(map(len, parts)) for parts in (windows, whole))
     if used == samples:
         return ""
+    step = windows[0].step
+    is_cut = any(step * len(w) < len(whole[w.record]) for w in windows)
+    parts = [
+        *([f"one sample in {step}"] if step > 1 else []),
+        *([f"{len(windows)} windows"] if is_cut else []),
+    ]
     return (
-        f"Effects were sought on {len(windows)} windows of the training records, {used} of their "
+        f"Effects were sought on {' in '.join(parts)} of the training records, {used} of their "
         f"{samples} samples; the final fit and all errors are those of the whole records."
     )

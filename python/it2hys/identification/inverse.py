@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import ndimage, signal
+from scipy import ndimage, signal, stats
 
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
@@ -110,7 +110,8 @@ class References:
         filtered = self.filtered(band)
         # a filter rings before and after a step: play would take that for turning points
         period = int(np.ceil(1.0 / (band * self.sample_time)))
-        leaves = np.abs(filtered - self.whole) > REFERENCE.leaves * self.noise
+        largest = stats.norm.isf(0.5 * REFERENCE.leaves / len(filtered))
+        leaves = np.abs(filtered - self.whole) > largest * self.noise
         leaves = ndimage.binary_dilation(leaves, iterations=period)
         edge = int(_SETTLING * period)
         inside = np.ones(len(filtered), dtype=bool)

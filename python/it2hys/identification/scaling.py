@@ -97,6 +97,22 @@ def moved(rules: np.ndarray, distance: float) -> np.ndarray:
     return _map_rules(rules, 1.0, distance, 1.0, 0.0)
 
 
+def resampled(rules: np.ndarray, ratio: float) -> np.ndarray:
+    """Return the rules, shape (L, 6), of a core whose sample time is larger by a ratio.
+
+    Where the voltage is held, each rule is as near to where it rests as it was: its slope is q1^ratio.
+    A rule that alternates between samples answers at once.
+    """
+    result = np.array(rules, dtype=float)
+    slope = np.maximum(result[:, 3], np.finfo(float).tiny)
+    log = np.log(slope)
+    near = np.abs(log) < 1e-9
+    share = np.where(near, ratio, np.expm1(ratio * log) / np.where(near, 1.0, slope - 1.0))
+    result[:, 3] = slope**ratio
+    result[:, 4:] *= share[:, None]
+    return result
+
+
 def _map_rules(rules: np.ndarray, a: float, b: float, c: float, d: float) -> np.ndarray:
     """Return the rules of y' = a y + b, x' = c x + d."""
     lower, upper, centre, q1, q2, q3 = np.asarray(rules, dtype=float).T

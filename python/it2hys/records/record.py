@@ -93,22 +93,24 @@ class Record:
         """Return the number of samples."""
         return len(self.time)
 
-    def slice(self, start: int | None = None, stop: int | None = None) -> Record:
-        """Return the samples start .. stop - 1, counted as Python's slices do.
+    def slice(self, start: int | None = None, stop: int | None = None, step: int = 1) -> Record:
+        """Return the samples start .. stop - 1, or each step-th of them, counted as Python's slices do.
 
         Parameters
         ----------
         start, stop : int or None
             Sample numbers; negative ones count from the end, None is the end itself.
+        step : int
+            Distance between samples; at least 1.
 
         Returns
         -------
         Record
             A record whose arrays are views into this one.
         """
-        part = slice(start, stop)
+        part = slice(start, stop, step)
         parts: dict[str, Any] = {name: values[part] for name, values in self._arrays().items()}
-        return replace(self, **parts)
+        return replace(self, sample_time=step * self.sample_time, **parts)
 
     def invert(self) -> Record:
         """Return the record with the sign of the displacement, and of the reference, flipped."""

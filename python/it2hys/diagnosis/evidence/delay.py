@@ -71,9 +71,8 @@ class DelayEvidence(StepEvidence):
         found = self.dynamics(seen)
         text = (
             "After a step of the voltage the displacement stands still for about "
-            f"{found.parameter * clues.extent.sample_time * 1e3:.3g} ms ({found.parameter:g} samples) "
-            "and then "
-            f"moves at its full rate at once: {100 * found.share:.0f} % of the residual's power."
+            f"{found.parameter * clues.extent.sample_time * 1e3:.3g} ms and then moves at its full "
+            f"rate at once: {100 * found.share:.0f} % of the residual's power."
         )
         return Signature(found.share, found.p_value, text)
 
