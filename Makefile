@@ -84,7 +84,9 @@ demo: $(INSTALLED)
 	$(BIN)/it2hys run demo
 
 # what leaves a core free runs beside others
-test: lint ctest pytest
+test: $(TOOLS)
+	$(MAKE) --jobs 2 --output-sync lint ctest
+	$(MAKE) pytest
 	$(MAKE) --old-file ctest --jobs 2 --output-sync hardened installation docs
 
 lint: $(TOOLS)

@@ -35,12 +35,12 @@ from it2hys.identification.preparation import (
     prepare,
 )
 from it2hys.identification.result import Identification
-from it2hys.identification.scaling import resampled
+from it2hys.identification.scaling import relaxed
 from it2hys.identification.stage_figures import stage_figures
 from it2hys.identification.starts import clues
 from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.identification.uncertainty import assess
-from it2hys.identification.usability import widest_range
+from it2hys.identification.usability import share_of_way, widest_range
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
@@ -169,7 +169,7 @@ class _Session:
         self._each = each
         base = self._timed("paper's model", self._base, rules)
         bench = self._bench(base)
-        slower = _at_sample_time(base, bench.extent.sample_time)
+        slower = _at_sample_time(base, bench.extent.sample_time, self._judging)
         first = self._timed("declared effects", self._declare, bench, slower)
         not_tried = (*self._inseparable, *self._excluded, *self._regulated)
         search = Search(bench, self._report_fit, not_tried, each, first if self._model else None)
@@ -288,10 +288,9 @@ class _Session:
         own = self._extent.sample_time
         if model.values["sampleTime"] == own:
             return self._judging.fit_own(model, self._all_fitted)
-        known = bench.errors(model)
-        model = bench.fit_own(model, self._traces("train", step=self._step))
-        parted = self._bench_of(self._all_fitted, 1)
-        return refitted(parted, _at_sample_time(model, own), known, self._each).fit.model
+        known, slow = bench.errors(model), self._traces("train", step=self._step)
+        model = _at_sample_time(bench.fit_own(model, slow), own, replace(bench, traces=slow))
+        return refitted(self._bench_of(self._all_fitted, 1), model, known, self._each).fit.model
 
     def _bench(self, base: Model) -> Bench:
         """Return the bench of the search; keep that of the whole records, on which all is judged."""
@@ -546,12 +545,14 @@ def _with_declared(bench: Bench, model: Model, effect: str) -> ChainFit | None:
     return bench.preferred(known) if known else None
 
 
-def _at_sample_time(model: Model, sample_time: float) -> Model:
-    """Return the model at another sample time, its core as near to what it was as one can be."""
+def _at_sample_time(model: Model, sample_time: float, bench: Bench) -> Model:
+    """Return a model of a bench at another sample time, its core as near to what it was as may be."""
     ratio = sample_time / model.values["sampleTime"]
     if ratio == 1.0:
         return model
-    model = with_rules(model, resampled(model.rules, ratio))
+    band = bench.criterion(model).guarded(1.0).band
+    share = share_of_way(bench.scaling.rules(model.rules), band, ratio) if band else 1.0
+    model = with_rules(model, relaxed(model.rules, share))
     values = {**model.values, "sampleTime": sample_time}
     return replace(model, values=values, contraction=min(model.contraction**ratio, CORE.contraction))
 

@@ -97,19 +97,14 @@ def moved(rules: np.ndarray, distance: float) -> np.ndarray:
     return _map_rules(rules, 1.0, distance, 1.0, 0.0)
 
 
-def resampled(rules: np.ndarray, ratio: float) -> np.ndarray:
-    """Return the rules, shape (L, 6), of a core whose sample time is larger by a ratio.
+def relaxed(rules: np.ndarray, share: float) -> np.ndarray:
+    """Return the rules, shape (L, 6), of a core that goes a share of the way.
 
-    Where the voltage is held, each rule is as near to where it rests as it was: its slope is q1^ratio.
-    A rule that alternates between samples answers at once.
+    y + share (F(y, x) - y) has the form of (10), because the weights sum to one: it rests where F does.
     """
     result = np.array(rules, dtype=float)
-    slope = np.maximum(result[:, 3], np.finfo(float).tiny)
-    log = np.log(slope)
-    near = np.abs(log) < 1e-9
-    share = np.where(near, ratio, np.expm1(ratio * log) / np.where(near, 1.0, slope - 1.0))
-    result[:, 3] = slope**ratio
-    result[:, 4:] *= share[:, None]
+    result[:, 3] = 1.0 + share * (result[:, 3] - 1.0)
+    result[:, 4:] *= share
     return result
 
 

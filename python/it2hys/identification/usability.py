@@ -195,6 +195,17 @@ def largest_contraction(rules: np.ndarray, band: Band) -> tuple[float, float, fl
     return float(magnitude[place]), float(fine.y[place[1]]), float(x[place[1]])
 
 
+def share_of_way(rules: np.ndarray, band: Band, ratio: float) -> float:
+    """Return which share of a core's way in a sample it goes in a sample that is longer by a ratio.
+
+    With the slope dy(k)/dy(k-1) on the equilibrium curve it would be (1 - slope^ratio) / (1 - slope);
+    one share serves all of it, that of the mean. No slope becomes negative that was not.
+    """
+    slope = usability_values(rules, band)[0]
+    mean, least = np.clip([slope.mean(), slope.min()], 0.0, 1.0 - 1e-6)
+    return float(min((1.0 - mean**ratio) / (1.0 - mean), 1.0 / (1.0 - least)))
+
+
 def is_usable(rules: np.ndarray, band: Band) -> bool:
     """Return whether scaled rules are invertible and contract over a band."""
     return compiled.check(rules, band.y[0], band.y[-1]) is None and (
