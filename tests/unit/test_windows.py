@@ -95,6 +95,10 @@ def ring(count):
     return 5e-8 * np.where(time > 2.0, np.exp(-200 * (time - 2.0)) * np.sin(1.2e4 * time), 0.0)
 
 
+def line(count):
+    return 3e-10 * np.sin(2 * np.pi * 0.21 * np.arange(count))
+
+
 def noise(count):
     return 1e-9 * np.random.default_rng(5).standard_normal(count)
 
@@ -113,12 +117,20 @@ def test_every_nth_sample_of_a_slow_record_tells_as_much_and_keeps_what_was_befo
     ("record", "others"),
     [
         (prepared(sine(50_000), added=noise(50_000) + ring(50_000)), ()),
+        (prepared(sine(50_000), added=noise(50_000) + line(50_000)), ()),
         (prepared(stairs(50_000), added=noise(50_000)), ()),
         (prepared(sine(50_000), noise=NoiseEstimate(0.0, "given")), ()),
         (prepared(sine(50_000)), (prepared(stairs(5_000)),)),
         (prepared(sine(25_000)), ()),
     ],
-    ids=["rings", "steps", "without noise", "steps that decide", "not long"],
+    ids=[
+        "rings",
+        "a line of the noise's size",
+        "steps",
+        "without noise",
+        "steps that decide",
+        "not long",
+    ],
 )
 def test_what_is_fast_or_short_keeps_all_samples(record, others):
     assert step_of([record], others) == 1

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.signal import periodogram
 
 from it2hys.identification.coverage import turns_of
 from it2hys.identification.preparation import Prepared
@@ -24,6 +25,8 @@ _BEFORE = 0.8
 _ENOUGH = 12_500
 #: Multiple of the noise up to which a reading is what others tell.
 _TOLD = 8.0
+#: Multiple of its mean power density that none of noise's frequencies reaches by chance.
+_LINE = 40.0
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
@@ -74,13 +77,16 @@ def _tells_between(prepared: Prepared, step: int) -> bool:
     if len(kept) < _SHORTEST:
         return False
     gain = np.ptp(record.displacement[kept]) / np.ptp(record.voltage[kept])
-    inside = np.arange(kept[0], kept[-1])
-    inside = inside[~record.outliers[inside]]
-    errors = (
-        scale * (CubicSpline(kept, signal[kept])(inside) - signal[inside])
-        for signal, scale in ((record.displacement, 1.0), (record.voltage, gain))
+    between = np.arange(kept[0], kept[-1])
+    moved, applied = (
+        np.where(
+            record.outliers[between], 0.0, CubicSpline(kept, signal[kept])(between) - signal[between]
+        )
+        for signal in (record.displacement, record.voltage)
     )
-    return all(np.max(np.abs(error)) <= _TOLD * noise for error in errors)
+    told = max(np.max(np.abs(moved)), gain * np.max(np.abs(applied))) <= _TOLD * noise
+    power = periodogram(moved)[1]
+    return bool(told and power.max() <= _LINE * power.mean())
 
 
 def every(prepared: Prepared, step: int) -> Prepared:
