@@ -123,9 +123,10 @@ def test_every_effect_of_the_catalogue_is_found_by_a_test():
 @pytest.mark.parametrize("case", SHORT, ids=lambda case: case.name)
 def test_an_effect_is_found_in_short_records(case):
     train = case.train[:TRAINING]
-    # half of the others in turn: a diagnosis takes as long as it has effects to try
-    others = [e for e in EFFECTS if e not in case.truth][case.seed % 2 :: 2]
-    found = diagnose(train, case.validation, case.test, options=FEW_STARTS, excluded=others)
+    # beside a third of the others in turn: a diagnosis takes as long as it has effects to try
+    others = [e for e in EFFECTS if e not in case.truth]
+    left_out = [e for i, e in enumerate(others) if (i + case.seed) % 3]
+    found = diagnose(train, case.validation, case.test, options=FEW_STARTS, excluded=left_out)
     # whether nothing else is named, and how near to the noise, is the gate's to say: so short records
     # leave room for a second name, even where the truth is told
     assert {*case.truth} <= {*found.effects}
