@@ -136,6 +136,14 @@ def test_what_is_fast_or_short_keeps_all_samples(record, others):
     assert step_of([record], others) == 1
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_record_whose_voltage_stands_still_is_told_by_its_displacement():
+    still = prepared(np.full(20_000, 50.0), added=noise(20_000))
+    assert step_of([prepared(sine(50_000), added=noise(50_000)), still]) == 5
+    falling = prepared(np.full(20_000, 50.0), added=noise(20_000) + stairs(20_000) * 1e-8)
+    assert step_of([prepared(sine(50_000), added=noise(50_000)), falling]) == 1
+
+
 def test_windows_of_every_nth_sample_are_where_they_say():
     record = prepared(sine(400_000))
     windows = windows_of([record], 4)

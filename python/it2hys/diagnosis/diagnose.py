@@ -128,14 +128,14 @@ class _Session:
         train: Sequence[Record],
         validation: Sequence[Record],
         test: Sequence[Record],
-        given: ParameterSet | None,
+        model: ParameterSet | None,
         declared: Sequence[str],
         excluded: Sequence[str],
         options: Options,
         progress: Progress | None,
     ):
         check_sample_times([*train, *validation, *test])
-        self._train, self._model, self._options = list(train), given, options
+        self._train, self._model, self._options = list(train), model, options
         self._progress = progress or (lambda share, text: None)
         self._extent = extent_of(train)
         self._declared = _checked_effects("declared", declared, self._extent)
@@ -145,7 +145,7 @@ class _Session:
         prepared, deciding = [prepare(r) for r in train], [prepare(r) for r in validation]
         self._scaling = data_scaling(prepared)
         # what is given keeps its own rate, at which it is compared with what is found
-        self._step = 1 if given else step_of(prepared, deciding)
+        self._step = step_of(prepared, deciding) if model is None else 1
         self._windows = windows_of(prepared, self._step)
         self._prepared = [
             *(("train", p) for p in prepared),
@@ -172,7 +172,9 @@ class _Session:
         slower = _at_sample_time(base, bench.extent.sample_time, self._judging)
         first = self._timed("declared effects", self._declare, bench, slower)
         not_tried = (*self._inseparable, *self._excluded, *self._regulated)
-        search = Search(bench, self._report_fit, not_tried, each, first if self._model else None)
+        search = Search(
+            bench, self._report_fit, not_tried, each, None if self._model is None else first
+        )
         self._fits = 0
         chosen = self._timed("search", search.run, first)
         node = search.settled(chosen)

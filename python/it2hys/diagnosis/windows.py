@@ -76,7 +76,8 @@ def _tells_between(prepared: Prepared, step: int) -> bool:
     kept = np.flatnonzero(~record.outliers)[::step]
     if len(kept) < _SHORTEST:
         return False
-    gain = np.ptp(record.displacement[kept]) / np.ptp(record.voltage[kept])
+    travel, span = np.ptp(record.displacement[kept]), np.ptp(record.voltage[kept])
+    gain = travel / span if span else 0.0
     between = np.arange(kept[0], kept[-1])
     moved, applied = (
         np.where(
