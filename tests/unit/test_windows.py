@@ -95,8 +95,8 @@ def ring(count):
     return 5e-8 * np.where(time > 2.0, np.exp(-200 * (time - 2.0)) * np.sin(1.2e4 * time), 0.0)
 
 
-def line(count):
-    return 3e-10 * np.sin(2 * np.pi * 0.21 * np.arange(count))
+def line(count, frequency):
+    return 3e-10 * np.sin(2 * np.pi * frequency * np.arange(count))
 
 
 def noise(count):
@@ -117,7 +117,7 @@ def test_every_nth_sample_of_a_slow_record_tells_as_much_and_keeps_what_was_befo
     ("record", "others"),
     [
         (prepared(sine(50_000), added=noise(50_000) + ring(50_000)), ()),
-        (prepared(sine(50_000), added=noise(50_000) + line(50_000)), ()),
+        (prepared(sine(50_000), added=noise(50_000) + line(50_000, 0.31)), ()),
         (prepared(stairs(50_000), added=noise(50_000)), ()),
         (prepared(sine(50_000), noise=NoiseEstimate(0.0, "given")), ()),
         (prepared(sine(50_000)), (prepared(stairs(5_000)),)),
@@ -134,6 +134,16 @@ def test_every_nth_sample_of_a_slow_record_tells_as_much_and_keeps_what_was_befo
 )
 def test_what_is_fast_or_short_keeps_all_samples(record, others):
     assert step_of([record], others) == 1
+
+
+def test_a_line_may_be_as_fast_as_what_every_second_kept_sample_shows():
+    assert step_of([prepared(sine(50_000), added=noise(50_000) + line(50_000, 0.1))]) == 2
+
+
+@pytest.mark.parametrize(("count", "step"), [(50_000, 4), (200_000, 16), (1_000_000, 40)])
+def test_noise_is_no_line_however_long_the_record(count, step):
+    slow = 50.0 - 50.0 * np.cos(2e-3 * np.arange(count))
+    assert step_of([prepared(slow, added=noise(count))]) == step
 
 
 @pytest.mark.filterwarnings("error")

@@ -27,6 +27,8 @@ _ENOUGH = 12_500
 _TOLD = 8.0
 #: Multiple of its mean power density that none of noise's frequencies reaches by chance.
 _LINE = 40.0
+#: Share of the rate of samples above which a spline through them has no more of their noise.
+_ABOVE = 0.7
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
@@ -86,7 +88,9 @@ def _tells_between(prepared: Prepared, step: int) -> bool:
         for signal in (record.displacement, record.voltage)
     )
     told = max(np.max(np.abs(moved)), gain * np.max(np.abs(applied))) <= _TOLD * noise
-    power = periodogram(moved)[1]
+    frequency, power = periodogram(moved)
+    # below half the kept rate, 0.5 / step, is the noise of the kept samples, interpolated
+    power = power[frequency > _ABOVE / step]
     return bool(told and power.max() <= _LINE * power.mean())
 
 
