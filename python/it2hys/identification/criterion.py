@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from it2hys.identification import rule_coordinates
 from it2hys.identification.effect_coordinates import Coordinate, by_record
@@ -566,10 +565,11 @@ class ChainCriterion:
 
     def _record_blocks(self, point: np.ndarray) -> Iterator[Block | None]:
         packed, offsets = self._packed(point), self._offsets(point)
-        to_places = self._by_coordinates(point)
+        whole = self._by_coordinates(point)
         fitted = [i for i, t in enumerate(self.traces) if len(t.weight[t.fitted])]
 
         def block(i: int) -> Block | None:
+            to_places = whole if i in self._with_offset else whole[:-1, :-1]
             return self._record_block(i, packed[i], offsets[i], to_places)
 
         for made in self._drives.mapped(block, fitted):
@@ -594,7 +594,6 @@ class ChainCriterion:
         own = [self._places[c.name].start + index for c in self._own]
         if index in self._with_offset:
             jacobian = np.hstack([jacobian, weight])
-            to_places = block_diag(to_places, 1.0)
             own.append(self._places["offsets"].start + self._with_offset.index(index))
         first = 0 if "rules" in self._free_groups else self.rule_size
         places = np.array([*range(first, self.rule_size + len(self._moving)), *own], dtype=int)
@@ -608,17 +607,19 @@ class ChainCriterion:
     def _by_coordinates(self, point: np.ndarray) -> np.ndarray:
         """Return what the C core differentiates by, by the coordinates that a record depends on.
 
-        Those are the rules', the effects' and, at the end, its own.
+        Those are the rules', the effects' and, at the end, its own and its constant.
         """
         slopes = [
             c.slope(v) for c, v in zip(self._moving, point[self._places["effects"]], strict=False)
         ]
-        units = np.diag([*slopes, *(c.unit for c in self._own)])
+        units = [*slopes, *(c.unit for c in self._own), 1.0]
         if "rules" not in self._free_groups:
-            return units
+            return np.diag(units)
         rules = self.rules(point)
         scaled = rule_coordinates.chain_rule(np.eye(self.rule_size), rules)
-        return block_diag(self.scaling.rule_jacobian(rules) @ scaled, units)
+        result = np.diag([*np.zeros(self.rule_size), *units])
+        result[: self.rule_size, : self.rule_size] = self.scaling.rule_jacobian(rules) @ scaled
+        return result
 
 
 @dataclass(frozen=True, eq=False)

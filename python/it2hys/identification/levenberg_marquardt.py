@@ -83,7 +83,7 @@ class Linearisation:
 
         J^T J is summed block by block, and in their own variables: J itself is never put together.
         """
-        kept = []
+        kept, first = [], 0
         hessian, gradient = np.zeros((size, size)), np.zeros(size)
         for block in blocks:
             if block is None:
@@ -94,15 +94,13 @@ class Linearisation:
                 square, slope = to_places.T @ square @ to_places, to_places.T @ slope
             hessian[places[:, None], places] += square
             gradient[places] += slope
-            kept.append(block)
-        ends = np.cumsum([len(residual) for _, residual, _, _ in kept])
+            kept.append((jacobian.T, slice(first, first + len(residual)), places, to_places))
+            first += len(residual)
 
         def transposed(values: np.ndarray) -> np.ndarray:
             result = np.zeros(size)
-            for (jacobian, _, places, to_places), piece in zip(
-                kept, np.split(values, ends[:-1]), strict=True
-            ):
-                slope = jacobian.T @ piece
+            for rows, of_block, places, to_places in kept:
+                slope = rows @ values[of_block]
                 result[places] += slope if to_places is None else to_places.T @ slope
             return result
 
@@ -237,7 +235,7 @@ def _damped_solver(
         while len(moving):
             step[moving] = 0.0
             downhill = -(gradient + damped @ step)[moving]
-            rows = damped if len(moving) == len(step) else damped[np.ix_(moving, moving)]
+            rows = damped if len(moving) == len(step) else damped[moving[:, None], moving]
             step[moving] = _solved(rows, downhill)
             kept = np.clip(step, lower - point, upper - point)
             inside = kept[moving] == step[moving]

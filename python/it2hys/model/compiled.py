@@ -51,7 +51,7 @@ _FUNCTIONS = {
     "one_step": (None, *_RULES, *[_DOUBLES] * 3, ctypes.c_size_t, _DOUBLES),
     "gradient": (ctypes.c_double, *_RULES, _DOUBLES, *_RANGE, *[_DOUBLES] * 2),
     "contraction": (ctypes.c_double, *_RULES, *_RANGE),
-    "usability": (None, *_RULES, *[_DOUBLES] * 3, ctypes.c_size_t, _DOUBLES),
+    "usability": (None, *_RULES, *[ctypes.c_void_p] * 3, ctypes.c_size_t, ctypes.c_void_p),
     "check": (ctypes.c_bool, *_RULES, *_RANGE, *_MESSAGE),
     "chain_size": (ctypes.c_size_t,),
     "chain_parameter": (
@@ -67,7 +67,7 @@ _FUNCTIONS = {
     "chain_predict": (ctypes.c_size_t, _DOUBLES, ctypes.POINTER(_Record), *[ctypes.c_void_p] * 3),
     "chain_predict_each": (
         ctypes.c_bool,
-        _DOUBLES,
+        ctypes.c_void_p,
         ctypes.c_size_t,
         ctypes.POINTER(_Record),
         ctypes.c_size_t,
@@ -75,7 +75,7 @@ _FUNCTIONS = {
     ),
     "chain_sensitivity": (
         ctypes.c_size_t,
-        _DOUBLES,
+        ctypes.c_void_p,
         ctypes.POINTER(_Record),
         ctypes.c_bool,
         ctypes.POINTER(ctypes.c_size_t),
@@ -276,7 +276,8 @@ def usability(rules: np.ndarray, y: np.ndarray, x_low: np.ndarray, x_high: np.nd
     """
     rules, count = _rules(rules)
     values = np.empty((4, len(y)))
-    _library().it2core_usability(rules, count, y, x_low, x_high, len(y), values)
+    band = [np.ascontiguousarray(v, dtype=np.float64) for v in (y, x_low, x_high)]
+    _library().it2core_usability(rules, count, *map(address, band), len(y), address(values))
     return values
 
 
@@ -547,13 +548,14 @@ def chain_predict_each(packed: np.ndarray, drives: Drives) -> np.ndarray | None:
     """
     measured = np.empty(int(drives.lengths.sum()))
     count, stride = packed.shape
-    run, structs, address = _library().it2core_chain_predict_each, drives._structs, measured.ctypes.data
+    run, structs, output = _library().it2core_chain_predict_each, drives._structs, address(measured)
+    values = address(packed)
     if not drives._are_shared:
-        return measured if run(packed, stride, structs, count, address) else None
+        return measured if run(values, stride, structs, count, output) else None
 
     def run_one(i: int) -> bool:
-        first = address + measured.itemsize * int(drives.firsts[i])
-        return run(packed[i : i + 1], stride, structs[i], 1, first)
+        first = output + measured.itemsize * int(drives.firsts[i])
+        return run(values + packed.strides[0] * i, stride, structs[i], 1, first)
 
     return measured if all(thread_map(run_one, range(count))) else None
 
@@ -615,13 +617,13 @@ def chain_sensitivity(
     offsets = _offsets_in(_library(), tuple(names))
     measured, sensitivity = np.empty(len(drive.voltage)), np.empty((len(drive.voltage), columns))
     done = _library().it2core_chain_sensitivity(
-        packed,
+        address(packed),
         drive._struct,
         by_rules,
         offsets,
         len(names),
-        measured.ctypes.data,
-        sensitivity.ctypes.data,
+        address(measured),
+        address(sensitivity),
     )
     measured[done:] = sensitivity[done:] = np.nan
     return measured, sensitivity
