@@ -16,13 +16,13 @@ from it2hys.identification.explained import low_share
 from it2hys.policy import REFERENCE
 from it2hys.records.figures_of_merit import Errors, noise_size, small_figure, times_the_noise
 from it2hys.records.record import INVERTED
+from it2hys.reports.inputs import ROLES
 from it2hys.reports.page import NONE, Answer, Table
 from it2hys.reports.summary import FAR_ABOVE_NOISE, judged_records, pooled
 from it2hys.reports.verdict import model_verdict
 from it2hys.support.numerals import counted, plain
 
 UM = 1e6
-ROLES = {"train": "training", "validation": "validation", "test": "test"}
 #: Advice where the model, or its inverse, is of no use.
 DIAGNOSE = (
     "Do not rely on it: `it2hys diagnose` with the same records looks for the effects that it lacks, "

@@ -12,7 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from scipy import signal
+import scipy  # its parts are loaded when used: the report of a sweep needs none
 
 from it2hys.errors import InputError
 from it2hys.support.files import write_atomically
@@ -94,7 +94,7 @@ def amplitude_density(residual: np.ndarray, sample_time: float) -> tuple[np.ndar
     known = np.isfinite(residual)
     filled = np.where(known, residual - np.mean(residual[known]), 0.0)
     segment = max(8, len(filled) // _SEGMENTS)
-    frequency, power = signal.welch(filled, 1.0 / sample_time, nperseg=segment)
+    frequency, power = scipy.signal.welch(filled, 1.0 / sample_time, nperseg=segment)
     # neither the mean nor, at the Nyquist frequency, half a line
     return frequency[1:-1], np.sqrt(power[1:-1])
 

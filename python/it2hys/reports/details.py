@@ -8,7 +8,8 @@ from it2hys.diagnosis.selection import comparisons, level
 from it2hys.model.variables import load_table
 from it2hys.policy import SEARCH
 from it2hys.records.figures_of_merit import change_in_percent
-from it2hys.reports.answers import ROLES, decimals_of, figure, interval, notes, small
+from it2hys.reports.answers import decimals_of, figure, interval, notes, small
+from it2hys.reports.inputs import ROLES, inputs_section
 from it2hys.reports.page import NONE, Picture, Section, Table
 from it2hys.support.numerals import plain
 
@@ -373,18 +374,3 @@ def _use() -> Section:
             "sampleTime, and add the offset."
         ],
     )
-
-
-def inputs_section(report: Mapping) -> Section:
-    """Return what a report was made of, and how it is drawn again."""
-    rows = [
-        [i["name"], ROLES.get(i["role"], i["role"]), i["file"] or NONE, i["sha256"] or NONE]
-        for i in report["inputs"]
-    ]
-    seed = "" if report["seed"] is None else f" Seed of the random starts: {report['seed']}."
-    text = (
-        f"Written by it2hys {report['version']}.{seed} `it2hys report DIR`, with the directory of this "
-        "page, draws it again."
-    )
-    table = [Table(["name", "role", "file", "SHA-256"], rows)] if rows else []
-    return Section("Inputs", [text], table)

@@ -25,7 +25,7 @@ from it2hys.model.parameters import ParameterSet
 from it2hys.records import Record
 from it2hys.records.figures_of_merit import max_relative_error, rms_error
 from it2hys.reports import figures
-from it2hys.reports.answers import ROLES, answers, verdict
+from it2hys.reports.answers import answers, verdict
 from it2hys.reports.courses import Course, make_course, read_courses, write_courses
 from it2hys.reports.design_report import (
     NEXT,
@@ -34,6 +34,7 @@ from it2hys.reports.design_report import (
     next_record,
 )
 from it2hys.reports.details import details
+from it2hys.reports.inputs import ROLES
 from it2hys.reports.interactive import as_json, record_view
 from it2hys.reports.origin import origin
 from it2hys.reports.page import Answer, Page, Picture, Section, Table, View, write_page, write_pictures

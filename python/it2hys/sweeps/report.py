@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 
 from it2hys.reports.browsable import browsable
-from it2hys.reports.details import inputs_section
+from it2hys.reports.inputs import inputs_section
 from it2hys.reports.interactive import as_json
 from it2hys.reports.page import Answer, Page, Picture, Section, Table, View, write_page
 from it2hys.reports.provenance import Provenance, about
