@@ -29,6 +29,7 @@ _PROBE, _LARGEST_BEND = 0.1, 0.375
 #: A fit that creeps, at less than this share of the cost in so many iterations, has arrived for all
 #: that the data can tell.
 _CREEP, _CREEP_ITERATIONS = 1e-4, 30
+_EPS, _TINY = np.finfo(float).eps, np.finfo(float).tiny
 
 
 @dataclass(frozen=True)
@@ -175,7 +176,7 @@ def levenberg_marquardt(
         linear = linearise(point)
         if linear is None or not np.all(np.isfinite(linear.hessian)):
             return Minimum(point, cost, False, iteration, evaluations, "sensitivities diverge")
-        unit = np.median(np.diag(linear.hessian)[moves])
+        unit = _median(linear.hessian.diagonal()[moves])
         free = _free_coordinates(point, linear.gradient, lower, upper)
         accepted_at_once = True
         while True:
@@ -210,6 +211,12 @@ def levenberg_marquardt(
     return Minimum(point, cost, False, max_iterations, evaluations, message)
 
 
+def _median(values: np.ndarray) -> float:
+    """Return the median of a few numbers, (n,), in a fifth of the time that NumPy's takes; NaN of none."""
+    ordered, middle = np.sort(values).tolist(), len(values) // 2
+    return 0.5 * (ordered[middle] + ordered[~middle]) if ordered else np.nan
+
+
 def _free_coordinates(
     point: np.ndarray, gradient: np.ndarray, lower: np.ndarray, upper: np.ndarray
 ) -> np.ndarray:
@@ -227,8 +234,9 @@ def _damped_solver(
     others would go where they make up for the rest of it, and a fit beside a bound would creep.
     """
     # at least what J^T J is rounded to, or coordinates that the data do not touch make it singular
-    rounding = np.finfo(float).eps * max(np.max(np.diag(linear.hessian)), np.finfo(float).tiny)
-    damped = linear.hessian + max(damping, rounding) * np.eye(len(linear.gradient))
+    rounding = _EPS * max(linear.hessian.diagonal().max(), _TINY)
+    damped = linear.hessian.copy()
+    damped.ravel()[:: len(damped) + 1] += max(damping, rounding)
 
     def solve(gradient: np.ndarray, point: np.ndarray) -> np.ndarray:
         step, moving = np.zeros(len(gradient)), free

@@ -72,7 +72,8 @@ class Scaling:
     def physical_rules(self, scaled: np.ndarray) -> np.ndarray:
         """Return rules of the scaled signals, shape (L, 6), in SI units."""
         physical = scaled @ self._by_rule.T
-        physical[:, [2, 5]] += self.y_centre
+        physical[:, 2] += self.y_centre
+        physical[:, 5] += self.y_centre
         return physical
 
     def rule_jacobian(self, scaled: np.ndarray) -> np.ndarray:
@@ -80,7 +81,11 @@ class Scaling:
 
         The map is affine in a rule, so that the Jacobian is constant.
         """
-        return np.kron(np.eye(len(scaled)), self._by_rule)
+        count = len(scaled)
+        result = np.zeros((count, 6, count, 6))
+        for i in range(count):
+            result[i, :, i] = self._by_rule
+        return result.reshape(6 * count, 6 * count)
 
     @cached_property
     def _by_rule(self) -> np.ndarray:

@@ -165,7 +165,7 @@ def usability_values(rules: np.ndarray, band: Band) -> np.ndarray:
 
 
 def _smallest_slope(slope: np.ndarray) -> float:
-    return CORE.slope * max(abs(float(slope.mean())), 1e-6)
+    return CORE.slope * max(abs(float(np.add.reduce(slope)) / len(slope)), 1e-6)
 
 
 def data_range(courses: Sequence[Course]) -> tuple[float, float]:
