@@ -212,7 +212,7 @@ def levenberg_marquardt(
 
 
 def _median(values: np.ndarray) -> float:
-    """Return the median of a few numbers, (n,), in a fifth of the time that NumPy's takes; NaN of none."""
+    """Return the median of a few numbers, (n,), faster than NumPy does; NaN of none."""
     ordered, middle = np.sort(values).tolist(), len(values) // 2
     return 0.5 * (ordered[middle] + ordered[~middle]) if ordered else np.nan
 
