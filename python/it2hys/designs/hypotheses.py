@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -26,6 +25,7 @@ from it2hys.model.variables import load_table
 from it2hys.policy import DESIGN
 from it2hys.records.clues import Clue, Clues, Extent
 from it2hys.stand.excitations import identification
+from it2hys.support.files import read_json
 from it2hys.support.keys import known_names
 
 #: Name of the model without the effects in which the rivals differ.
@@ -288,7 +288,12 @@ def question_of(
         except InputError as error:
             raise InputError(f"{source}: {error}") from None
     _check_noise(noise)
-    report = _read(source)
+    report = read_json(
+        source,
+        ("noise_rms_um", "records", "indistinguishable", "parameters", "effects"),
+        "; give a report.json or a .ssv",
+        "; give the report.json that `it2hys diagnose` wrote, or a .ssv",
+    )
     try:
         return question_of_report(report, lambda: _beside(source), effects, noise)
     except InputError as error:
@@ -388,20 +393,3 @@ def _of_report(entry: Mapping) -> Hypothesis:
 def _beside(source: Path) -> ParameterSet:
     """Return the parameter set that lies beside a report."""
     return read_ssv(source.with_name("parameters.ssv"))
-
-
-def _read(source: Path) -> dict:
-    """Return a report."""
-    try:
-        report = json.loads(source.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{source}: no such file") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{source}: this is neither a report.json nor a .ssv: {error}") from None
-    wanted = ("noise_rms_um", "records", "indistinguishable", "parameters", "effects")
-    missing = [key for key in wanted if not isinstance(report, dict) or key not in report]
-    if missing:
-        raise InputError(
-            f"{source}: {', '.join(missing)} missing; give the report.json that `it2hys diagnose` wrote"
-        )
-    return report

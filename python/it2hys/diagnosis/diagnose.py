@@ -230,7 +230,7 @@ class _Session:
         own = {
             name: np.full(len(self._windows), given[name])
             for name in by_record()
-            if _effect_of(name) in (None, *effects)
+            if load_table().effect_of(name) in (None, *effects)
         }
         traces = self._searched()
         bench = Bench(traces, self._scaling, self._extent, traces)
@@ -567,10 +567,6 @@ def _gain(records: Sequence[Record]) -> float:
     sums = [np.cumsum([c - c.mean() for c in (r.voltage, r.displacement)], axis=1) for r in records]
     moments = sum(s @ s.T for s in sums)
     return float(moments[0, 1] / moments[0, 0])
-
-
-def _effect_of(parameter: str) -> str | None:
-    return load_table().parameters()[parameter].effect
 
 
 def _passed_on(identification: Identification) -> list[str]:

@@ -484,14 +484,11 @@ def _follows_noise(node: Node, other: Node) -> bool:
     enlarges what noise a reference has: it lowers the one error and raises the other.
     """
     needed, enough = (
-        sum(_effect_of(c.name) in n.effects for c in n.fit.criterion.common) for n in (node, other)
+        sum(load_table().effect_of(c.name) in n.effects for c in n.fit.criterion.common)
+        for n in (node, other)
     )
     wide = compare(node.errors.wide, other.errors.wide) if needed > enough else None
     return bool(wide and wide.gain > SEARCH.inverse_gain and wide.p_value <= level())
-
-
-def _effect_of(parameter: str) -> str | None:
-    return load_table().parameters()[parameter].effect
 
 
 def _delays_beside(node: Node, other: Node) -> bool:

@@ -287,7 +287,7 @@ class ChainCriterion:
         """
         low, high = (np.full(len(self.traces), end) for end in coordinate.bounds)
         begins = np.array([t.y[0] for t in self.traces]) - self.model.offsets
-        effect = load_table().parameters()[coordinate.name].effect
+        effect = load_table().effect_of(coordinate.name)
         if effect is None:
             near = STARTS.near * (high - low)
             return begins - near, begins + near

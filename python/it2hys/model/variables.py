@@ -92,6 +92,10 @@ class Table:
         """Return the parameters by name, structured ones at their full count."""
         return {v.name: v for v in self.variables if v.causality == "parameter"}
 
+    def effect_of(self, parameter: str) -> str | None:
+        """Return the effect that a parameter belongs to; None of the core's and the record's."""
+        return self.parameters()[parameter].effect
+
     def start(self) -> dict[str, float | int | bool]:
         """Return the start values of the parameters by name, structured ones at their start count."""
         parameters = self.parameters()

@@ -23,7 +23,7 @@ from it2hys.reports.details import read_as
 from it2hys.reports.page import NONE, Answer, Page, Picture, Section, Table, write_page, write_pictures
 from it2hys.reports.provenance import Provenance, about
 from it2hys.reports.summary import finite_or_none
-from it2hys.support.files import make_directory, write_atomically
+from it2hys.support.files import make_directory, read_json, write_atomically
 from it2hys.support.numerals import plain
 
 UM = 1e6
@@ -356,19 +356,12 @@ def read_design(path: str | Path) -> dict:
     InputError
         If it cannot be read, or is something else.
     """
-    path = Path(path)
-    try:
-        report = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; `it2hys design` writes it") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read: {error}") from None
-    wanted = ("names", "power", "promise", "noise_um", "pairs", "parameters", "record")
-    if missing := [key for key in wanted if not isinstance(report, dict) or key not in report]:
-        raise InputError(
-            f"{path}: {', '.join(missing)} missing; give a design.json that `it2hys design` wrote"
-        )
-    return report
+    return read_json(
+        Path(path),
+        ("names", "power", "promise", "noise_um", "pairs", "parameters", "record"),
+        "; `it2hys design` writes it",
+        "; give a design.json that `it2hys design` wrote",
+    )
 
 
 def designed_voltage(path: str | Path, report: Mapping) -> np.ndarray | None:

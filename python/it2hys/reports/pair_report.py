@@ -42,7 +42,7 @@ from it2hys.reports.provenance import Provenance, about
 from it2hys.reports.summary import START, Result, judged_records, pooled, settled_training, summary
 from it2hys.reports.verdict import has_offsets, straight_line
 from it2hys.stand.excitations import time_grid, tracking_reference
-from it2hys.support.files import make_directory, write_atomically
+from it2hys.support.files import make_directory, read_json, write_atomically
 from it2hys.support.progress import Progress
 
 UM = 1e6
@@ -208,20 +208,13 @@ def read_report(path: Path) -> dict:
     InputError
         If there is none, or it is not one that this version can draw.
     """
-    try:
-        report = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the directory that was named by -o") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read: {error}") from None
-    wanted = ("title", "kind", "error", "names", "sections")
-    missing = [key for key in wanted if not isinstance(report, dict) or key not in report]
-    if missing:
-        raise InputError(
-            f"{path}: {', '.join(missing)} missing: this is a report of an earlier version, or another "
-            "file; make the report again from its records"
-        )
-    return report
+    return read_json(
+        path,
+        ("title", "kind", "error", "names", "sections"),
+        "; give the directory that was named by -o",
+        ": this is a report of an earlier version, or another file; make the report again from its "
+        "records",
+    )
 
 
 def _answer_json(answer: Answer) -> dict:

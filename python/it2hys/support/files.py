@@ -1,5 +1,6 @@
-"""Writing files so that they appear whole or not at all, and together or not at all."""
+"""Files of ours: written whole or not at all, together or not at all, and read."""
 
+import json
 import os
 import shutil
 import tempfile
@@ -39,6 +40,33 @@ def write_atomically(path: str | Path, content: bytes) -> None:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+
+
+def read_json(path: Path, keys: Sequence[str], absent: str, other: str) -> dict:
+    """Return what a JSON file of ours holds.
+
+    Parameters
+    ----------
+    path : Path
+    keys : sequence of str
+        What it must have.
+    absent, other : str
+        What there is to do where there is no such file, and where keys are missing.
+
+    Raises
+    ------
+    InputError
+        If it is not there, cannot be read, or is something else.
+    """
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file{absent}") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    if missing := [key for key in keys if not isinstance(found, dict) or key not in found]:
+        raise InputError(f"{path}: {', '.join(missing)} missing{other}")
+    return found
 
 
 def make_directory(directory: str | Path) -> Path:
