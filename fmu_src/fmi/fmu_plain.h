@@ -5,19 +5,13 @@
 
 #include "fmu.h"
 
-/* What is asked of a step. */
-struct fmu_request {
-    const char *function;
-    double time;
-    double step;
-};
-
 HIDDEN_BEGIN
 
 void fmu_copy_state(void *to, const void *from, size_t used);
 
 /* Ends a step of one tick that has findings, which may have been logged before. */
-enum fmu_status fmu_finish_with_findings(struct fmu *fmu, const struct fmu_request *request, unsigned findings);
+enum fmu_status fmu_finish_with_findings(struct fmu *fmu, const char *function, double time, double step,
+                                         unsigned findings);
 
 /* A step that is not plain, or not known to be. */
 enum fmu_status fmu_other_step(struct fmu *fmu, const char *function, double time, double step);
@@ -47,34 +41,35 @@ static inline enum fmu_status fmu_finish_tick(struct fmu_snapshot *now, enum fmu
     return status;
 }
 
-/* Is the state a single number, as most often? */
-static inline bool fmu_is_single(const struct fmu *fmu)
-{
-    return fmu->used == sizeof(double);
-}
-
-/* From one tick to the next under constant inputs. */
+/* From one tick to the next under constant inputs, */
 static inline enum fmu_status fmu_one_tick(struct fmu *fmu, const char *function, double tick_time, double time,
                                            double step)
 {
-    const struct fmu_request request = { function, time,
-                                         step }; /* in memory, out of the way of what is in use */
     struct fmu_snapshot *now = fmu->now;
-    const double number = *(const double *)fmu->state, end = time + step;
 
-    if (!USUALLY(fmu_is_single(fmu)))
-        fmu_copy_state(fmu->before, fmu->state, fmu->used);
+    fmu_copy_state(fmu->before, fmu->state, fmu->used);
     const unsigned findings =
         fmu->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
+    if (!USUALLY(findings == 0))
+        return fmu_finish_with_findings(fmu, function, time, step, findings);
+    fmu_note_state(fmu);
+    return fmu_finish_tick(now, FMU_OK, time + step);
+}
+
+/* where the state is a single number, as most often, too: it stays in a register. */
+static inline enum fmu_status fmu_one_tick_of_one(struct fmu *fmu, const char *function, double tick_time,
+                                                  double time, double step)
+{
+    struct fmu_snapshot *now = fmu->now;
+    const double number = *(const double *)fmu->state, end = time + step;
+    const unsigned findings =
+        fmu->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
+
     if (!USUALLY(findings == 0)) {
-        if (fmu_is_single(fmu))
-            *(double *)fmu->before = number;
-        return fmu_finish_with_findings(fmu, &request, findings);
+        *(double *)fmu->before = number;
+        return fmu_finish_with_findings(fmu, function, time, step, findings);
     }
-    if (USUALLY(fmu_is_single(fmu)))
-        *(double *)fmu->last_state = number;
-    else
-        fmu_note_state(fmu);
+    *(double *)fmu->last_state = number;
     return fmu_finish_tick(now, FMU_OK, end);
 }
 
@@ -90,7 +85,9 @@ static inline enum fmu_status fmu_do_step_here(struct fmu *fmu, const char *func
     if (USUALLY(fmu && step == fmu->plain.step)) {
         const double tick_time = (double)fmu->now->clock.tick * step;
         if (USUALLY(fmu_is_plain(&fmu->plain, tick_time, time, step)))
-            return fmu_one_tick(fmu, function, tick_time, time, step);
+            return USUALLY(fmu->used == sizeof(double))
+                       ? fmu_one_tick_of_one(fmu, function, tick_time, time, step)
+                       : fmu_one_tick(fmu, function, tick_time, time, step);
     }
     return fmu_other_step(fmu, function, time, step);
 }

@@ -148,21 +148,20 @@ struct fmu_span fmu_last_step(const struct fmu_snapshot *now)
     return last;
 }
 
-RARE enum fmu_status fmu_finish_with_findings(struct fmu *fmu, const struct fmu_request *request,
+RARE enum fmu_status fmu_finish_with_findings(struct fmu *fmu, const char *function, double time, double step,
                                               unsigned findings)
 {
     struct fmu_snapshot *now = fmu->now;
     enum fmu_status status = FMU_OK;
 
-    report(fmu, request->function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu),
-           &status);
+    report(fmu, function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu), &status);
     if (status != FMU_OK)
         fmu_leave_plain(fmu);
     now->last_status = (int)status;
     if (status == FMU_DISCARD)
-        return give_up(fmu, request->function, request->time, request->step);
+        return give_up(fmu, function, time, step);
     fmu_note_state(fmu);
-    return fmu_finish_tick(now, status, request->time + request->step);
+    return fmu_finish_tick(now, status, time + step);
 }
 
 static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)

@@ -3817,19 +3817,13 @@ enum fmu_status fmu_set_input_derivatives(struct fmu *fmu, const char *function,
 /* Plain steps (struct fmu_plain), as most are: what any step does, in short, and in the very function that a host
  * calls. Everything else is in fmu_step.c. */
 
-/* What is asked of a step. */
-struct fmu_request {
-    const char *function;
-    double time;
-    double step;
-};
-
 HIDDEN_BEGIN
 
 void fmu_copy_state(void *to, const void *from, size_t used);
 
 /* Ends a step of one tick that has findings, which may have been logged before. */
-enum fmu_status fmu_finish_with_findings(struct fmu *fmu, const struct fmu_request *request, unsigned findings);
+enum fmu_status fmu_finish_with_findings(struct fmu *fmu, const char *function, double time, double step,
+                                         unsigned findings);
 
 /* A step that is not plain, or not known to be. */
 enum fmu_status fmu_other_step(struct fmu *fmu, const char *function, double time, double step);
@@ -3859,34 +3853,35 @@ static inline enum fmu_status fmu_finish_tick(struct fmu_snapshot *now, enum fmu
     return status;
 }
 
-/* Is the state a single number, as most often? */
-static inline bool fmu_is_single(const struct fmu *fmu)
-{
-    return fmu->used == sizeof(double);
-}
-
-/* From one tick to the next under constant inputs. */
+/* From one tick to the next under constant inputs, */
 static inline enum fmu_status fmu_one_tick(struct fmu *fmu, const char *function, double tick_time, double time,
                                            double step)
 {
-    const struct fmu_request request = { function, time,
-                                         step }; /* in memory, out of the way of what is in use */
     struct fmu_snapshot *now = fmu->now;
-    const double number = *(const double *)fmu->state, end = time + step;
 
-    if (!USUALLY(fmu_is_single(fmu)))
-        fmu_copy_state(fmu->before, fmu->state, fmu->used);
+    fmu_copy_state(fmu->before, fmu->state, fmu->used);
     const unsigned findings =
         fmu->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
+    if (!USUALLY(findings == 0))
+        return fmu_finish_with_findings(fmu, function, time, step, findings);
+    fmu_note_state(fmu);
+    return fmu_finish_tick(now, FMU_OK, time + step);
+}
+
+/* where the state is a single number, as most often, too: it stays in a register. */
+static inline enum fmu_status fmu_one_tick_of_one(struct fmu *fmu, const char *function, double tick_time,
+                                                  double time, double step)
+{
+    struct fmu_snapshot *now = fmu->now;
+    const double number = *(const double *)fmu->state, end = time + step;
+    const unsigned findings =
+        fmu->tick(fmu->constants, fmu->state, fmu->parameters, now->input, tick_time, &now->output);
+
     if (!USUALLY(findings == 0)) {
-        if (fmu_is_single(fmu))
-            *(double *)fmu->before = number;
-        return fmu_finish_with_findings(fmu, &request, findings);
+        *(double *)fmu->before = number;
+        return fmu_finish_with_findings(fmu, function, time, step, findings);
     }
-    if (USUALLY(fmu_is_single(fmu)))
-        *(double *)fmu->last_state = number;
-    else
-        fmu_note_state(fmu);
+    *(double *)fmu->last_state = number;
     return fmu_finish_tick(now, FMU_OK, end);
 }
 
@@ -3902,7 +3897,9 @@ static inline enum fmu_status fmu_do_step_here(struct fmu *fmu, const char *func
     if (USUALLY(fmu && step == fmu->plain.step)) {
         const double tick_time = (double)fmu->now->clock.tick * step;
         if (USUALLY(fmu_is_plain(&fmu->plain, tick_time, time, step)))
-            return fmu_one_tick(fmu, function, tick_time, time, step);
+            return USUALLY(fmu->used == sizeof(double))
+                       ? fmu_one_tick_of_one(fmu, function, tick_time, time, step)
+                       : fmu_one_tick(fmu, function, tick_time, time, step);
     }
     return fmu_other_step(fmu, function, time, step);
 }
@@ -4052,21 +4049,20 @@ struct fmu_span fmu_last_step(const struct fmu_snapshot *now)
     return last;
 }
 
-RARE enum fmu_status fmu_finish_with_findings(struct fmu *fmu, const struct fmu_request *request,
+RARE enum fmu_status fmu_finish_with_findings(struct fmu *fmu, const char *function, double time, double step,
                                               unsigned findings)
 {
     struct fmu_snapshot *now = fmu->now;
     enum fmu_status status = FMU_OK;
 
-    report(fmu, request->function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu),
-           &status);
+    report(fmu, function, findings, now->input, (double)now->clock.tick * fmu_sample_time(fmu), &status);
     if (status != FMU_OK)
         fmu_leave_plain(fmu);
     now->last_status = (int)status;
     if (status == FMU_DISCARD)
-        return give_up(fmu, request->function, request->time, request->step);
+        return give_up(fmu, function, time, step);
     fmu_note_state(fmu);
-    return fmu_finish_tick(now, status, request->time + request->step);
+    return fmu_finish_tick(now, status, time + step);
 }
 
 static RARE enum fmu_status any_step(struct fmu *fmu, const char *function, double time, double step)
