@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -16,6 +17,7 @@ import pytest
 from compilers import HEADERS, declared_functions, declared_functions_of_fmi3
 from conftest import TS, Master, Unpacked
 
+from it2hys.fmu.cross_compiling import join_slices
 from it2hys.stand.excitations import identification
 
 lief = pytest.importorskip("lief", reason="lief is missing")
@@ -152,6 +154,21 @@ def test_the_slices_of_the_macos_binary_lie_as_its_table_says(fmu):
         assert content[offset : offset + 4] == b"\xcf\xfa\xed\xfe"
         assert offset + size <= len(content)
     assert all(a[2] + a[3] <= b[2] for a, b in pairwise(slices))
+
+
+def test_a_macos_binary_is_whole_at_any_moment(fmu, tmp_path):
+    """Two processes that package the same effects join its slices where the other one reads."""
+    for platform in ("x86_64-darwin", "aarch64-darwin"):
+        (tmp_path / platform).mkdir()
+        shutil.copy(binary(fmu, "aarch64-darwin"), tmp_path / platform)
+    join_slices([fmu.identifier], tmp_path)
+    joined = tmp_path / "darwin64" / f"{fmu.identifier}.dylib"
+    whole = joined.stat().st_size
+    with ThreadPoolExecutor() as pool:
+        joining = [pool.submit(join_slices, [fmu.identifier], tmp_path) for _ in range(200)]
+        sizes = {joined.stat().st_size for _ in iter(lambda: all(j.done() for j in joining), True)}
+    assert sizes <= {whole}
+    assert [path.name for path in joined.parent.iterdir()] == [joined.name]
 
 
 # --- the same bits everywhere ------------------------------------------------------------------

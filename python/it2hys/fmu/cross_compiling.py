@@ -147,12 +147,19 @@ def compile_fmus(
 def join_slices(fmus: Sequence[str], binaries: Path) -> None:
     """Join the binaries for both processors of macOS, as Apple's lipo does."""
     for fmu in fmus:
-        output = binaries / JOINED / f"{fmu}.dylib"
-        output.parent.mkdir(parents=True, exist_ok=True)
-        output.write_bytes(
-            universal_binary([(binaries / name / output.name).read_bytes() for name in _SLICES])
-        )
-        output.chmod(0o755)
+        name = f"{fmu}.dylib"
+        slices = [(binaries / platform / name).read_bytes() for platform in _SLICES]
+        put_binary(binaries / JOINED / name, universal_binary(slices))
+
+
+def put_binary(path: Path, content: bytes) -> None:
+    """Write a binary that appears whole: another process may read what was there before."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=path.parent) as work:
+        whole = Path(work) / path.name
+        whole.write_bytes(content)
+        whole.chmod(0o755)
+        whole.replace(path)
 
 
 def universal_binary(slices: Sequence[bytes]) -> bytes:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib.util
 import platform
-import shutil
 import sys
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from it2hys.fmu.cross_compiling import (
     TARGETS,
     compile_fmus,
     join_slices,
+    put_binary,
 )
 from it2hys.fmu.own_library import SOURCES, compiler, fmi_headers, run_all, zig
 from it2hys.fmu.platforms import PLATFORMS
@@ -45,7 +45,7 @@ def make_binaries(native: Path) -> list[str]:
     for name in possible:
         for path in (packaged_native() / "binaries" / name).glob(f"{CONTROLLER[0]}.*"):
             if not (native / "binaries" / name / path.name).exists():
-                shutil.copy(path, native / "binaries" / name)
+                put_binary(native / "binaries" / name / path.name, path.read_bytes())
     return [p for p in wanted if p not in possible]
 
 
