@@ -44,13 +44,15 @@ class Search:
     )  # fmt: skip
     indispensable: float = _number(
         0.5, "share of the error",
-        "gain above which an addition is accepted though another effect's fit rests on its bounds then",
+        "gain above which an addition is accepted though another effect's fit rests on its bounds "
+        "then; above it on fitted and held-out records, its signature and its gain are one test",
         "the larger part; 0.2 on a measured stage, where it was an artefact, and 0.94 on seed 63001, "
         "where it was a resonance",
     )  # fmt: skip
     least_share: float = _number(
         0.25, "share of the excess",
-        "least share of the excess (the error above the noise) that an addition must remove",
+        "least share of the excess (the error above the noise) that an addition must remove; of the "
+        "error on fitted records, what a resonance must remove that few of the others show",
     )  # fmt: skip
     least_excess: float = _number(
         0.3, "noise",

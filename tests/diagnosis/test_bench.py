@@ -73,3 +73,17 @@ def test_where_no_rules_are_found_those_of_the_model_stay(plain, empty, monkeypa
     trace = bench.traces[0]
     found = bench.reshaped(plain).model
     assert np.std(found.predict(trace, 0) - trace.y) < 1.05 * NOISE
+
+
+def test_an_inverse_that_is_judged_keeps_to_the_voltages_of_the_records(plain, empty):
+    """As when it is packaged, it does not follow a ring that the model lacks to any voltage."""
+    time = np.arange(SAMPLES) * TS
+    ring = 3.0 * UM * np.exp(-time / 0.003) * np.sin(2.0 * np.pi * 700.0 * time)
+    trace = replace(empty, drive=compiled.Drive.of(50.0 * (1.0 - np.cos(2.0 * np.pi * 10.0 * time))))
+    stage = replace(plain, own={"initialDisplacement": np.array([0.0])})
+    rung = stage.predict(trace, 0) - ring
+    trace = replace(trace, y=rung, references=References(rung, trace.judged, NOISE, TS))
+    bench = Bench([trace], Scaling(7 * UM, 7 * UM, 50.0, 50.0), EXTENT, [trace], parts=True)
+    error = bench.errors(stage).wide[0] * EXTENT.voltage_span / EXTENT.displacement_span
+    asked = error + trace.drive.voltage[trace.references.wide.inside]
+    assert -1e-9 <= asked.min() < 1e-9 and asked.max() < 100.0 + 1e-9

@@ -5,8 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from it2hys.diagnosis.evidence import EVIDENCE
+from it2hys.diagnosis.evidence.base import Signature
 from it2hys.diagnosis.fitting import Errors
-from it2hys.diagnosis.selection import Gains, Node, _follows_noise
+from it2hys.diagnosis.selection import Gains, Node, Search, _follows_noise
 
 GENERATOR = np.random.default_rng(8)
 
@@ -51,3 +53,41 @@ def test_a_resonance_with_as_good_an_inverse_stays_a_rival():
     delay = node("delay", ["time"], errors(1.0, 1.0))
     resonance = node("resonance", ["frequency", "damping"], errors(1.0, 1.1))
     assert not _follows_noise(resonance, delay)
+
+
+# --- what few samples decide ----------------------------------------------------------------------
+
+
+def shows(monkeypatch, effect, held_out, fitted, signature):
+    """Return whether an effect shows itself that lowers the errors so far and has such a signature."""
+    bench = SimpleNamespace(clues=lambda model: None)
+    search = Search(bench, None, map, None)
+    before, after = (
+        Node(frozenset(effects), SimpleNamespace(minimum=SimpleNamespace(cost=c), model=model), None)
+        for effects, c, model in (
+            ((), 1.0, SimpleNamespace(effects=())),
+            ((effect,), (1.0 - fitted) ** 2, SimpleNamespace(effects=(effect,))),
+        )
+    )
+    monkeypatch.setattr(
+        EVIDENCE[effect], "signature", lambda clues: Signature(0.3, signature, "seen"), raising=False
+    )
+    gain, p_value = held_out
+    return search._shows_itself(before, after, SimpleNamespace(gain=gain, p_value=p_value))
+
+
+@pytest.mark.parametrize(
+    ("effect", "held_out", "fitted", "signature", "shown"),
+    [
+        ("resonance", (0.04, 0.01), 0.35, 1e-40, True),  # it rings in training records alone
+        ("resonance", (-0.04, 0.6), 0.35, 1e-40, False),
+        ("resonance", (0.04, 0.01), 0.1, 1e-40, False),
+        ("resonance", (0.04, 0.01), 0.35, 0.1, False),
+        ("play", (0.04, 0.01), 0.35, 1e-40, False),  # the voltage drives play everywhere
+        ("play", (0.6, 0.004), 0.7, 1e-5, True),
+        ("play", (0.6, 0.004), 0.7, 0.2, False),
+        ("play", (0.6, 0.2), 0.7, 1e-40, False),
+    ],
+)
+def test_signature_and_gain_are_one_test(monkeypatch, effect, held_out, fitted, signature, shown):
+    assert shows(monkeypatch, effect, held_out, fitted, signature) == shown

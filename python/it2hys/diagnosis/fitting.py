@@ -47,7 +47,7 @@ _SETTLING_FAR = 150
 _ALIKE = 1.02
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
-#: While models are searched for, no range limits an inverse.
+#: No range limits an inverse.
 UNLIMITED = {
     "displacementMin": -np.inf, "displacementMax": np.inf, "voltageMin": -np.inf, "voltageMax": np.inf,
 }  # fmt: skip
@@ -485,18 +485,28 @@ class Bench(Starts):
     def _inverse_error(self, model: Model, trace: Trace, index: int, name: str) -> np.ndarray:
         """Return what the inverse asks for beyond the voltage applied, in m by the records' gain."""
         reference = getattr(trace.references, name)
-        values = {**model.values, **model.start(index), **UNLIMITED}
+        values = {**model.values, **model.start(index), **self._ends}
         wanted = reference.displacement - model.offsets[index]
         error = inverse_error(values, trace.drive, wanted)
         gain = self.extent.displacement_span / self.extent.voltage_span
         return self._bounded(gain * error)[trace.judged & reference.inside]
+
+    @property
+    def _ends(self) -> dict[str, float]:
+        """What limits the inverse: the range of the voltage, as when it is packaged.
+
+        Without, it would follow a ring that the model lacks to any voltage, and play would remember
+        voltages that nobody applies.
+        """
+        low, high = self.extent.voltage
+        return {**UNLIMITED, "voltageMin": low, "voltageMax": high}
 
     def noise_of_inverse(self, model: Model) -> float:
         """Return what noise in the references of what decides makes of the inverse, m rms."""
         fitted = model if self.parts else self.fit_own(model, self.deciding)
         gain = self.extent.displacement_span / self.extent.voltage_span
         answers = [
-            noise_of_inverse({**model.values, **fitted.start(i), **UNLIMITED}, t.drive, t.references)[
+            noise_of_inverse({**model.values, **fitted.start(i), **self._ends}, t.drive, t.references)[
                 t.judged
             ]
             for i, t in enumerate(self.deciding)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from it2hys.diagnosis.comparison import compare
+from it2hys.diagnosis.comparison import compare, is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.outcome import Evidence
 from it2hys.diagnosis.selection import Node, Search, Trial, level
@@ -179,6 +179,8 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
     is_chance = c.p_value > level()
     if not is_chance and trial.sampling:
         return "it acts within a sample, as a delay or another sampling of the signals would"
+    if not is_chance and is_worse(trial.band, SEARCH.spoils):
+        return "the inverse gets worse by it"
     if not is_chance and c.gain > SEARCH.clear_gain:
         return "it explains a small part of the residual, which lacks this effect's signature"
     reason = "not significant at the level of a search" if is_chance else "below the required gain"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2, combine_pvalues
 
 from it2hys.diagnosis.bounds import resting_on_bounds, touching_bounds
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
@@ -56,6 +56,9 @@ def comparisons(effects: int) -> int:
 def level(effects: int = 0) -> float:
     """Return the probability by chance up to which one comparison counts; by default of all effects."""
     return SEARCH.budget / comparisons(effects or len(EFFECTS))
+
+
+_TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,8 +256,7 @@ class Search:
             self._report(node, addition)
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
-            cost = max(node.fit.minimum.cost, np.finfo(float).tiny)  # 0 of a record that is matched
-            fitted = 1.0 - float(np.sqrt(child.fit.minimum.cost / cost))
+            fitted = _share_of_error(node, child)
             accepted = not sampling and self._accepts(node, child, addition, gains, fitted)
             overdriven = overdriven_by(node, child, gains.free.gain) if accepted else ()
             accepted = accepted and not overdriven
@@ -275,7 +277,7 @@ class Search:
     def _accepts(self, node: Node, child: Node, addition: str, gains: Gains, fitted: float) -> bool:
         """Return whether a model with an addition is better by more than chance, and by enough."""
         return self._waits(node, child, gains) or (
-            self._predicts(child, gains)
+            self._predicts(node, child, gains)
             and self._fits_better(node, child, fitted, gains.free.gain)
             and self._is_of_its_kind(node, addition, gains.free)
         )
@@ -352,10 +354,42 @@ class Search:
         better by far and the free run not worse.
         """
         gains = Gains.of(before.errors, after.errors)
-        return self._predicts(after, gains) or self._waits(before, after, gains)
+        return self._predicts(before, after, gains) or self._waits(before, after, gains)
 
-    def _predicts(self, after: Node, gains: Gains) -> bool:
-        return self.is_better(gains.free) and not self._spoils(after, gains)
+    def _predicts(self, before: Node, after: Node, gains: Gains) -> bool:
+        better = self.is_better(gains.free) or self._shows_itself(before, after, gains.free)
+        return better and not self._spoils(after, gains)
+
+    def _shows_itself(self, before: Node, after: Node, comparison: Comparison) -> bool:
+        """Return whether an effect more takes away much of the error, and has left its signature.
+
+        What acts but now and then, as a resonance that few steps excite, decides too few samples to be
+        significant by them alone. The signature is that of the residuals that are fitted, and the gain
+        that of others: Fisher's method makes one test of the two.
+        """
+        added = [*(after.effects - before.effects)]
+        if len(added) != 1 or added[0] not in EFFECTS:
+            return False
+        evidence = EVIDENCE[added[0]]
+        least, least_fitted = 2 * (SEARCH.indispensable,)
+        if evidence.occasional:
+            least, least_fitted = 0.0, SEARCH.least_share
+        if comparison.gain <= least or comparison.p_value > SEARCH.likely:
+            return False
+        if _share_of_error(before, after) < least_fitted:
+            return False
+        signature = evidence.signature(self.bench.clues(before.fit.model))
+        if signature is None:
+            return False
+        chances = np.maximum([comparison.p_value, signature.p_value], _TINY)
+        return bool(combine_pvalues(chances, method="fisher").pvalue <= level())
+
+    def _lacks_what_shows(self, node: Node, other: Node) -> bool:
+        """Return whether another model has an effect that shows itself in what this one leaves."""
+        if other.rms >= node.rms or len(other.effects) > len(node.effects) + 1:
+            return False
+        gains = Gains.of(node.errors, other.errors)
+        return self._shows_itself(node, other, gains.free) and not self._spoils(other, gains)
 
     def _spoils(self, after: Node, gains: Gains) -> bool:
         """Return whether the inverse gets worse by more than its answer to the reference's noise.
@@ -420,6 +454,7 @@ class Search:
         near = [n for n in nodes if n.rms <= (1.0 + SEARCH.equal) * best.rms]
         calmest = min(near, key=lambda n: _rms(n.errors.wide))
         alike = [n for n in nodes if not self._beats(best, n) and not self._beats(calmest, n)]
+        alike = [n for n in alike if not any(self._lacks_what_shows(n, other) for other in nodes)]
         alike = alike or [best]
         fewest = min((len(n.effects), len(n.added)) for n in alike)
         alike = [n for n in alike if (len(n.effects), len(n.added)) == fewest]
@@ -450,6 +485,12 @@ class Search:
 
     def _beats(self, one: Node, other: Node) -> bool:
         return one is not other and self._improves(other, one)
+
+
+def _share_of_error(before: Node, after: Node) -> float:
+    """Return the share of the error on the fitted records that a model takes away from another's."""
+    cost = max(before.fit.minimum.cost, _TINY)  # 0 of a record that is matched
+    return 1.0 - float(np.sqrt(after.fit.minimum.cost / cost))
 
 
 def overdriven_by(node: Node, child: Node, gain: float) -> tuple[str, ...]:

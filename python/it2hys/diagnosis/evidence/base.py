@@ -52,6 +52,8 @@ class EffectEvidence(ABC):
         Whether a controller's slow correction looks like it.
     by_its_signature : bool
         Whether it takes a part of any error, so that its signature always has to be there.
+    occasional : bool
+        Whether few moments of a record may show it, of which those that decide may have none.
     guessed_by_shape : bool
         Whether a guess does not say how strong the effect is, so that the size and sign of what it
         changes do not count when guesses are compared.
@@ -64,6 +66,7 @@ class EffectEvidence(ABC):
     of_any_loop: bool = False
     of_a_controller: bool = False
     by_its_signature: bool = False
+    occasional: bool = False
     guessed_by_shape: bool = False
 
     # --- what has to be there ----------------------------------------------------------------------

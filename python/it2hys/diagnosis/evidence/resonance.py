@@ -51,6 +51,7 @@ class ResonanceEvidence(StepEvidence):
     meaning = "the stage rings at its own frequency after a fast change"
     experiment = "small steps, or a small chirp through the band (a resonance rings at one frequency)"
 
+    occasional = True
     answer = Answer(
         _rung, tuple((f, d) for f in np.geomspace(0.015, 0.4, 24) for d in (0.02, 0.06, 0.15))
     )
