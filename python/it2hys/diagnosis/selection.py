@@ -388,6 +388,9 @@ class Search:
         """Return whether another model has an effect that shows itself in what this one leaves."""
         if other.rms >= node.rms or len(other.effects) > len(node.effects) + 1:
             return False
+        # before the bootstrap, which takes longest
+        if len(other.effects - node.effects) != 1 or _share_of_error(node, other) < SEARCH.least_share:
+            return False
         gains = Gains.of(node.errors, other.errors)
         return self._shows_itself(node, other, gains.free) and not self._spoils(other, gains)
 
