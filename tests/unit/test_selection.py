@@ -58,6 +58,9 @@ def test_a_resonance_with_as_good_an_inverse_stays_a_rival():
 # --- what few samples decide ----------------------------------------------------------------------
 
 
+SAME = (-0.01, 0.7)
+
+
 def shows(monkeypatch, effect, held_out, fitted, signature):
     """Return whether an effect shows itself that lowers the errors so far and has such a signature."""
     bench = SimpleNamespace(clues=lambda model: None)
@@ -72,21 +75,27 @@ def shows(monkeypatch, effect, held_out, fitted, signature):
     monkeypatch.setattr(
         EVIDENCE[effect], "signature", lambda clues: Signature(0.3, signature, "seen"), raising=False
     )
-    gain, p_value = held_out
-    return search._shows_itself(before, after, SimpleNamespace(gain=gain, p_value=p_value))
+    free, inverse = (SimpleNamespace(gain=gain, p_value=p) for gain, p in held_out)
+    return search._shows_itself(before, after, Gains(free, inverse, inverse))
 
 
 @pytest.mark.parametrize(
     ("effect", "held_out", "fitted", "signature", "shown"),
     [
-        ("resonance", (0.04, 0.01), 0.35, 1e-40, True),  # it rings in training records alone
-        ("resonance", (-0.04, 0.6), 0.35, 1e-40, False),
-        ("resonance", (0.04, 0.01), 0.1, 1e-40, False),
-        ("resonance", (0.04, 0.01), 0.35, 0.1, False),
-        ("play", (0.04, 0.01), 0.35, 1e-40, False),  # the voltage drives play everywhere
-        ("play", (0.6, 0.004), 0.7, 1e-5, True),
-        ("play", (0.6, 0.004), 0.7, 0.2, False),
-        ("play", (0.6, 0.2), 0.7, 1e-40, False),
+        # it rings in training records alone
+        ("resonance", [(0.04, 0.01), SAME], 0.35, 1e-40, True),
+        ("resonance", [(-0.04, 0.6), SAME], 0.35, 1e-40, False),
+        ("resonance", [(0.04, 0.01), SAME], 0.1, 1e-40, False),
+        ("resonance", [(0.04, 0.01), SAME], 0.35, 0.1, False),
+        # the others show nothing of it, but the inverse does
+        ("resonance", [(-0.01, 0.6), (0.3, 1e-3)], 0.35, 1e-40, True),
+        ("resonance", [(-0.2, 0.99), (0.3, 1e-3)], 0.35, 1e-40, False),
+        # the voltage drives play everywhere
+        ("play", [(0.04, 0.01), SAME], 0.35, 1e-40, False),
+        ("play", [(0.04, 0.01), (0.3, 1e-3)], 0.7, 1e-40, False),
+        ("play", [(0.6, 0.004), SAME], 0.7, 1e-5, True),
+        ("play", [(0.6, 0.004), SAME], 0.7, 0.2, False),
+        ("play", [(0.6, 0.2), SAME], 0.7, 1e-40, False),
     ],
 )
 def test_signature_and_gain_are_one_test(monkeypatch, effect, held_out, fitted, signature, shown):

@@ -157,11 +157,21 @@ def _why(effect: str, trial: Trial, verdict: Verdict, reason: str) -> str:
         f"{1e6 * c.after:.4g} µm ({change_in_percent(-c.gain)} %, p = {c.p_value:.2g})"
     )
     if effect in verdict.named:
-        return f"adding it {fall}"
+        return f"adding it {fall}{_besides(trial)}"
     if any(effect in group for group in verdict.groups):
         return f"adding it {fall}, but {reason}"
     base = " + ".join(["the model", *sorted(trial.base)])
     return f"added to {base} it {fall}{', but ' if trial.accepted else ': '}{reason}"
+
+
+def _besides(trial: Trial) -> str:
+    """Return what else speaks for an effect that held-out data alone do not decide; begins with "; "."""
+    if trial.comparison.p_value <= level():
+        return ""
+    if trial.band.gain > 0.0 and trial.band.p_value <= level():
+        change = change_in_percent(-trial.band.gain)
+        return f"; that of the inverse by {change} % (p = {trial.band.p_value:.2g})"
+    return "; it shows in the fitted records, and by its signature"
 
 
 def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:

@@ -357,42 +357,46 @@ class Search:
         return self._predicts(before, after, gains) or self._waits(before, after, gains)
 
     def _predicts(self, before: Node, after: Node, gains: Gains) -> bool:
-        better = self.is_better(gains.free) or self._shows_itself(before, after, gains.free)
+        better = self.is_better(gains.free) or self._shows_itself(before, after, gains)
         return better and not self._spoils(after, gains)
 
-    def _shows_itself(self, before: Node, after: Node, comparison: Comparison) -> bool:
+    def _shows_itself(self, before: Node, after: Node, gains: Gains) -> bool:
         """Return whether an effect more takes away much of the error, and has left its signature.
 
         What acts but now and then, as a resonance that few steps excite, decides too few samples to be
         significant by them alone. The signature is that of the residuals that are fitted, and the gain
-        that of others: Fisher's method makes one test of the two.
+        that of others: Fisher's method makes one test of the two. Where the others show nothing of it,
+        the inverse may tell: a core does the work of what is missing, and is the worse to invert.
         """
         added = [*(after.effects - before.effects)]
         if len(added) != 1 or added[0] not in EFFECTS:
             return False
         evidence = EVIDENCE[added[0]]
-        least, least_fitted = 2 * (SEARCH.indispensable,)
         if evidence.occasional:
-            least, least_fitted = 0.0, SEARCH.least_share
-        if comparison.gain <= least or comparison.p_value > SEARCH.likely:
-            return False
-        if _share_of_error(before, after) < least_fitted:
+            seen = max(gains.free, gains.band, key=lambda c: c.gain)
+            # of two tests the better one
+            enough = seen.gain > 0.0 and gains.free.gain > -SEARCH.least_gain
+            p_value, least_fitted = min(2.0 * seen.p_value, 1.0), SEARCH.least_share
+        else:
+            enough, p_value = gains.free.gain > SEARCH.indispensable, gains.free.p_value
+            least_fitted = SEARCH.indispensable
+        if not enough or p_value > SEARCH.likely or _share_of_error(before, after) < least_fitted:
             return False
         signature = evidence.signature(self.bench.clues(before.fit.model))
         if signature is None:
             return False
-        chances = np.maximum([comparison.p_value, signature.p_value], _TINY)
+        chances = np.maximum([p_value, signature.p_value], _TINY)
         return bool(combine_pvalues(chances, method="fisher").pvalue <= level())
 
     def _lacks_what_shows(self, node: Node, other: Node) -> bool:
         """Return whether another model has an effect that shows itself in what this one leaves."""
-        if other.rms >= node.rms or len(other.effects) > len(node.effects) + 1:
+        if len(other.effects) > len(node.effects) + 1 or len(other.effects - node.effects) != 1:
             return False
         # before the bootstrap, which takes longest
-        if len(other.effects - node.effects) != 1 or _share_of_error(node, other) < SEARCH.least_share:
+        if _share_of_error(node, other) < SEARCH.least_share:
             return False
         gains = Gains.of(node.errors, other.errors)
-        return self._shows_itself(node, other, gains.free) and not self._spoils(other, gains)
+        return self._shows_itself(node, other, gains) and not self._spoils(other, gains)
 
     def _spoils(self, after: Node, gains: Gains) -> bool:
         """Return whether the inverse gets worse by more than its answer to the reference's noise.
