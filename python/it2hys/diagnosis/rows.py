@@ -165,7 +165,7 @@ def _why(effect: str, trial: Trial, verdict: Verdict, reason: str) -> str:
 
 
 def _besides(trial: Trial) -> str:
-    """Return what else speaks for an effect that held-out data alone do not decide; begins with "; "."""
+    """Return what else speaks for an effect that held-out data alone do not decide."""
     if trial.comparison.p_value <= level():
         return ""
     if trial.band.gain > 0.0 and trial.band.p_value <= level():
