@@ -291,7 +291,7 @@ def question_of(
     report = read_json(
         source,
         ("noise_rms_um", "records", "indistinguishable", "parameters", "effects"),
-        "; give a report.json or a .ssv",
+        "",
         "; give the report.json that `it2hys diagnose` wrote, or a .ssv",
     )
     try:

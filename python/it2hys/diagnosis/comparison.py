@@ -38,6 +38,8 @@ class Comparison:
     @property
     def gain(self) -> float:
         """Share by which the root mean square error falls."""
+        if self.before == 0.0:  # an inverse that is held at one voltage, which was applied
+            return 0.0 if self.after == 0.0 else -np.inf
         return 1.0 - self.after / self.before
 
 
