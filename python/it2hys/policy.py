@@ -63,6 +63,12 @@ class Search:
         "share by which an addition may raise the inverse's error",
         _SUITE,
     )  # fmt: skip
+    beyond: float = _number(
+        0.05, "share of the voltage span",
+        "by how much an inverse that is compared may ask for more than the range of the records",
+        "chosen on a measured stage that rings, and on records of a stage that was driven before and of "
+        "a new one: 0.02 and 0.1 do as well, 0 and no limit do not",
+    )  # fmt: skip
     noisy: float = _number(
         2.0, "error by noise",
         "an inverse's error is no fault of the model up to this multiple of what the noise of its "

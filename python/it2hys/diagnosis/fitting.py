@@ -493,12 +493,14 @@ class Bench(Starts):
 
     @property
     def _ends(self) -> dict[str, float]:
-        """What limits the inverse: the range of the voltage, as when it is packaged.
+        """What limits the inverse: nearly the range of the voltage, as when it is packaged.
 
         Without, it would follow a ring that the model lacks to any voltage, and play would remember
-        voltages that nobody applies.
+        voltages that nobody applies. A little beyond, so that it counts if it asks for more than that.
         """
         low, high = self.extent.voltage
+        reserve = SEARCH.beyond * (high - low)
+        low, high = low - reserve, high + reserve
         return {**UNLIMITED, "voltageMin": low, "voltageMax": high}
 
     def noise_of_inverse(self, model: Model) -> float:
