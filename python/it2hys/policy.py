@@ -66,7 +66,7 @@ class Search:
     beyond: float = _number(
         0.05, "share of the voltage span",
         "by how much an inverse that is compared may ask for more than the range of the records",
-        "chosen on a measured stage that rings, and on records of a stage that was driven before and of "
+        "chosen on a measured stage that rings, and on records of a stage that was driven and of "
         "a new one: 0.02 and 0.1 do as well, 0 and no limit do not",
     )  # fmt: skip
     noisy: float = _number(
