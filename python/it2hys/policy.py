@@ -32,6 +32,11 @@ class Search:
         "probability that a search names anything by chance",
         "statistic: Bonferroni, in equal parts on the most comparisons that a search can make",
     )  # fmt: skip
+    together: float = _number(
+        0.01, "share of the budget",
+        "what more may be spent on tests of an effect's signature and its gain together",
+        _CONVENTION,
+    )  # fmt: skip
     least_gain: float = _number(
         0.05, "share of the error",
         "least share by which an addition has to lower the error",

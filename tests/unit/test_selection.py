@@ -5,10 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from it2hys.diagnosis.comparison import Comparison
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.base import Signature
 from it2hys.diagnosis.fitting import Errors
-from it2hys.diagnosis.selection import Gains, Node, Search, _follows_noise
+from it2hys.diagnosis.rows import _besides
+from it2hys.diagnosis.selection import Gains, Node, Search, Trial, _follows_noise
 
 GENERATOR = np.random.default_rng(8)
 
@@ -64,7 +66,7 @@ SAME = (-0.01, 0.7)
 def shows(monkeypatch, effect, held_out, fitted, signature):
     """Return whether an effect shows itself that lowers the errors so far and has such a signature."""
     bench = SimpleNamespace(clues=lambda model: None)
-    search = Search(bench, None, map, None)
+    search = Search(bench)
     before, after = (
         Node(frozenset(effects), SimpleNamespace(minimum=SimpleNamespace(cost=c), model=model), None)
         for effects, c, model in (
@@ -100,3 +102,23 @@ def shows(monkeypatch, effect, held_out, fitted, signature):
 )
 def test_signature_and_gain_are_one_test(monkeypatch, effect, held_out, fitted, signature, shown):
     assert shows(monkeypatch, effect, held_out, fitted, signature) == shown
+
+
+# --- what a row says of it ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("free_p", "wide", "fitted", "said"),
+    [
+        (1e-6, (-0.2, 1.0), 0.4, ""),
+        (0.3, (0.4, 1e-4), 0.03, "; that of the inverse by -40.0 % (p = 0.0001)"),  # a delay
+        (0.3, (0.0, 0.5), 0.03, ""),
+        (0.02, (0.0, 0.5), 0.4, "; it shows in the fitted records, and by its signature in what"),
+    ],
+)
+def test_a_row_says_what_decided_where_held_out_data_alone_did_not(free_p, wide, fitted, said):
+    same = Comparison(1.0, 1.0, 0.5, (-0.1, 0.1))
+    of_wide = Comparison(1.0, 1.0 - wide[0], wide[1], (wide[0] - 0.1, wide[0] + 0.1))
+    free = Comparison(1.0, 0.96, free_p, (0.01, 0.07))
+    text = _besides(Trial(frozenset(), "delay", free, same, of_wide, True, False, fitted))
+    assert text.startswith(said) and bool(text) == bool(said)

@@ -168,10 +168,13 @@ def _besides(trial: Trial) -> str:
     """Return what else speaks for an effect that held-out data alone do not decide."""
     if trial.comparison.p_value <= level():
         return ""
-    if trial.band.gain > 0.0 and trial.band.p_value <= level():
-        change = change_in_percent(-trial.band.gain)
-        return f"; that of the inverse by {change} % (p = {trial.band.p_value:.2g})"
-    return "; it shows in the fitted records, and by its signature"
+    for inverse in (trial.band, trial.wide):
+        if inverse.gain > 0.0 and inverse.p_value <= level():
+            change = change_in_percent(-inverse.gain)
+            return f"; that of the inverse by {change} % (p = {inverse.p_value:.2g})"
+    if trial.fitted < SEARCH.least_share:
+        return ""
+    return "; it shows in the fitted records, and by its signature in what other effects leave"
 
 
 def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:

@@ -386,7 +386,7 @@ class Search:
         if signature is None:
             return False
         chances = np.maximum([p_value, signature.p_value], _TINY)
-        return bool(combine_pvalues(chances, method="fisher").pvalue <= level())
+        return bool(combine_pvalues(chances, method="fisher").pvalue <= SEARCH.together * level())
 
     def _lacks_what_shows(self, node: Node, other: Node) -> bool:
         """Return whether another model has an effect that shows itself in what this one leaves."""

@@ -212,7 +212,7 @@ def read_report(path: Path) -> dict:
         path,
         ("title", "kind", "error", "names", "sections"),
         "; give the directory that was named by -o",
-        ": this is a report of an earlier version, or another file; make the report again from its "
+        "; this is a report of an earlier version, or another file: make the report again from its "
         "records",
     )
 

@@ -51,7 +51,7 @@ def read_json(path: Path, keys: Sequence[str], absent: str, other: str) -> dict:
     keys : sequence of str
         What it must have.
     absent, other : str
-        What there is to do where there is no such file, and where keys are missing.
+        What there is to do where there is no such file, and where it is another one.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def read_json(path: Path, keys: Sequence[str], absent: str, other: str) -> dict:
     except FileNotFoundError:
         raise InputError(f"{path}: no such file{absent}") from None
     except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read: {error}") from None
+        raise InputError(f"{path}: cannot be read: {error}{other}") from None
     if missing := [key for key in keys if not isinstance(found, dict) or key not in found]:
         raise InputError(f"{path}: {', '.join(missing)} missing{other}")
     return found
