@@ -37,6 +37,12 @@ class Search:
         "what more may be spent on tests of an effect's signature and its gain together",
         _CONVENTION,
     )  # fmt: skip
+    confirming: float = _number(
+        0.01, "probability",
+        "largest p-value of a gain that halves the free run's error, or of one where that of the inverse "
+        "is halved at half the level of a search: what a search spends grows by half at most",
+        "chosen on a measured record that turns twelve times (0.0006, where creep was missing)",
+    )  # fmt: skip
     least_gain: float = _number(
         0.05, "share of the error",
         "least share by which an addition has to lower the error",
@@ -284,6 +290,16 @@ class Physics:
     ring_share: float = _number(
         0.1, "share of the motion",
         "least mean amplitude of ringing after steps",
+    )  # fmt: skip
+    ring_most: float = _number(
+        0.5, "share of the motion",
+        "share of what follows steps from which on a ring is a test of its own",
+        "the larger part; on a measured record with one jump it was 0.55 to 0.75",
+    )  # fmt: skip
+    ring_damping: float = _number(
+        0.1, "1",
+        "damping of a ring up to which that is told from a single pulse",
+        "convention: three cycles that are seen; 0.02 to 0.03 on a measured record",
     )  # fmt: skip
     cycle_swing: float = _number(
         0.15, "share of the voltage span",

@@ -62,6 +62,22 @@ def test_waves_that_would_fall_beyond_the_readings_are_found(plain, empty):
     assert np.std(found.predict(trace, 0) - trace.y) < 1.05 * NOISE
 
 
+def test_a_part_of_a_sample_is_sought_from_the_end_that_a_fit_did_not_find(plain, empty):
+    """While something is missing, the wrong end may be the better one, and stays once it is there."""
+    values = {**plain.values, "slew.rate": 4000.0, "delay.time": 0.02 * TS}
+    slewed = replace(plain, values=values, effects=("slew",))
+    steps = np.repeat(np.random.default_rng(4).uniform(5.0, 95.0, SAMPLES // 20), 20)
+    driven = replace(empty, drive=replace(empty.drive, voltage=steps))
+    bench = bench_of(driven, slewed)
+    wrong = replace(slewed, values={**values, "delay.time": 0.99 * TS, "slew.rate": 3900.0})
+    fit = bench.fit(wrong, 60)
+    better = bench.resampled(fit)
+    assert fit.model.values["delay.time"] > 0.9 * TS
+    assert better.model.values["delay.time"] < 0.1 * TS
+    assert better.minimum.cost < fit.minimum.cost
+    assert bench.resampled(better).model.values["delay.time"] < 0.1 * TS
+
+
 def test_where_no_rules_are_found_those_of_the_model_stay(plain, empty, monkeypatch):
     """One effect too many that is tried must not end a diagnosis."""
 

@@ -6,6 +6,7 @@ from diagnosis import simulator as sim
 from diagnosis import voltages
 
 from it2hys.diagnosis.evidence import EVIDENCE
+from it2hys.diagnosis.evidence.resonance import _after_steps
 from it2hys.identification.explained import explained_by_model, explained_by_voltage
 from it2hys.identification.findings import sensor_step
 from it2hys.records import Record
@@ -112,3 +113,25 @@ def test_a_ring_after_steps_is_guessed_and_seen(seed, damping):
         for c in records
     ]
     assert EVIDENCE["resonance"].signature(Clues(clues.extent, quiet)).p_value > 1e-3
+
+
+def test_a_ring_after_the_only_step_is_seen_and_a_pulse_there_is_none():
+    """A single event decides nothing where errors are counted by blocks."""
+    rng = np.random.default_rng(7)
+    voltage = np.where(TIME < 0.05, 0.0, 50.0 + 40.0 * np.sin(2 * np.pi * 5.0 * (TIME - 0.05)))
+    first = int(np.argmax(voltage > 0.0))
+    after = np.arange(SAMPLES - first)
+    ring = np.exp(-0.03 * after) * np.cos(1.1 * after)
+    pulse = np.exp(-0.7 * after)
+    # what else is left changes slowly
+    rest = 0.02 * np.convolve(rng.standard_normal(SAMPLES + 99), np.ones(100) / 10.0, "valid")
+    chances = []
+    for shape in (ring, pulse):
+        left = rest + 0.006 * rng.standard_normal(SAMPLES)
+        left[first:] += shape
+        record = Clue(
+            voltage, 0.0 * voltage, np.full(SAMPLES, 293.15), 1e-7 * voltage, 1e-6 * left, ALL
+        )
+        clues = Clues(Extent(TS, SAMPLES * TS, (0.0, 105.0), (0.0, 16e-6)), [record])
+        chances.append(min((chance for _, _, chance in _after_steps(clues)), default=1.0))
+    assert chances == [pytest.approx(0.0, abs=1e-12), 1.0]

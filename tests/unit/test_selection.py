@@ -92,6 +92,8 @@ def shows(monkeypatch, effect, held_out, fitted, signature):
         # the others show nothing of it, but the inverse does
         ("resonance", [(-0.01, 0.6), (0.3, 1e-3)], 0.35, 1e-40, True),
         ("resonance", [(-0.2, 0.99), (0.3, 1e-3)], 0.35, 1e-40, False),
+        # worse there by what may be chance
+        ("resonance", [(-0.14, 0.85), (0.5, 1e-4)], 0.35, 1e-40, True),
         # the voltage drives play everywhere
         ("play", [(0.04, 0.01), SAME], 0.35, 1e-40, False),
         ("play", [(0.04, 0.01), (0.3, 1e-3)], 0.7, 1e-40, False),
@@ -102,6 +104,33 @@ def shows(monkeypatch, effect, held_out, fitted, signature):
 )
 def test_signature_and_gain_are_one_test(monkeypatch, effect, held_out, fitted, signature, shown):
     assert shows(monkeypatch, effect, held_out, fitted, signature) == shown
+
+
+@pytest.mark.parametrize(
+    ("free", "inverse", "better"),
+    [
+        # few stretches are independent: creep on a record that turns twelve times
+        ((0.2, 6e-4), (0.7, 1e-4), True),
+        ((0.2, 6e-4), (0.3, 1e-4), False),
+        ((0.2, 6e-4), (0.7, 3e-3), False),
+        ((0.2, 0.03), (0.7, 1e-4), False),
+        ((0.02, 1e-6), (0.7, 1e-4), False),
+    ],
+)
+def test_an_inverse_that_is_better_confirms_a_free_run_that_most_likely_is(free, inverse, better):
+    search = Search(SimpleNamespace(floor=0.1))
+    free, inverse = (Comparison(1.0, 1.0 - g, p, (g - 0.1, g + 0.1)) for g, p in (free, inverse))
+    assert search._both_gain(Gains(free, inverse, inverse)) == better
+
+
+@pytest.mark.parametrize(
+    ("gain", "p_value", "better"),
+    [(0.3, 1e-4, True), (0.3, 2e-3, False), (0.6, 2e-3, True), (0.6, 0.02, False)],
+)
+def test_what_halves_the_error_needs_less_certainty(gain, p_value, better):
+    search = Search(SimpleNamespace(floor=0.1))
+    comparison = Comparison(1.0, 1.0 - gain, p_value, (gain - 0.1, gain + 0.1))
+    assert search.is_better(comparison) == better
 
 
 # --- what a row says of it ------------------------------------------------------------------------

@@ -17,7 +17,8 @@ def prepared(voltage, skip=0, added=0.0, noise=NOISE):
 
 
 def sine(count):
-    return 50.0 - 50.0 * np.cos(2 * np.pi * 20e-4 * np.arange(count))
+    """Return a sine that grows: it never does again what it has done."""
+    return 50.0 - np.linspace(30.0, 50.0, count) * np.cos(2 * np.pi * 20e-4 * np.arange(count))
 
 
 def stairs(count, steps=24):
@@ -49,7 +50,8 @@ def test_windows_of_a_long_record_do_not_overlap_and_begin_with_it(draw, fewest,
 @pytest.mark.parametrize("period", [60, 500, 2500, 10_000])
 def test_windows_have_as_many_turning_points_as_a_search_needs(period):
     """Where they are few in a record, windows are longer: memory shows where the voltage turns."""
-    voltage = 50.0 - 50.0 * np.cos(2 * np.pi * np.arange(50_000) / period)
+    growing = np.linspace(30.0, 50.0, 50_000)
+    voltage = 50.0 - growing * np.cos(2 * np.pi * np.arange(50_000) / period)
     windows = windows_of([prepared(voltage)])
     turns = sum(len(w) for w in windows) * 2 / period
     assert turns >= 40 or sum(map(len, windows)) == 50_000
@@ -67,6 +69,40 @@ def test_what_is_left_out_as_a_start_up_is_in_no_window():
     windows = windows_of([prepared(sine(200_000), skip=70_000)])
     assert windows[0].first == 70_000
     assert all(w.prepared.skip == 0 for w in windows)
+
+
+def begun_late(count, period):
+    """Return a voltage that waits, jumps, and goes to and fro."""
+    waiting = np.zeros(count // 3)
+    swing = 50.0 - 40.0 * np.cos(2 * np.pi * np.arange(count - len(waiting)) / period)
+    return np.concatenate([waiting, swing])
+
+
+def test_a_stage_that_waits_and_repeats_is_searched_where_it_does_what_it_has_not_done():
+    """What it does again tells nothing more."""
+    noise = 1e-9 * np.random.default_rng(2).standard_normal(60_000)
+    (window,) = windows_of([prepared(begun_late(60_000, 5000), added=noise)])
+    jump = 20_000
+    assert jump - 3000 < window.first < jump - 500
+    # the first period, which others repeat, and one that repeats it
+    assert jump + 2 * 5000 <= window.first + len(window) < jump + 2.2 * 5000
+    record = prepared(begun_late(60_000, 5000), added=noise)
+    text = searched_text([window], [Window(0, 0, record)])
+    assert text.startswith(f"Effects were sought on a part of the training records, {len(window)} of")
+
+
+@pytest.mark.parametrize("added", ["creep from the beginning", "creep", "drift of a part of the noise"])
+def test_what_creeps_or_drifts_is_searched_to_its_end(added):
+    time = np.arange(60_000)
+    left = {
+        "creep from the beginning": 1e-7 * np.log1p(time / 5000),
+        "creep": 1e-7 * np.log1p(np.maximum(time - 20_000, 0) / 5000),
+        # from one period to the next
+        "drift of a part of the noise": 5e-9 * time / 60_000,
+    }
+    noise = 1e-9 * np.random.default_rng(2).standard_normal(60_000)
+    windows = windows_of([prepared(begun_late(60_000, 5000), added=left[added] + noise)])
+    assert windows[0].first == 0 and windows[-1].first + len(windows[-1]) == 60_000
 
 
 def test_every_record_has_a_window():

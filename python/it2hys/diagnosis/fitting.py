@@ -233,6 +233,20 @@ class Bench(Starts):
         criterion = self.criterion(model).guarded(1.0)
         return minimise(criterion, iterations, criterion.rough_tolerance)
 
+    def resampled(self, fit: ChainFit) -> ChainFit:
+        """Return the fit, or a better one from the other end of the part of a sample beside an effect.
+
+        The end at which that was found may be that of a model that lacked something, or had too much.
+        """
+        model = fit.model
+        names = {sampling_delay(model, e) for e in model.effects if EFFECTS[e].sampled}
+        for name in sorted(filter(None, names)):
+            share = model.values[name] / model.values["sampleTime"]
+            farther = max(_SHIFTS, key=lambda end, share=share: abs(end - share))
+            other = self._rough_fit(_shifted(model, name, farther), _SETTLING)
+            fit = min(fit, other, key=lambda f: f.minimum.cost)
+        return fit
+
     def add(self, model: Model, effect: str) -> ChainFit | None:
         """Fit a model with one effect more, from the best of the guesses of it.
 

@@ -258,7 +258,8 @@ class Search:
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
             fitted = _share_of_error(node, child)
             accepted = not sampling and self._accepts(node, child, addition, gains, fitted)
-            overdriven = overdriven_by(node, child, gains.free.gain) if accepted else ()
+            gain = max(gains.free.gain, gains.band.gain)
+            overdriven = overdriven_by(node, child, gain) if accepted else ()
             accepted = accepted and not overdriven
             trial = Trial(
                 node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted,
@@ -360,8 +361,18 @@ class Search:
         better = self.is_better(gains.free) or self._shows_itself(before, after, gains)
         return better and not self._spoils(after, gains)
 
+    def _both_gain(self, gains: Gains) -> bool:
+        """Return whether the inverse gets better by far, and the free run most likely.
+
+        Where a record turns but a few times, few stretches of it are independent.
+        """
+        halves = gains.band.gain > SEARCH.indispensable and gains.band.p_value <= 0.5 * level()
+        return halves and self.is_better(gains.free, SEARCH.confirming)
+
     def _shows_itself(self, before: Node, after: Node, gains: Gains) -> bool:
         """Return whether an effect more takes away much of the error, and has left its signature.
+
+        Or whether the pair gets better by it, see `_both_gain`.
 
         What acts but now and then, as a resonance that few steps excite, decides too few samples to be
         significant by them alone. The signature is that of the residuals that are fitted, and the gain
@@ -371,11 +382,14 @@ class Search:
         added = [*(after.effects - before.effects)]
         if len(added) != 1 or added[0] not in EFFECTS:
             return False
+        if self._both_gain(gains):
+            return True
         evidence = EVIDENCE[added[0]]
         if evidence.occasional:
             seen = max(gains.free, gains.band, key=lambda c: c.gain)
-            # of two tests the better one
-            enough = seen.gain > 0.0 and gains.free.gain > -SEARCH.least_gain
+            # of two tests the better one; the other is no worse, but for chance
+            is_as_good = gains.free.gain > -SEARCH.least_gain
+            enough = seen.gain > 0.0 and (is_as_good or gains.free.p_value < 1.0 - SEARCH.likely)
             p_value, least_fitted = min(2.0 * seen.p_value, 1.0), SEARCH.least_share
         else:
             enough, p_value = gains.free.gain > SEARCH.indispensable, gains.free.p_value
@@ -393,7 +407,8 @@ class Search:
         if len(other.effects) > len(node.effects) + 1 or len(other.effects - node.effects) != 1:
             return False
         # before the bootstrap, which takes longest
-        if _share_of_error(node, other) < SEARCH.least_share:
+        left = _rms(other.errors.band) / max(_rms(node.errors.band), _TINY)
+        if _share_of_error(node, other) < SEARCH.least_share and left > 1.0 - SEARCH.indispensable:
             return False
         gains = Gains.of(node.errors, other.errors)
         return self._shows_itself(node, other, gains) and not self._spoils(other, gains)
@@ -411,9 +426,14 @@ class Search:
     def _waits(before: Node, after: Node, gains: Gains) -> bool:
         return WAITING in after.effects - before.effects and gains.calms
 
-    def is_better(self, comparison: Comparison) -> bool:
-        """Return whether a gain is more than chance, and enough to speak of."""
-        if comparison.gain < SEARCH.least_gain or comparison.p_value > level():
+    def is_better(self, comparison: Comparison, chance: float = 0.0) -> bool:
+        """Return whether a gain is more than chance (by default at a search's level), and enough.
+
+        Chance does not take away the larger part of an error, however few stretches are independent.
+        """
+        halves = comparison.gain > SEARCH.indispensable
+        chance = chance or (SEARCH.confirming if halves else level())
+        if comparison.gain < SEARCH.least_gain or comparison.p_value > chance:
             return False
         return comparison.gain > SEARCH.clear_gain or self._share(comparison) > SEARCH.least_share
 
@@ -578,7 +598,7 @@ def _finished(
 ) -> tuple[Node, Gains]:
     """Return the model with an addition, fitted to the end if it ranks high, and what it gains."""
     if rank < FINALISTS:
-        fit = bench.finish(fit.model, FINISHING)
+        fit = bench.resampled(bench.finish(fit.model, FINISHING))
     node = _node(bench, base | {addition}, fit)
     return node, Gains.of(before, node.errors)
 
@@ -689,4 +709,4 @@ def _without(bench: Bench, node: Node, *effects: str) -> Node:
     model = replace(node.fit.model, contraction=CORE.contraction)
     for effect in effects:
         model = without_effect(model, effect)
-    return _node(bench, node.added - {*effects}, bench.fit(model, FINISHING))
+    return _node(bench, node.added - {*effects}, bench.resampled(bench.fit(model, FINISHING)))

@@ -7,10 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import uniform_filter1d
 from scipy.signal import periodogram
 
 from it2hys.identification.coverage import turns_of
+from it2hys.identification.noise import find_period
 from it2hys.identification.preparation import Prepared
+from it2hys.policy import STARTS
 
 #: Training samples that are searched whole: a fit takes as much time as it has samples, and a search
 #: makes hundreds of them. Windows cost the search what was before each of them.
@@ -29,6 +32,12 @@ _TOLD = 8.0
 _LINE = 40.0
 #: Share of the rate of samples above which a spline through them has no more of their noise.
 _ABOVE = 0.7
+#: Multiple of the noise up to which a stage that waits has not moved, or a period is that before.
+_SAME = 1.5
+#: Samples of a wait that stay, as a share of those behind it: a few more than the lead-in.
+_LEAD = 1.2 * STARTS.lead / (1.0 - STARTS.lead)
+#: Share of the voltage's span up to which it is the same.
+_SAME_VOLTAGE = 0.01
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
@@ -117,20 +126,75 @@ def windows_of(prepared: Sequence[Prepared], step: int = 1) -> list[Window]:
         In the order of the records, at least one of each, none that overlap.
     """
     prepared = [every(p, step) for p in prepared]
+    if sum(len(p.record) for p in prepared) <= _WHOLE:
+        return [Window(i, 0, p, step) for i, p in enumerate(prepared)]
+    begins, prepared = _with_what_is_new(prepared)
     total = sum(len(p.record) for p in prepared)
     searched = _searched(prepared, total)
     if total <= max(_WHOLE, searched):
-        return [Window(i, 0, p, step) for i, p in enumerate(prepared)]
+        return [Window(i, step * begins[i], p, step) for i, p in enumerate(prepared)]
     windows = []
     for i, p in enumerate(prepared):
         share = len(p.record) / total
         count = max(1, round(_WINDOWS * share))
         length = min(len(p.record), max(_SHORTEST, int(searched * share / count)))
         windows += [
-            Window(i, step * first, _part(p, first, length), step)
+            Window(i, step * (begins[i] + first), _part(p, first, first + length), step)
             for first in _firsts(p, count, length)
         ]
     return windows
+
+
+def _with_what_is_new(prepared: Sequence[Prepared]) -> tuple[list[int], list[Prepared]]:
+    """Return records without what they wait at first and repeat in the end, and where they begin.
+
+    Where that is less than half of them, they stay as they are.
+    """
+    ends = [_repeats_from(p) for p in prepared]
+    begins = [_waits(p, end) for p, end in zip(prepared, ends, strict=True)]
+    if 2 * (sum(ends) - sum(begins)) > sum(len(p.record) for p in prepared):
+        return [0] * len(prepared), list(prepared)
+    return begins, [_part(p, *places) for p, *places in zip(prepared, begins, ends, strict=True)]
+
+
+def _waits(prepared: Prepared, end: int) -> int:
+    """Return how many samples a record may begin later, because nothing happens until then.
+
+    As much of that stays as its lead-in takes: what comes first is not to lie in it.
+    """
+    record, noise = prepared.record, prepared.noise.rms
+    apart = np.abs(record.voltage - record.voltage[0])
+    holds = int(np.argmax(apart > _SAME_VOLTAGE * np.ptp(record.voltage)))
+    blocks = holds // _SHORTEST
+    means = record.displacement[: blocks * _SHORTEST].reshape(blocks, _SHORTEST).mean(axis=1)
+    if blocks == 0 or np.ptp(means) > _SAME * noise:
+        return 0
+    return max(0, holds - max(_SHORTEST, int(_LEAD * (end - holds))))
+
+
+def _repeats_from(prepared: Prepared) -> int:
+    """Return from which sample on a record does what it has done; its length where it does not.
+
+    What it does in the end it has then done for two periods at least. What creeps or drifts by more
+    than noise is another thing.
+    """
+    record, noise = prepared.record, prepared.noise.rms
+    count = len(record)
+    period = find_period(record.voltage[count // 2 :])
+    if period is None:
+        return count
+    # the place in the last period at which the voltage is the same
+    last = count - period + (np.arange(count) - count) % period
+    apart = np.abs(record.voltage - record.voltage[last])
+    moved = record.displacement - record.displacement[last]
+    length = max(1, period // 10)
+    mean, square = (uniform_filter1d(c, length, mode="nearest") for c in (moved, moved**2))
+    # both have noise
+    is_other = (np.abs(mean) > _SAME * noise) | (square > 2.0 * (_SAME * noise) ** 2)
+    is_other |= apart > _SAME_VOLTAGE * np.ptp(record.voltage)
+    others = np.flatnonzero(is_other)
+    begin = int(others[-1]) + 1 if len(others) else 0
+    return min(count, max(begin + 2 * period, _FEWEST))
 
 
 def _searched(prepared: Sequence[Prepared], total: int) -> int:
@@ -161,8 +225,8 @@ def _firsts(prepared: Prepared, count: int, length: int) -> list[int]:
     return firsts
 
 
-def _part(prepared: Prepared, first: int, length: int) -> Prepared:
-    record = prepared.record.slice(first, first + length)
+def _part(prepared: Prepared, first: int, end: int) -> Prepared:
+    record = prepared.record.slice(first, end)
     return replace(prepared, record=record, skip=max(0, prepared.skip - first))
 
 
@@ -173,10 +237,8 @@ def searched_text(windows: Sequence[Window], whole: Sequence[Window]) -> str:
         return ""
     step = windows[0].step
     is_cut = any(step * len(w) < len(whole[w.record]) for w in windows)
-    parts = [
-        *([f"one sample in {step}"] if step > 1 else []),
-        *([f"{len(windows)} windows"] if is_cut else []),
-    ]
+    part = "a part" if len(windows) == len(whole) else f"{len(windows)} windows"
+    parts = [*([f"one sample in {step}"] if step > 1 else []), *([part] if is_cut else [])]
     return (
         f"Effects were sought on {' in '.join(parts)} of the training records, {used} of their "
         f"{samples} samples; the final fit and all errors are those of the whole records."

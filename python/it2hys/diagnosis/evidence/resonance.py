@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from scipy.signal import find_peaks, lfilter, lfilter_zi
+from scipy.stats import f as f_distribution
 
 from it2hys.diagnosis.evidence.base import Signature
 from it2hys.diagnosis.evidence.statistics import (
@@ -38,6 +39,9 @@ _LONGEST, _SHORTEST = 400, 40
 #: line of the spectrum to either side), and dampings.
 _PEAKS, _NEAR, _DAMPINGS = 2, 21, np.geomspace(0.003, 0.3, 13)
 
+#: Of a ring: frequency, damping, amplitude and phase.
+_PARAMETERS = 4
+
 
 def _rung(ring: tuple[float, float]) -> Stage:
     """Return a resonance, by cycles per tick and damping, of responses."""
@@ -65,7 +69,7 @@ class ResonanceEvidence(StepEvidence):
         spread = np.geomspace(0.01, 0.9, 40) * nyquist
         frequencies = [*spread, *frequency[highest]]
         grid = [(f, d) for f in frequencies if f > 2e-3 * nyquist for d in (0.02, 0.1, 0.5)]
-        rings = [*grid, *_after_steps(clues)]
+        rings = [*grid, *((f, d) for f, d, _ in _after_steps(clues))]
         return [{"resonance.frequency": f, "resonance.damping": d} for f, d in rings]
 
     def is_within_a_sample(self, values: Mapping) -> bool:
@@ -85,7 +89,8 @@ class ResonanceEvidence(StepEvidence):
         model's reading, once the model's own means are taken out; errors are spectral and by blocks
         (HAC), the p-value is corrected for the number of frequencies and dampings, those of the rings
         that were sought after steps among them. The statistic is the share of the residual's power that
-        the best explains.
+        the best explains. What rings after a few steps alone is a few events to such errors: where most
+        of what follows steps is one ring, that is a test of its own.
         """
         seen = readable(clues)
         if seen is None:
@@ -94,7 +99,7 @@ class ResonanceEvidence(StepEvidence):
         # the less damped, the narrower
         rings = _after_steps(seen)
         tried = [(f, d) for d, n in _GRID.items() for f in np.geomspace(0.03, 0.9, n) * nyquist]
-        tried += rings
+        tried += [(f, d) for f, d, _ in rings]
         bank = [lambda c, p=p: _ringing(modelled(c), *p, clues.extent.sample_time) for p in tried]
         chosen, trial = Ground(seen, [absorbed(seen)]).best(bank, positive=True)
         frequency, damping = tried[chosen]
@@ -108,11 +113,13 @@ class ResonanceEvidence(StepEvidence):
         )
         # the rings were chosen among many more than are in the bank
         choices = 1.0 + len(rings) * _NEAR * len(_DAMPINGS) / len(tried)
-        return Signature(trial.share, min(1.0, choices * trial.p_value), text)
+        # of two tests the better one
+        p_value = 2.0 * min([choices * trial.p_value, *(chance for _, _, chance in rings)])
+        return Signature(trial.share, min(1.0, p_value), text)
 
 
-def _after_steps(clues: Clues) -> list[tuple[float, float]]:
-    """Return frequency, Hz, and damping of what rings in the residual after steps of the voltage."""
+def _after_steps(clues: Clues) -> list[tuple[float, float, float]]:
+    """Return frequency, Hz, damping and p-value of what rings in the residual after steps."""
     mean = _mean_after_steps(clues)
     if mean is None:
         return []
@@ -123,7 +130,21 @@ def _after_steps(clues: Clues) -> list[tuple[float, float]]:
     highest = peaks[np.argsort(power[peaks])[::-1][:_PEAKS]]
     found = [_refined(mean, lines[peak]) for peak in highest]
     sample_time = clues.extent.sample_time
-    return [(f / sample_time, d) for f, d, share in found if share > PHYSICS.ring_share]
+    return [
+        (f / sample_time, d, _by_chance(d, share, len(mean)))
+        for f, d, share in found
+        if share > PHYSICS.ring_share
+    ]
+
+
+def _by_chance(damping: float, share: float, count: int) -> float:
+    """Return the p-value (F-test) of a ring that is most of what follows steps, for some cycles."""
+    if damping > PHYSICS.ring_damping or share < PHYSICS.ring_most:
+        return 1.0
+    free = count - _PARAMETERS
+    ratio = share / _PARAMETERS / max((1.0 - share) / free, np.finfo(float).tiny)
+    tried = _PEAKS * _NEAR * len(_DAMPINGS)
+    return min(1.0, tried * float(f_distribution.sf(ratio, _PARAMETERS, free)))
 
 
 def _mean_after_steps(clues: Clues) -> np.ndarray | None:
