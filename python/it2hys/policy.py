@@ -39,8 +39,8 @@ class Search:
     )  # fmt: skip
     confirming: float = _number(
         0.01, "probability",
-        "largest p-value of a gain that halves the free run's error, or of one where that of the inverse "
-        "is halved at half the level of a search: what a search spends grows by half at most",
+        "largest p-value of a gain that halves the free run's error, or of one where the inverse's is "
+        "halved at half the level of a search: what a search spends grows by half at most",
         "chosen on a measured record that turns twelve times (0.0006, where creep was missing)",
     )  # fmt: skip
     least_gain: float = _number(

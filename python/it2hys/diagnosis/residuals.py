@@ -202,22 +202,16 @@ def _jumps(residual: np.ndarray, voltage: np.ndarray, noise: float) -> int:
     return int(np.count_nonzero(np.diff(np.flatnonzero(jumped), prepend=-9) > 1))
 
 
-def ljung_box(x: np.ndarray, lags: int = _LJUNG_BOX_LAGS) -> float:
-    """Return the p-value of the Ljung-Box test: that a series is white.
-
-    Parameters
-    ----------
-    x : ndarray, shape (N,)
-    lags : int
-        Autocorrelations that are tested together.
-    """
+def ljung_box(x: np.ndarray) -> float:
+    """Return the p-value of the Ljung-Box test, that a series, (N,), is white."""
+    lags = np.arange(1, _LJUNG_BOX_LAGS + 1)
     x, count = x - np.mean(x), len(x)
     power = float(x @ x)
     if power == 0.0:
         return 1.0
-    correlations = np.array([x[k:] @ x[:-k] for k in range(1, lags + 1)]) / power
-    statistic = count * (count + 2) * np.sum(correlations**2 / (count - np.arange(1, lags + 1)))
-    return float(stats.chi2.sf(statistic, lags))
+    correlations = np.array([x[k:] @ x[:-k] for k in lags]) / power
+    statistic = count * (count + 2) * np.sum(correlations**2 / (count - lags))
+    return float(stats.chi2.sf(statistic, _LJUNG_BOX_LAGS))
 
 
 def short_pole(x: np.ndarray) -> float:
