@@ -39,10 +39,10 @@ class Search:
     )  # fmt: skip
     confirming: float = _number(
         0.01, "probability",
-        "largest p-value of a gain that halves the free run's error, or of one where the inverse's is "
-        "halved at half the level of a search",
+        "largest p-value of a gain that halves an error, and of the free run's where the inverse's is "
+        "halved",
         "chosen on a measured record that turns twelve times (0.0006, where creep was missing); two "
-        "independent errors of 20 to 200 correlation times passed as halved in 3 of 23,320 draws",
+        "independent errors of 10 to 50 correlation times passed as halved in 2 of 10,500 draws",
     )  # fmt: skip
     least_gain: float = _number(
         0.05, "share of the error",
@@ -149,7 +149,7 @@ class Search:
     )  # fmt: skip
     block: float = _number(
         4.0, "correlation times",
-        "length of a block of the bootstrap",
+        "length of a block by which errors are compared",
         "statistic: blocks have to be a few correlation times long to count as independent "
         "(`tests/unit/test_comparison.py` shows the calibration)",
     )  # fmt: skip
@@ -360,6 +360,12 @@ class Starts:
         0.1, "samples off by the noise",
         "cost of a start that is one unit off its guess",
         "small enough to matter only where the lead-in does not determine the start",
+    )  # fmt: skip
+    rested: float = _number(
+        0.01, "probability",
+        "p-value above which records count as begun after long rest, and not as fitted one by one",
+        "statistic: ratio of likelihoods; on seeds 90000 records begun at rest had 0.1 and more but "
+        "once (0.0009)",
     )  # fmt: skip
     near: float = _number(
         0.1, "share of the travel",

@@ -29,9 +29,10 @@ PLAY = {
 LOOPS = ((5.0, 95.0), (44.0, 50.0), (44.0, 50.0))
 
 
-def measured(model: Model, number: int) -> Trace:
+def measured(model: Model, number: int, voltage: np.ndarray | None = None) -> Trace:
     """Return a record of a stage, with noise."""
-    voltage, used = signals(SAMPLES, *LOOPS[number]), np.ones(SAMPLES, dtype=bool)
+    voltage = signals(SAMPLES, *LOOPS[number]) if voltage is None else voltage
+    used = np.ones(SAMPLES, dtype=bool)
     drive = compiled.Drive.of(voltage, *surroundings(SAMPLES))
     references = References(voltage, used, NOISE, TS)
     empty = Trace(
@@ -130,11 +131,49 @@ def test_creep_that_has_forgotten_in_part_what_was_before_is_begun_with():
         assert judged.e_rms < 1.3 * 5e-4 * np.ptp(record.displacement)  # up to 2.8 without its age
 
 
-def creeping(before: float, seed: int) -> Record:
-    """Return a record of a stage that creeps; until shortly before it stood at a voltage for long."""
+def test_what_the_first_model_made_up_for_by_record_is_left_to_the_effect():
+    """A stage at rest at several voltages: constants of records look like creep that they lack."""
+    records = [creeping(None, seed, phase) for seed, phase in enumerate((0.0, 1.5, 3.0, 0.7, 2.2))]
+    others = [e for e in EFFECTS if e != "creep"]
+    found = diagnose(records[:3], [], records[3:], declared=["creep"], excluded=others)
+    assert found.parameters["initialCreep"] == 0.0
+    for record, judged in zip(records, found.records, strict=True):
+        assert judged.offset == 0.0  # up to 28 times the noise before
+        assert judged.cold_start < 1.3 * 5e-4 * np.ptp(record.displacement)
+
+
+def test_a_lead_in_lasts_until_the_voltage_moves():
+    """While it is held, creep and what play remembers look alike, and a model's error like both."""
+    own = {name: np.zeros(1) for name in ("initialDemagnetisation", "initialExcursion")}
+    own |= {"initialDisplacement": np.array([5.0]) * UM}
+    model = Model({**table_1(), **PLAY}, ("play",), np.zeros(1), own)
+    voltage = signals(SAMPLES, *LOOPS[0])
+    held = np.concatenate([np.full(400, voltage[0]), voltage[:-400]])
+    trace = measured(model, 0, held)
+    bench = Bench([trace], Scaling(8 * UM, 8 * UM, 50.0, 50.0), EXTENT, [trace], parts=True)
+    assert bench.with_lead_in(model, trace).lead > 400
+
+
+def test_what_is_missed_in_the_lead_ins_is_not_expected_behind_them():
+    model = Model(table_1(), (), np.zeros(1), {"initialDisplacement": np.array([5.0]) * UM})
+    trace = measured(model, 0)
+    unlike = trace.y.copy()
+    unlike[: trace.lead] += 1.0 * UM
+    trace = replace(trace, y=unlike)
+    bench = Bench([trace], Scaling(8 * UM, 8 * UM, 50.0, 50.0), EXTENT, [trace], parts=True)
+    assert bench._misfit(model).power < 0.2 * NOISE**2
+
+
+def creeping(before: float | None, seed: int, phase: float = 0.0) -> Record:
+    """Return a record of a stage that creeps.
+
+    Until shortly before it stood for long at a voltage, or at its first one.
+    """
     rate, times = 500.0, np.geomspace(0.02, 30.0, 14)
     t = np.arange(2000) / rate
-    voltage = 40.0 - 20.0 * np.cos(2.2 * np.pi * t) - 10.0 * np.cos(7.4 * np.pi * t + 0.3 * seed)
+    slow = 20.0 * np.cos(2.2 * np.pi * t + phase)
+    voltage = 40.0 - slow - 10.0 * np.cos(7.4 * np.pi * t + 0.3 * seed)
+    before = voltage[0] if before is None else before
     driven = np.concatenate([np.full(100, voltage[0]), voltage])
     gains, states = np.full(14, 0.12 / 14), np.full(14, before)
     core, displacement = voltage[0], np.empty(len(driven))
@@ -144,4 +183,4 @@ def creeping(before: float, seed: int) -> Record:
         displacement[k] = 0.15e-6 * (core + gains @ states)
     displacement = displacement[100:]
     noise = 5e-4 * np.ptp(displacement) * np.random.default_rng(seed).standard_normal(len(t))
-    return Record(f"before {before:g} V", t, voltage, displacement + noise, t[1])
+    return Record(f"{seed}, before {before:g} V", t, voltage, displacement + noise, t[1])

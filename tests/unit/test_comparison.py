@@ -1,4 +1,4 @@
-"""The block bootstrap: calibrated where two models are equally good, sharp where one is better."""
+"""Two models are compared by blocks: calibrated where both are as good, sharp where one is better."""
 
 import numpy as np
 import pytest
@@ -35,6 +35,29 @@ def test_p_values_of_equally_good_models_are_about_uniform(equally_good):
     # Kolmogorov's band at 1 in 1000: 1.95 / sqrt(n), of a test that does not reject too readily
     assert distance < 1.95 / np.sqrt(DRAWS)
     assert np.mean(p < 0.05) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / DRAWS)
+
+
+@pytest.mark.parametrize("times", [10, 20, 40])
+def test_few_stretches_are_not_sure_of_a_gain(times):
+    """A share of 0.01 to 0.03 of these would pass by a bootstrap, whose level holds for many blocks."""
+    rng = np.random.default_rng(times)
+    samples = 40 * times
+    sure = 0
+    for seed in range(400):
+        white = rng.standard_normal((2, 1, samples + 200))
+        before, after = lfilter([1.0], [1.0, -0.95], white)[..., 200:]
+        sure += compare([*before], [*after], seed).p_value < 5e-4
+    assert sure <= 3
+
+
+def test_few_blocks_that_all_get_better_alike_make_a_gain_sure():
+    """Of eight, signs alone would say so once in 256 times."""
+    rng = np.random.default_rng(8)
+    slow = rng.standard_normal(10).repeat(150)
+    sure = compare([slow], [0.9 * slow])
+    assert sure.p_value == 1e-4 and sure.interval[0] > 0.0
+    one = np.where(np.arange(1500) < 150, 0.3, 1.0) * slow
+    assert compare([slow], [one]).p_value > 0.01
 
 
 def test_intervals_cover_no_gain_as_often_as_they_say(equally_good):

@@ -309,9 +309,17 @@ def uneven(blocks: np.ndarray, above: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "blocks", [np.ones(8), np.geomspace(0.2, 5.0, 8), np.array([1, 0, 0, 1, 1, 0, 1, 1.0])]
+    "blocks",
+    [
+        np.ones(8),
+        np.geomspace(0.2, 5.0, 8),
+        np.array([1, 0, 0, 1, 1, 1, 1, 1.0]),
+        np.ones(40),
+        np.geomspace(0.2, 5.0, 40),
+        np.array([0.0, 1.0] * 20),
+    ],
 )
-def test_a_bootstrap_finds_a_difference_as_far_above_chance_as_foreseen(blocks):
+def test_a_comparison_finds_a_difference_as_far_above_chance_as_foreseen(blocks):
     """Whether all of a record shows it alike, or some of it by far more than the rest."""
     difference, rng = uneven(blocks, 2.5), np.random.default_rng(11)
     noises = rng.standard_normal((30, len(difference)))
@@ -321,7 +329,7 @@ def test_a_bootstrap_finds_a_difference_as_far_above_chance_as_foreseen(blocks):
 
 def test_a_difference_that_grows_over_a_record_is_no_chance_where_all_blocks_show_it():
     """What it differs by from block to block is not what it differs by from noise."""
-    difference = uneven(np.geomspace(0.2, 5.0, 8), 8.0)
+    difference = uneven(np.geomspace(0.2, 5.0, 8), 4.5)
     for noise in np.random.default_rng(13).standard_normal((10, len(difference))):
         assert compare([noise + difference], [noise]).p_value < 3e-4
 

@@ -10,7 +10,7 @@ from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.base import Signature
 from it2hys.diagnosis.fitting import Errors
 from it2hys.diagnosis.rows import _besides
-from it2hys.diagnosis.selection import Gains, Node, Search, Trial, _follows_noise
+from it2hys.diagnosis.selection import Gains, Node, Search, Trial, _ends_better, _follows_noise
 
 GENERATOR = np.random.default_rng(8)
 
@@ -55,6 +55,24 @@ def test_a_resonance_with_as_good_an_inverse_stays_a_rival():
     delay = node("delay", ["time"], errors(1.0, 1.0))
     resonance = node("resonance", ["frequency", "damping"], errors(1.0, 1.1))
     assert not _follows_noise(resonance, delay)
+
+
+@pytest.mark.parametrize(
+    ("cost", "free", "inverse", "better"),
+    [(0.9, 1.0, 1.0, True), (0.9, 0.5, 0.5, True), (1.1, 0.5, 0.5, False), (0.9, 1.3, 0.5, False),
+     (0.9, 1.0, 1.3, False)],
+)  # fmt: skip
+def test_another_optimum_of_the_same_effects_fits_better_and_predicts_as_well(
+    cost, free, inverse, better
+):
+    state = GENERATOR.bit_generator.state
+    before = errors(1.0, 1.0)
+    GENERATOR.bit_generator.state = state
+    known, other = (
+        Node(frozenset("ab"), SimpleNamespace(minimum=SimpleNamespace(cost=c)), e)
+        for c, e in ((1.0, before), (cost, errors(free, inverse)))
+    )
+    assert _ends_better(other, known) == better
 
 
 # --- what few samples decide ----------------------------------------------------------------------
@@ -112,7 +130,8 @@ def test_signature_and_gain_are_one_test(monkeypatch, effect, held_out, fitted, 
         # few stretches are independent: creep on a record that turns twelve times
         ((0.2, 6e-4), (0.7, 1e-4), True),
         ((0.2, 6e-4), (0.3, 1e-4), False),
-        ((0.2, 6e-4), (0.7, 3e-3), False),
+        ((0.2, 6e-4), (0.7, 3e-3), True),
+        ((0.2, 6e-4), (0.7, 0.02), False),
         ((0.2, 0.03), (0.7, 1e-4), False),
         ((0.02, 1e-6), (0.7, 1e-4), False),
     ],
@@ -121,6 +140,14 @@ def test_an_inverse_that_is_better_confirms_a_free_run_that_most_likely_is(free,
     search = Search(SimpleNamespace(floor=0.1))
     free, inverse = (Comparison(1.0, 1.0 - g, p, (g - 0.1, g + 0.1)) for g, p in (free, inverse))
     assert search._both_gain(Gains(free, inverse, inverse)) == better
+
+
+def test_a_far_better_inverse_decides_where_the_free_runs_are_as_good():
+    """On few stretches, too: half of an error is no chance."""
+    equal, better = (Comparison(1.0, a, p, (0.0, 0.1)) for a, p in ((1.02, 0.7), (0.4, 3e-3)))
+    assert Gains(equal, better, better).calms
+    some = Comparison(1.0, 0.6, 3e-3, (0.3, 0.5))
+    assert not Gains(equal, some, some).calms
 
 
 @pytest.mark.parametrize(

@@ -13,13 +13,12 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.special import logsumexp
 from scipy.stats import norm
 
 from it2hys.designs.families import FAMILIES
 from it2hys.designs.hypotheses import Hypothesis, Question, trace_of
 from it2hys.designs.limits import Limits
-from it2hys.diagnosis.comparison import block_length
+from it2hys.diagnosis.comparison import FEW_BLOCKS, block_length, chance_of_sizes
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import is_delay, is_sampling, with_effect
 from it2hys.diagnosis.selection import level
@@ -38,7 +37,10 @@ _GUESSES = 6
 #: Standard deviations by which a test statistic of the wanted power is above its threshold.
 _SURE = float(norm.ppf(DESIGN.decides))
 #: Arguments at which a cumulant generating function is looked at for its minimum.
-_TILTS = -0.25 * np.geomspace(1e-6, 1.0, 61)
+_TILTS = -np.geomspace(1e-2, 1e3, 61)
+#: Draws of errors that stand for what noise usually makes of a comparison.
+_DRAWS = 15
+_TINY = np.finfo(float).tiny
 #: Jacobians that are kept: those of the models on the last few voltages.
 _KEPT = 12
 #: Differences of so many half travels are those of runs on their way to infinity.
@@ -245,7 +247,7 @@ class Ground:
     ) -> Separation:
         """Return what the diagnosis would make of a difference that is left, as `left_over` has it.
 
-        It compares mean squares of both errors on the samples that decide, by a bootstrap of blocks,
+        It compares mean squares of both errors on the samples that decide, by the signs of blocks,
         and asks for a gain besides: what is less likely decides. The errors are noise, and what both
         refits make of the noise of the samples that are fitted. The noise is `quieter` times smaller
         than the question's.
@@ -385,15 +387,13 @@ def spread_of(jacobian: np.ndarray, fitted: np.ndarray, deciding: np.ndarray) ->
 
 
 def above_chance(difference: np.ndarray, spread: np.ndarray) -> float:
-    """Return by how many standard deviations a bootstrap of blocks finds a model better, usually.
+    """Return by how many standard deviations a comparison by blocks finds a model better, usually.
 
-    The error of the rival is that of the truth plus a difference: in a block, the sum of squares is
-    larger by D + 2 sqrt(V) z, where D is that of the difference, V >= D what noise and the spread of
-    the fits make of it, and z standard normal. A bootstrap of B blocks draws B of them again and again,
-    and counts where their sum is not positive. The cumulant generating function of what it draws is
-    K(t) = log mean exp(D t + 2 V t^2), the mean being over blocks, and the probability of such a draw
-    about exp(B min K) (saddle point); without spread the minimum is at t = -1/4 whatever D is. Where
-    many blocks show nothing, that is large however much the others show.
+    The errors of the truth are drawn: noise, and what the fits make of noise. Those of the rival are
+    these and a difference. The differences X of their squares in blocks are given random signs, and it
+    counts how rarely those that are turned sum up to no more than 0: their cumulant generating function
+    is K(t) = sum log((1 + exp(X t)) / 2), and the probability about exp(min K) (saddle point). Few
+    blocks are compared by their sizes. The median of the draws counts.
 
     Parameters
     ----------
@@ -408,15 +408,20 @@ def above_chance(difference: np.ndarray, spread: np.ndarray) -> float:
         Of a normal variable which is exceeded as rarely; positive.
     """
     rng = np.random.default_rng(0)
-    error = rng.standard_normal(len(difference)) + spread @ rng.standard_normal(spread.shape[1])
-    length = block_length(difference**2 + 2.0 * error * difference)
+    errors = rng.standard_normal((_DRAWS, len(difference)))
+    errors += rng.standard_normal((_DRAWS, spread.shape[1])) @ spread.T
+    length = block_length(difference**2 + 2.0 * errors[0] * difference)
     whole = len(difference) // length * length
-    products = (spread * difference[:, None])[:whole].reshape(-1, length, spread.shape[1])
-    d = np.sum(difference[:whole].reshape(-1, length) ** 2, axis=1)
-    v = d + np.sum(products.sum(axis=1) ** 2, axis=1)
-    exponents = _TILTS[:, None] * d + 2.0 * _TILTS[:, None] ** 2 * v
-    least = float(np.min(logsumexp(exponents, axis=1))) - np.log(len(d))
-    return float(np.sqrt(max(-2.0 * len(d) * least, np.finfo(float).tiny)))
+    squares = np.stack([(errors + difference) ** 2, errors**2], axis=-1)[:, :whole]
+    blocks = squares.reshape(_DRAWS, -1, length, 2).mean(axis=2)
+    if blocks.shape[1] <= FEW_BLOCKS:
+        above = norm.isf(chance_of_sizes(blocks))
+    else:
+        gains = blocks[..., 0] - blocks[..., 1]
+        gains /= np.sqrt(np.maximum(np.mean(gains**2, axis=1, keepdims=True), _TINY))
+        tilted = np.logaddexp(0.0, _TILTS[:, None, None] * gains) - np.log(2.0)
+        above = np.sqrt(-2.0 * np.minimum(np.min(np.sum(tilted, axis=2), axis=0), 0.0))
+    return float(max(np.median(above), _TINY))
 
 
 def is_refused(model: Model, rival: Hypothesis) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from scipy.stats import chi2
 
 from it2hys.diagnosis.bounds import bound_sentences
 from it2hys.diagnosis.deciding import steps_aside
@@ -19,12 +20,12 @@ from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Rival, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.rest import begins_at_zero, begun_at_rest, resting
 from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
-from it2hys.diagnosis.selection import Node, Search, refitted
+from it2hys.diagnosis.selection import Node, Search, refitted, with_effects
 from it2hys.diagnosis.windows import Window, every, searched_text, step_of, windows_of
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
-from it2hys.identification.criterion import ChainFit, Model, Trace, with_rules
+from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
 from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.judgement import Judgement, judge_records, judged_samples
@@ -37,7 +38,7 @@ from it2hys.identification.preparation import (
 from it2hys.identification.result import Identification
 from it2hys.identification.scaling import relaxed
 from it2hys.identification.stage_figures import stage_figures
-from it2hys.identification.starts import clues
+from it2hys.identification.starts import at_rest, clues, memories
 from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.identification.uncertainty import assess
 from it2hys.identification.usability import share_of_way, widest_range
@@ -45,7 +46,7 @@ from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
-from it2hys.policy import CORE, COVERAGE
+from it2hys.policy import CORE, COVERAGE, STARTS
 from it2hys.records import Record
 from it2hys.records.clues import Clue, Extent
 from it2hys.records.feedback import find_feedback
@@ -296,7 +297,7 @@ class _Session:
 
     def _bench(self, base: Model) -> Bench:
         """Return the bench of the search; keep that of the whole records, on which all is judged."""
-        self._has_offset = bool(np.any(base.offsets != 0.0))
+        self._base_has_offset = self._has_offset = bool(np.any(base.offsets != 0.0))
         self._extent = replace(self._extent, zero=base.values["displacementZero"])
         self._all_fitted = self._traces("train")
         self._judging = replace(self._bench_of(self._all_fitted, 1), traces=self._all_fitted)
@@ -311,22 +312,19 @@ class _Session:
         return Bench(traces, self._scaling, extent, deciding, parts)
 
     def _declare(self, bench: Bench, base: Model) -> Model:
-        """Return the model with the declared effects, those first that explain the most."""
-        model, missing = base, list(self._declared)
-        while missing:
-            fits = dict(
-                zip(missing, self._each(partial(_with_declared, bench, model), missing), strict=True)
+        """Return the model with the declared effects."""
+        model, missing = with_effects(
+            bench,
+            base,
+            self._declared,
+            self._each,
+            lambda effect: self._progress(0.25, f"declared: {effect}"),
+        )
+        if missing:
+            raise InputError(
+                f"'{missing[0]}' is declared, but the model with it diverges on the training "
+                "records, whatever the initial guess; leave it out of --declared"
             )
-            diverging = [e for e in missing if fits[e] is None]
-            if len(diverging) == len(missing):
-                raise InputError(
-                    f"'{diverging[0]}' is declared, but the model with it diverges on the training "
-                    "records, whatever the initial guess; leave it out of --declared"
-                )
-            found = min((e for e in missing if fits[e]), key=lambda e: fits[e].minimum.cost)
-            self._progress(0.25, f"declared: {found}")
-            missing.remove(found)
-            model = fits[found].model
         return model
 
     # --- search and final fit --------------------------------------------------------------------
@@ -339,8 +337,9 @@ class _Session:
     def _finish(self, bench: Bench, node: Node) -> ChainFit:
         """Fit everything that may be fitted to the end, with a core that is usable."""
         self._progress(0.87, "final fit")
+        fit = self._judging.finish(self._on_whole(node.fit.model, bench), _FINAL)
+        fit = self._at_rest(self._without_offsets(fit))
         whole = self._judging
-        fit = whole.finish(self._on_whole(node.fit.model, bench), _FINAL)
         for strength in (1e1, 1e2, 1e3):
             if self._usable(fit.model) is not None:
                 break
@@ -353,6 +352,36 @@ class _Session:
                 "better"
             )
         return ChainFit(whole.criterion(model), fit.minimum)
+
+    def _without_offsets(self, fit: ChainFit) -> ChainFit:
+        """Return the fit without a constant for each record, unless that makes it worse by far.
+
+        They were there for the paper's model, and may have made up for what that lacks.
+        """
+        if not self._has_offset:
+            return fit
+        plain = [replace(t, has_offset=False) for t in self._all_fitted]
+        bench = replace(self._judging, traces=plain)
+        other = bench.finish(replace(fit.model, offsets=np.zeros(len(plain))), _FINAL)
+        if other.minimum.cost * (1.0 - COVERAGE.offset_gain) > fit.minimum.cost:
+            return fit
+        self._has_offset, self._all_fitted, self._judging = False, plain, bench
+        return other
+
+    def _at_rest(self, fit: ChainFit) -> ChainFit:
+        """Return the fit with all records begun after long rest, if that is no worse but for chance.
+
+        What is fitted to each record takes up a part of what the effects do.
+        """
+        remembered = memories(fit.model)
+        if not remembered:
+            return fit
+        criterion = self._judging.criterion(at_rest(fit.model)).holding(remembered).guarded(1.0)
+        other = minimise(criterion, _FINAL)
+        costs = np.maximum([other.minimum.cost, fit.minimum.cost], np.finfo(float).tiny)
+        statistic = criterion.samples * np.log(costs[0] / costs[1])
+        freedom = len(remembered) * len(self._all_fitted)
+        return other if chi2.sf(statistic, freedom) > STARTS.rested else fit
 
     def _usable(self, model: Model) -> Model | None:
         """Return a model of the whole training records with a range in which its core is usable.
@@ -399,7 +428,10 @@ class _Session:
         if self._declared:  # fitted since its range was found
             base = self._usable(base) or base
         left = self._left_over(whole, fit.model, judged, len(self._train))
-        before = self._judgements(base, traces)
+        constants = [
+            replace(t, has_offset=self._base_has_offset and i > 0) for i, t in enumerate(traces)
+        ]
+        before = self._judgements(base, constants)
         after = self._judgements(fit.model, traces)
         uncertainty = assess(fit)
         return Diagnosis(
@@ -415,7 +447,7 @@ class _Session:
             before=before,
             records=after,
             evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
-            stages=self._stages(search, node, fit, bench, before, after, traces),
+            stages=self._stages(search, node, fit, bench, before, after, constants),
             intervals=uncertainty.intervals,
             undetermined=uncertainty.undetermined,
             stage_figures=stage_figures(fit, uncertainty),
@@ -536,15 +568,6 @@ def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple
             column = f"{channel} channel ({channel}_{next(iter(UNITS[channel]))})"
             raise InputError(f"--declared {name}: no training record has a {column}")
     return tuple(e for e in EFFECTS if e in names)
-
-
-def _with_declared(bench: Bench, model: Model, effect: str) -> ChainFit | None:
-    """Return the fit of a model with an effect, None where every guess diverges."""
-    fits = [bench.add(model, effect)]
-    if EVIDENCE[effect].imitated:
-        fits.append(bench.add_anew(model, effect))
-    known = [fit for fit in fits if fit]
-    return bench.preferred(known) if known else None
 
 
 def _at_sample_time(model: Model, sample_time: float, bench: Bench) -> Model:

@@ -58,6 +58,14 @@ def level(effects: int = 0) -> float:
     return SEARCH.budget / comparisons(effects or len(EFFECTS))
 
 
+def largest_chance(gain: float) -> float:
+    """Return the p-value up to which a gain counts in a search.
+
+    Chance does not take away the larger part of an error, however few stretches are independent.
+    """
+    return SEARCH.confirming if gain > SEARCH.indispensable else level()
+
+
 _TINY = np.finfo(float).tiny
 
 
@@ -120,7 +128,7 @@ class Gains:
 
         For every time that its error is halved, the free run's may rise by what counts as equal.
         """
-        if self.wide.gain <= SEARCH.inverse_gain or self.wide.p_value > level():
+        if self.wide.gain <= SEARCH.inverse_gain or self.wide.p_value > largest_chance(self.wide.gain):
             return False
         return self.free.gain > -SEARCH.equal * max(1.0, np.log2(self.wide.before / self.wide.after))
 
@@ -358,7 +366,11 @@ class Search:
         return self._predicts(before, after, gains) or self._waits(before, after, gains)
 
     def _predicts(self, before: Node, after: Node, gains: Gains) -> bool:
-        better = self.is_better(gains.free) or self._shows_itself(before, after, gains)
+        better = (
+            self.is_better(gains.free)
+            or self._both_gain(gains)
+            or self._shows_itself(before, after, gains)
+        )
         return better and not self._spoils(after, gains)
 
     def _both_gain(self, gains: Gains) -> bool:
@@ -366,7 +378,7 @@ class Search:
 
         Where a record turns but a few times, few stretches of it are independent.
         """
-        halves = gains.band.gain > SEARCH.indispensable and gains.band.p_value <= 0.5 * level()
+        halves = gains.band.gain > SEARCH.indispensable and self.is_better(gains.band)
         return halves and self.is_better(gains.free, SEARCH.confirming)
 
     def _shows_itself(self, before: Node, after: Node, gains: Gains) -> bool:
@@ -406,7 +418,7 @@ class Search:
         """Return whether another model has an effect that shows itself in what this one leaves."""
         if len(other.effects) > len(node.effects) + 1 or len(other.effects - node.effects) != 1:
             return False
-        # before the bootstrap, which takes longest
+        # before the comparison by blocks, which takes longest
         left = _rms(other.errors.band) / max(_rms(node.errors.band), _TINY)
         if _share_of_error(node, other) < SEARCH.least_share and left > 1.0 - SEARCH.indispensable:
             return False
@@ -427,12 +439,8 @@ class Search:
         return WAITING in after.effects - before.effects and gains.calms
 
     def is_better(self, comparison: Comparison, chance: float = 0.0) -> bool:
-        """Return whether a gain is more than chance (by default at a search's level), and enough.
-
-        Chance does not take away the larger part of an error, however few stretches are independent.
-        """
-        halves = comparison.gain > SEARCH.indispensable
-        chance = chance or (SEARCH.confirming if halves else level())
+        """Return whether a gain is more than chance (by default at a search's level), and enough."""
+        chance = chance or largest_chance(comparison.gain)
         if comparison.gain < SEARCH.least_gain or comparison.p_value > chance:
             return False
         return comparison.gain > SEARCH.clear_gain or self._share(comparison) > SEARCH.least_share
@@ -464,7 +472,29 @@ class Search:
                 if not delays and (known is None or node.rms < known.rms):
                     self._keep(node)
             chosen = self._simplest()
-        return self._refined(chosen)
+        for node in (chosen, *self._with_one_less(chosen)):
+            self._keep(self._afresh(node))
+        return self._refined(self._simplest())
+
+    def _with_one_less(self, node: Node) -> list[Node]:
+        """Return the best model that lacks one of several effects, whose fit decides on that one."""
+        known = [n for n in self.nodes.values() if n.added < node.added]
+        known = [n for n in known if len(n.added) == len(node.added) - 1]
+        return sorted(known, key=lambda n: n.rms)[:1]
+
+    def _afresh(self, node: Node) -> Node:
+        """Return the model with its effects added to the first one anew, where that ends better.
+
+        What was fitted on the way, while effects were missing, may lead to a poorer optimum.
+        """
+        if len(node.effects) < 2 or node.added != node.effects or self.bench.leaves_noise(node.fit):
+            return node
+        model, missing = with_effects(self.bench, self.root.fit.model, node.effects, self.each)
+        if missing:
+            return node
+        fit = self.bench.resampled(self.bench.finish(model, FINISHING))
+        other = _sharpened(self.bench, _node(self.bench, node.added, fit), self.each)
+        return other if _ends_better(other, node) else node
 
     def _refined(self, node: Node) -> Node:
         """Return the model with more elements of its effects as long as they predict better."""
@@ -511,7 +541,12 @@ class Search:
         return Gains.of(other.errors, one.errors).tell
 
     def _beats(self, one: Node, other: Node) -> bool:
-        return one is not other and self._improves(other, one)
+        if one is other:
+            return False
+        if self._improves(other, one):
+            return True
+        poor = not self.bench.inverts_well(_rms(other.errors.wide), self.bench.deciding)
+        return poor and Gains.of(other.errors, one.errors).calms
 
 
 def _share_of_error(before: Node, after: Node) -> float:
@@ -531,6 +566,16 @@ def overdriven_by(node: Node, child: Node, gain: float) -> tuple[str, ...]:
     effects = sorted(node.fit.model.effects)
     before, after = (resting_on_bounds(n.fit, effects) for n in (node, child))
     return tuple(e for e in effects if {*after.get(e, ())} - {*before.get(e, ())})
+
+
+def _ends_better(node: Node, other: Node) -> bool:
+    """Return whether a model fits better than one with the same effects, and predicts as well."""
+    most = 1.0 + SEARCH.equal
+    as_good = all(
+        _rms(mine) <= most * _rms(others)
+        for mine, others in zip(node.errors.each, other.errors.each, strict=True)
+    )
+    return as_good and node.fit.minimum.cost < other.fit.minimum.cost
 
 
 def _imitates(node: Node, other: Node) -> bool:
@@ -578,7 +623,54 @@ def _rms(errors: list[np.ndarray]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 
+def with_effects(
+    bench: Bench,
+    model: Model,
+    effects: Iterable[str],
+    each: Callable,
+    report: Callable = lambda _: None,
+) -> tuple[Model, list[str]]:
+    """Add effects one after the other, those first that explain the most.
+
+    Parameters
+    ----------
+    bench : Bench
+    model : Model
+    effects : iterable of str
+    each : callable
+        `map`, or one that has its calls made by several processes.
+    report : callable, optional
+        Told of every effect once it is added.
+
+    Returns
+    -------
+    Model
+    list of str
+        Effects that could not be added: every guess of them diverges.
+    """
+    missing = [e for e in EFFECTS if e in {*effects}]
+    while missing:
+        found = zip(missing, each(partial(_with_effect, bench, model), missing), strict=True)
+        fits = {effect: fit for effect, fit in found if fit}
+        if not fits:
+            break
+        best = min(fits, key=lambda e: fits[e].minimum.cost)
+        report(best)
+        missing.remove(best)
+        model = fits[best].model
+    return model, missing
+
+
 # --- pieces of work that other processes can do -----------------------------------------------------
+
+
+def _with_effect(bench: Bench, model: Model, effect: str) -> ChainFit | None:
+    """Return the fit of a model with an effect, None where every guess diverges."""
+    fits = [bench.add(model, effect)]
+    if EVIDENCE[effect].imitated:
+        fits.append(bench.add_anew(model, effect))
+    known = [fit for fit in fits if fit]
+    return bench.preferred(known) if known else None
 
 
 def _node(bench: Bench, added: frozenset[str], fit: ChainFit) -> Node:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy.stats import chi2
 
 from it2hys.identification.criterion import ChainCriterion, Model, Trace, minimise
 from it2hys.identification.effect_coordinates import Coordinate, by_record, of_reading
@@ -15,7 +16,7 @@ from it2hys.identification.scaling import Scaling
 from it2hys.identification.uncertainty import correlation_time
 from it2hys.model.effect import History
 from it2hys.model.stages import EFFECTS
-from it2hys.policy import PHYSICS
+from it2hys.policy import PHYSICS, STARTS
 from it2hys.records.clues import Clue, Clues, Extent
 
 #: The effect that shifts the voltage, up to a sample of which goes with sampled ones; its parameter.
@@ -86,7 +87,8 @@ class Starts:
 
         Histories that the lead-in cannot tell apart do not differ by more than the error behind it.
         """
-        fitted = self._fit_own_to_one(model, trace)
+        # what a record may remember does not show in the slopes of a start after long rest
+        fitted = self._starts(model, trace, rested=False)[0]
         used = trace.weight > 0.0
         criterion = self._of_start(fitted, replace(trace, weight=1.0 * used))
         linear = criterion.jacobian(criterion.pack(fitted))
@@ -100,7 +102,10 @@ class Starts:
             used,
             trace.noise,
             misfit,
-            lambda lead: self._disagreement(model, replace(trace, lead=lead)) <= error,
+            lambda lead: (
+                _moves(model, trace, lead, self.extent)
+                and self._disagreement(model, replace(trace, lead=lead)) <= error
+            ),
         )
         used[:lead] = False
         return replace(trace, lead=lead, judged=used)
@@ -115,9 +120,13 @@ class Starts:
         return float(max(squares, default=0.0))
 
     def _misfit(self, model: Model) -> Misfit:
-        """Return what a model misses of the training records."""
+        """Return what a model misses of the training records behind their lead-ins.
+
+        What it misses in them, of a former state that it cannot have, is not there later.
+        """
         residuals = [
-            clue.residual - np.mean(clue.residual[clue.used]) for clue in self.clues(model).records
+            clue.residual[t.lead :] - np.mean(clue.residual[t.lead :][clue.used[t.lead :]])
+            for clue, t in zip(self.clues(model).records, self.traces, strict=True)
         ]
         return Misfit.of(residuals, [t.noise for t in self.traces])
 
@@ -130,20 +139,51 @@ class Starts:
         """Return the model of one record, its start fitted on the lead-in."""
         return self._starts(model, trace)[0]
 
-    def _starts(self, model: Model, trace: Trace, most: int = _HISTORIES) -> list[Model]:
+    def _starts(
+        self, model: Model, trace: Trace, most: int = _HISTORIES, rested: bool = True
+    ) -> list[Model]:
         """Return the model of one record with starts fitted on the lead-in from likely histories.
 
-        The likeliest comes first, and with it those that the lead-in cannot tell from it.
+        The likeliest comes first, and with it those that the lead-in cannot tell from it. One of them
+        may be that after long rest.
         """
         whole, trace = trace, lead_in(trace)
         start = with_starts(model, [trace])
         histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
         starts = [_as_trained(model, start), *(_with_history(start, h) for h in histories)]
         fits = [minimise(self._of_start(s, trace), 30, 1e-8).model for s in starts]
+        handicaps = [0.0, *(PHYSICS.excursion * h.has_to_show for h in histories)]
+        if rested and (remembered := memories(model)):
+            criterion = self._of_start(at_rest(start), trace).holding(remembered)
+            fits.append(minimise(criterion, 30, 1e-8).model)
+            # what is fitted beside it makes any fit a little better
+            chance = float(chi2.isf(STARTS.rested, len(remembered)))
+            handicaps = [*(h + chance for h in handicaps), 0.0]
         errors = [(fit.predict(trace, 0) - trace.y)[trace.fitted] for fit in fits]
-        unlikely = _unlikeliness(errors, [False, *(h.has_to_show for h in histories)])
+        unlikely = _unlikeliness(errors, handicaps)
         order = np.argsort(unlikely, kind="stable")
         return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * PHYSICS.excursion]
+
+
+def _moves(model: Model, trace: Trace, lead: int, extent: Extent) -> bool:
+    """Return whether a lead-in shows what a model may remember: its voltage moves, where it ever does.
+
+    While it is held, one kind of memory looks like another, and like a small error of the model.
+    """
+    little = STARTS.slack * extent.voltage_span
+    begun, whole = (float(np.ptp(v)) for v in (trace.drive.voltage[:lead], trace.drive.voltage))
+    return not memories(model) or begun > little or whole <= little
+
+
+def memories(model: Model) -> list[str]:
+    """Return what of a model is 0 for a record that begins after long rest."""
+    return [n for e in model.effects for n in EFFECTS[e].per_record if n not in of_reading()]
+
+
+def at_rest(model: Model) -> Model:
+    """Return the model with every record begun after long rest."""
+    rested = {n: np.zeros_like(model.own[n]) for n in memories(model)}
+    return replace(model, own={**model.own, **rested})
 
 
 def lead_in(trace: Trace) -> Trace:
@@ -252,16 +292,17 @@ def likely_histories(
     ]
     if trace.has_offset:
         errors = [error - np.mean(error) for error in errors]
-    unlikely = _unlikeliness(errors, [h.has_to_show for h in histories])
+    unlikely = _unlikeliness(errors, [PHYSICS.excursion * h.has_to_show for h in histories])
     return [histories[i] for i in np.argsort(unlikely, kind="stable")]
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _unlikeliness(errors: Sequence[np.ndarray], excursions: Sequence[bool]) -> np.ndarray:
-    """Return of histories how unlikely each is, by the errors on a record that is begun with it.
+def _unlikeliness(errors: Sequence[np.ndarray], handicaps: Sequence[float]) -> np.ndarray:
+    """Return of starts how unlikely each is, by the errors on a record that is begun with it.
 
-    It is twice the negative logarithm of the likelihood, of as many samples as are independent. An
-    excursion has to earn its place: where a lead-in does not show it, it would show later.
+    It is twice the negative logarithm of the likelihood, of as many samples as are independent. What a
+    start has more than another has to earn its place by its handicap: where a lead-in does not show it,
+    it would show later.
     """
     power = np.array([np.mean(error**2) for error in errors])
     power[~np.isfinite(power)] = np.inf
@@ -272,4 +313,4 @@ def _unlikeliness(errors: Sequence[np.ndarray], excursions: Sequence[bool]) -> n
     # a run without an error is no more than as good as one without a noticeable one
     power = np.maximum(power, np.finfo(float).tiny)
     relative = power / power.min()
-    return independent * np.log(relative) + PHYSICS.excursion * np.array(excursions)
+    return independent * np.log(relative) + np.array(handicaps)

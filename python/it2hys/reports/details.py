@@ -158,8 +158,8 @@ def _evidence(report: Mapping) -> Section:
         [
             "Signature: a property of the first model's residual that this effect alone predicts, with "
             "its p-value. Error: of the free run on held-out data, without and with the effect, all "
-            "parameters refitted; p is the probability of that change by chance (block "
-            "bootstrap). An effect is added only if the change is large enough to matter and p is "
+            "parameters refitted; p is the probability of that change by chance (compared in blocks of "
+            "samples). An effect is added only if the change is large enough to matter and p is "
             f"below {level(effects):.1g}, so that a whole search of up to {comparisons(effects)} "
             "comparisons names an effect by chance with a probability of at most "
             f"{100 * SEARCH.budget:.0f} %.",

@@ -18,7 +18,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from scipy import stats
 from scipy.ndimage import uniform_filter1d
-from scipy.optimize import nnls
+from scipy.optimize import lsq_linear, nnls
 from scipy.signal import coherence, find_peaks, lfilter
 
 from it2hys.diagnosis.evidence.base import EffectEvidence
@@ -518,9 +518,19 @@ class StepResponse:
         fits = []
         for parameter in parameters:
             shapes = stage(parameter)(plain).T
-            weights, norm = nnls(self._root @ shapes, self._target)
-            fits.append((norm**2, parameter, shapes @ weights))
+            weights, chi_squared = _without_negative(self._root @ shapes, self._target)
+            fits.append((chi_squared, parameter, shapes @ weights))
         return min(fits, key=lambda fit: fit[0])
+
+
+def _without_negative(columns: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the best weights that are not negative, shape (K,), and the sum of squares left."""
+    try:
+        weights, norm = nnls(columns, target)
+        return weights, float(norm**2)
+    except RuntimeError:  # of columns that are nearly alike, the faster method may go in circles
+        fit = lsq_linear(columns, target, (0.0, np.inf), method="bvls")
+        return fit.x, float(2.0 * fit.cost)
 
 
 def _old_voltage(clue: Clue) -> np.ndarray:
