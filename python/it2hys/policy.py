@@ -42,7 +42,7 @@ class Search:
         "largest p-value of a gain that halves an error, and of the free run's where the inverse's is "
         "halved",
         "chosen on a measured record that turns twelve times (0.0006, where creep was missing); two "
-        "independent errors of 10 to 50 correlation times passed as halved in 2 of 10,500 draws",
+        "independent errors of 10 to 100 correlation times passed as halved in 3 of 22,000 draws",
     )  # fmt: skip
     least_gain: float = _number(
         0.05, "share of the error",
