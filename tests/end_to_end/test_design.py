@@ -73,7 +73,7 @@ def test_the_record_measured_has_the_name_that_was_promised(folder, tmp_path, ca
     """Played on a stage with a delay, the diagnosis names it, and says so beside the promise."""
     time, voltage = voltage_of(folder).T
     truth = read_ssv(folder / "P.ssv").replace(**{"delay.time": 2.5e-4})
-    noise = NOISE * np.random.default_rng(1).standard_normal(len(time))
+    noise = NOISE * np.random.default_rng(2).standard_normal(len(time))
     y = compiled.chain_free_run(truth, voltage)[1] + noise
     write_record(tmp_path / "new.csv", Record("new", time, voltage, y, TS))
     given = ("--model", folder / "P.ssv", "--design", folder / "next" / "design.json")

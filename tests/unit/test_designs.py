@@ -438,8 +438,15 @@ def test_where_nothing_can_decide_it_says_what_would_be_needed():
 def test_a_record_that_hardly_moves_the_stage_is_none_that_a_diagnosis_takes(ground):
     """It would take it for one in another unit: pulses of a sample over all of the range."""
     ticks = np.arange(ground.limits.samples)
-    assert ground.is_taken(55.0 - 55.0 * np.cos(2 * np.pi * 20 * ticks * TS))
+    swing = np.cos(2 * np.pi * 20 * ticks * TS)
+    assert ground.is_taken(55.0 - 55.0 * swing * np.cos(2 * np.pi * 3 * ticks * TS))
     assert not ground.is_taken(np.where(ticks % 200 == 100, 110.0, 0.0))
+
+
+def test_a_record_of_one_amplitude_at_one_frequency_is_none_that_decides(ground):
+    """A diagnosis calls delay, lag and play inseparable there, as on a triangle cut out of steps."""
+    ticks = np.arange(ground.limits.samples)
+    assert not ground.is_taken(55.0 - 55.0 * np.cos(2 * np.pi * 20 * ticks * TS))
 
 
 def test_an_unknown_family_is_refused():

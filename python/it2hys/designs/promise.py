@@ -21,7 +21,8 @@ from it2hys.designs.limits import Limits
 from it2hys.diagnosis.comparison import FEW_BLOCKS, block_length, chance_of_sizes
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import is_delay, is_sampling, with_effect
-from it2hys.diagnosis.selection import level
+from it2hys.diagnosis.selection import largest_chance
+from it2hys.identification.coverage import is_one_tone
 from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.starts import Starts
@@ -264,13 +265,14 @@ class Ground:
         least = SEARCH.telling if rival.own else DESIGN.base_gain
         needed = floor * (1.0 / (1.0 - least) ** 2 - 1.0)
         by_chance = 2.0 * np.sqrt(len(d) * mean + np.sum((d @ left.spread) ** 2)) / len(d)
-        above, threshold = above_chance(d, left.spread), float(norm.isf(level()))
+        gain = float(1.0 - np.sqrt(floor / (floor + mean)))
+        above, threshold = above_chance(d, left.spread), float(norm.isf(largest_chance(gain)))
         by_gain = np.log(mean / (needed + _SURE * by_chance))
         return Separation(
             truth.name,
             rival.name,
             distance,
-            float(1.0 - np.sqrt(floor / (floor + mean))),
+            gain,
             float(norm.cdf(min((mean - needed) / by_chance, above - threshold))),
             float(min(by_gain, 2.0 * np.log(above / (threshold + _SURE)))),
         )
@@ -278,11 +280,14 @@ class Ground:
     def is_taken(self, voltage: np.ndarray) -> bool:
         """Return whether a diagnosis from the model without effects takes a record of a voltage, (N,).
 
-        It refuses records that move far less, or more, than that model does at rest over the same
-        voltages: as if they were in another unit. One that is all too fast moves less. Here half of
-        what it allows is used, for what is not known of the stage.
+        It calls a delay, a lag and play inseparable where the voltage has one amplitude at one
+        frequency, whatever their difference. It refuses records that move far less, or more, than that
+        model does at rest over the same voltages: as if they were in another unit. One that is all too
+        fast moves less. Here half of what it allows is used, for what is not known of the stage.
         """
         base = self.question.base
+        if is_one_tone(voltage, self.limits.sample_time):
+            return False
         share = np.ptp(voltage) / np.ptp(base.voltage_range)
         at_rest = share * float(np.ptp(base.displacement_range))
         most = 1.0 + 0.5 * (COVERAGE.same_unit - 1.0)

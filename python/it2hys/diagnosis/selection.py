@@ -135,7 +135,10 @@ class Gains:
     @property
     def tell(self) -> bool:
         """Whether of two equally simple models one is better by more than chance."""
-        return any(g.gain > SEARCH.telling and g.p_value <= level() for g in (self.free, self.band))
+        return any(
+            g.gain > SEARCH.telling and g.p_value <= largest_chance(g.gain)
+            for g in (self.free, self.band)
+        )
 
 
 @dataclass(frozen=True)

@@ -44,9 +44,17 @@ def holds_one_tone(prepared: Sequence[Prepared]) -> bool:
     A few turns are of another kind in any such record: it begins somewhere, and its amplitude may be
     let in. Steps are no tone, whatever their amplitude: they hold all frequencies.
     """
-    if any(_has_steps(p) for p in prepared):
+    if any(_has_steps(p.record.voltage) for p in prepared):
         return False
-    turns = np.vstack([turns_of(p) for p in prepared])
+    return _is_one_swing(np.vstack([turns_of(p) for p in prepared]))
+
+
+def is_one_tone(voltage: np.ndarray, sample_time: float) -> bool:
+    """Return the same of a record of a voltage, (N,), alone."""
+    return not _has_steps(voltage) and _is_one_swing(_turns(voltage, sample_time))
+
+
+def _is_one_swing(turns: np.ndarray) -> bool:
     if len(turns) == 0:
         return True
     tolerance = np.array([COVERAGE.same_end, COVERAGE.same_end, np.log(COVERAGE.same_period)])
@@ -60,8 +68,7 @@ def _voltage_range(prepared: Sequence[Prepared]) -> tuple[float, float]:
     return min(v.min() for v in voltages), max(v.max() for v in voltages)
 
 
-def _has_steps(prepared: Prepared) -> bool:
-    x = prepared.record.voltage
+def _has_steps(x: np.ndarray) -> bool:
     return bool(np.any(np.abs(np.diff(x)) > COVERAGE.step * np.ptp(x)))
 
 
@@ -71,13 +78,16 @@ def turns_of(prepared: Prepared) -> np.ndarray:
     Columns are the lower and the upper end, in V over the span of the drive, and the logarithm of the
     time between.
     """
-    x = prepared.record.voltage[prepared.skip :]
+    return _turns(prepared.record.voltage[prepared.skip :], prepared.record.sample_time)
+
+
+def _turns(x: np.ndarray, sample_time: float) -> np.ndarray:
     span = np.ptp(x)
     turns = np.sort(
         np.concatenate([find_peaks(sign * x, prominence=COVERAGE.turn * span)[0] for sign in (1, -1)])
     )
     ends = np.column_stack([x[turns[:-1]], x[turns[1:]]]) / span
-    duration = np.diff(turns) * prepared.record.sample_time
+    duration = np.diff(turns) * sample_time
     return np.column_stack([ends.min(axis=1), ends.max(axis=1), np.log(duration)])
 
 

@@ -291,8 +291,10 @@ def _enlarged(report: Mapping, share: float) -> list[str]:
         pooled(report, after, name)
         for name in ("noise_rms_um", "inverse_e_rms_um", "inverse_noise_rms_V", "inverse_e_rms_V")
     )
+    if not share > REFERENCE.seen:
+        return []
     passed_on = volts * um / all_volts
-    if not (share > REFERENCE.seen and passed_on > REFERENCE.enlarged * noise):
+    if not passed_on > REFERENCE.enlarged * noise:
         return []
     return [
         f"The noise of the measured displacement alone makes {figure(volts)} V of these "
