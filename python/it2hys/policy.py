@@ -127,7 +127,8 @@ class Search:
     )  # fmt: skip
     telling: float = _number(
         0.02, "share of the error",
-        "least gain by which one of two equally simple models counts as better",
+        "least gain by which one of two equally simple models counts as better, where its p-value is "
+        "no more than the budget shared among the effects",
     )  # fmt: skip
     refined: float = _number(
         0.01, "share of the error",

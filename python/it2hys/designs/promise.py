@@ -21,7 +21,7 @@ from it2hys.designs.limits import Limits
 from it2hys.diagnosis.comparison import FEW_BLOCKS, block_length, chance_of_sizes
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import is_delay, is_sampling, with_effect
-from it2hys.diagnosis.selection import largest_chance
+from it2hys.diagnosis.selection import chance_of_a_rival, largest_chance
 from it2hys.identification.coverage import is_one_tone
 from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
 from it2hys.identification.scaling import Scaling
@@ -266,7 +266,8 @@ class Ground:
         needed = floor * (1.0 / (1.0 - least) ** 2 - 1.0)
         by_chance = 2.0 * np.sqrt(len(d) * mean + np.sum((d @ left.spread) ** 2)) / len(d)
         gain = float(1.0 - np.sqrt(floor / (floor + mean)))
-        above, threshold = above_chance(d, left.spread), float(norm.isf(largest_chance(gain)))
+        chance = chance_of_a_rival() if rival.own else largest_chance(gain)
+        above, threshold = above_chance(d, left.spread), float(norm.isf(chance))
         by_gain = np.log(mean / (needed + _SURE * by_chance))
         return Separation(
             truth.name,

@@ -66,6 +66,14 @@ def largest_chance(gain: float) -> float:
     return SEARCH.confirming if gain > SEARCH.indispensable else level()
 
 
+def chance_of_a_rival() -> float:
+    """Return the p-value up to which one of two equally simple models counts as better.
+
+    A model has at most as many rivals as there are effects: they share the budget.
+    """
+    return SEARCH.budget / len(EFFECTS)
+
+
 _TINY = np.finfo(float).tiny
 
 
