@@ -212,6 +212,7 @@ class Search:
 
     def run(self, model: Model) -> Node:
         """Search; return the model that was chosen."""
+        self._begin = model
         first = self.bench.fit(model, FINISHING)
         if not np.isfinite(first.minimum.cost):  # the given core does not contract where records go
             first = self.bench.reshaped(model)
@@ -498,9 +499,9 @@ class Search:
 
         What was fitted on the way, while effects were missing, may lead to a poorer optimum.
         """
-        if len(node.effects) < 2 or node.added != node.effects or self.bench.leaves_noise(node.fit):
+        if not node.effects or node.added != node.effects or self.bench.leaves_noise(node.fit):
             return node
-        model, missing = with_effects(self.bench, self.root.fit.model, node.effects, self.each)
+        model, missing = with_effects(self.bench, self._begin, node.effects, self.each)
         if missing:
             return node
         fit = self.bench.resampled(self.bench.finish(model, FINISHING))
