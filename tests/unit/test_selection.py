@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from it2hys.diagnosis import selection
 from it2hys.diagnosis.comparison import Comparison
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.base import Signature
@@ -55,6 +56,28 @@ def test_a_resonance_with_as_good_an_inverse_stays_a_rival():
     delay = node("delay", ["time"], errors(1.0, 1.0))
     resonance = node("resonance", ["frequency", "damping"], errors(1.0, 1.1))
     assert not _follows_noise(resonance, delay)
+
+
+@pytest.mark.parametrize(("damping", "imitates"), [(0.1, False), (0.66, True)])
+def test_a_resonance_that_does_not_ring_is_no_rival_of_a_lag(monkeypatch, damping, imitates):
+    """Told by a record of 1200 samples to be as good: it has a parameter more to choose."""
+    monkeypatch.setattr(selection, "touching_bounds", lambda *_: [])
+    lag, resonance = (
+        Node(
+            frozenset({effect}),
+            SimpleNamespace(
+                minimum=SimpleNamespace(coordinates=np.zeros(count)),
+                model=SimpleNamespace(values=values),
+            ),
+            errors(1.0, 1.0),
+        )
+        for effect, count, values in (
+            ("lag", 1, {"lag.timeConstant": 1e-3}),
+            ("resonance", 2, {"resonance.frequency": 200.0, "resonance.damping": damping}),
+        )
+    )
+    assert selection._imitates(resonance, lag) == imitates
+    assert not selection._imitates(lag, resonance)
 
 
 @pytest.mark.parametrize(

@@ -591,15 +591,17 @@ def _ends_better(node: Node, other: Node) -> bool:
 
 
 def _imitates(node: Node, other: Node) -> bool:
-    """Return whether a model needs more parameters than another, and its effects at an end of theirs.
+    """Return whether a model needs more parameters than another, and is no such effect with them.
 
-    A resonance with the most damping that one may have answers nearly as a lag does, which has none to
-    choose.
+    A resonance that does not ring, or rests on a bound, answers nearly as a lag does, which has none of
+    that to choose.
     """
     if len(node.fit.minimum.coordinates) <= len(other.fit.minimum.coordinates):
         return False
     own, others = node.effects - other.effects, other.effects - node.effects
-    return bool(touching_bounds(node.fit, [*own])) and not touching_bounds(other.fit, [*others])
+    values = node.fit.model.values
+    is_none = touching_bounds(node.fit, [*own]) or any(EVIDENCE[e].only_smooths(values) for e in own)
+    return bool(is_none) and not touching_bounds(other.fit, [*others])
 
 
 def _follows_noise(node: Node, other: Node) -> bool:

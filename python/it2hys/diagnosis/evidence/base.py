@@ -107,6 +107,10 @@ class EffectEvidence(ABC):
         """Return whether it shifts or smooths by less than a sample, as another sampling would."""
         return False
 
+    def only_smooths(self, values: Mapping) -> bool:
+        """Return whether it does no more than a lag, which has fewer parameters to choose."""
+        return False
+
     def is_done_within(self, values: Mapping, time: float) -> bool:
         """Return whether it has done most of its work in a time, in s."""
         return False

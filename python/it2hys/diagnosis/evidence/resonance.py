@@ -75,7 +75,11 @@ class ResonanceEvidence(StepEvidence):
     def is_within_a_sample(self, values: Mapping) -> bool:
         """Return whether it smooths, and is quick at that."""
         slow = 2.0 * np.pi * values["resonance.frequency"] * values["sampleTime"] < 1.0
-        return values["resonance.damping"] > PHYSICS.damped and not slow
+        return self.only_smooths(values) and not slow
+
+    def only_smooths(self, values: Mapping) -> bool:
+        """Return whether it is damped so much that it does not ring."""
+        return bool(values["resonance.damping"] > PHYSICS.damped)
 
     def is_done_within(self, values: Mapping, time: float) -> bool:
         """Return whether a ring has decayed by two of its time constants."""
