@@ -159,6 +159,13 @@ class Search:
         "fewest blocks of a record",
         "statistic: the spread of fewer blocks cannot be estimated",
     )  # fmt: skip
+    few_blocks: int = _number(
+        20, "blocks",
+        "most blocks of all records that are compared by the sizes of their errors, and not by the "
+        "signs of what these differ by",
+        "statistic: 12 blocks of one size that agree reach the level of a search, 20 where two do "
+        "not; either test holds its level (`tests/unit/test_comparison.py`)",
+    )  # fmt: skip
     step: float = _number(
         0.05, "share of the voltage range",
         "change of the voltage from one sample to the next that counts as a step",

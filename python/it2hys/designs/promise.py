@@ -18,7 +18,7 @@ from scipy.stats import norm
 from it2hys.designs.families import FAMILIES
 from it2hys.designs.hypotheses import Hypothesis, Question, trace_of
 from it2hys.designs.limits import Limits
-from it2hys.diagnosis.comparison import FEW_BLOCKS, block_length, chance_of_sizes
+from it2hys.diagnosis.comparison import block_length, chance_of_sizes
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import is_delay, is_sampling, with_effect
 from it2hys.diagnosis.selection import chance_of_a_rival, largest_chance
@@ -420,7 +420,7 @@ def above_chance(difference: np.ndarray, spread: np.ndarray) -> float:
     whole = len(difference) // length * length
     squares = np.stack([(errors + difference) ** 2, errors**2], axis=-1)[:, :whole]
     blocks = squares.reshape(_DRAWS, -1, length, 2).mean(axis=2)
-    if blocks.shape[1] <= FEW_BLOCKS:
+    if blocks.shape[1] <= SEARCH.few_blocks:
         above = norm.isf(chance_of_sizes(blocks))
     else:
         gains = blocks[..., 0] - blocks[..., 1]

@@ -15,8 +15,6 @@ from it2hys.policy import SEARCH
 _MOST_BLOCKS = 250
 #: Draws of signs: the least p-value is one over this. Draws of the bootstrap.
 _SIGNS, _RESAMPLES = 10_000, 1000
-#: Of so many blocks or fewer the signs say too little: of 12 that agree, as much as a search asks for.
-FEW_BLOCKS = 20
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ def compare(before: Sequence[np.ndarray], after: Sequence[np.ndarray], seed: int
     total = np.sqrt(np.sum([s.sum(axis=0) for s in squares], axis=0) / lengths.sum())
     low, high = np.quantile(gains, [0.025, 0.975])
     differences = [n / len(b) * (b[:, 0] - b[:, 1]) for n, b in zip(lengths, blocks, strict=True)]
-    if sum(map(len, blocks)) > FEW_BLOCKS:
+    if sum(map(len, blocks)) > SEARCH.few_blocks:
         p_value = _chance_of_signs(differences, generator)
     else:
         p_value = max(float(chance_of_sizes(np.concatenate(blocks))), 1.0 / _SIGNS)

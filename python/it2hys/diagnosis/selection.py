@@ -69,7 +69,8 @@ def largest_chance(gain: float) -> float:
 def chance_of_a_rival() -> float:
     """Return the p-value up to which one of two equally simple models counts as better.
 
-    A model has at most as many rivals as there are effects: they share the budget.
+    A model has at most as many rivals as there are effects: they share a budget as large as that of the
+    search, beside it. What is decided is not whether there is an effect, but which.
     """
     return SEARCH.budget / len(EFFECTS)
 

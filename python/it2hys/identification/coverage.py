@@ -50,7 +50,7 @@ def holds_one_tone(prepared: Sequence[Prepared]) -> bool:
 
 
 def is_one_tone(voltage: np.ndarray, sample_time: float) -> bool:
-    """Return the same of a record of a voltage, (N,), alone."""
+    """Return whether a voltage, (N,), alone has one amplitude and one frequency."""
     return not _has_steps(voltage) and _is_one_swing(_turns(voltage, sample_time))
 
 

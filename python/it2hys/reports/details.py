@@ -163,8 +163,9 @@ def _evidence(report: Mapping) -> Section:
             f"below {level(effects):.1g}, so that a whole search of up to {comparisons(effects)} "
             "comparisons names an effect by chance with a probability of at most "
             f"{100 * SEARCH.budget:.0f} %.",
-            "There is one exception: a delay, which a slow core imitates in the free run, is added "
-            "where the free run stays as good and the inverse becomes far better.",
+            f"Of a gain that halves the error, p up to {SEARCH.confirming:g} is enough: chance does "
+            "that no oftener. A delay, which a slow core imitates in the free run, is added where the free "
+            "run stays as good and the inverse becomes far better.",
         ],
         evidence_tables(report),
     )
