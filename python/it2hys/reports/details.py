@@ -164,8 +164,8 @@ def _evidence(report: Mapping) -> Section:
             "comparisons names an effect by chance with a probability of at most "
             f"{100 * SEARCH.budget:.0f} %.",
             f"Of a gain that halves the error, p up to {SEARCH.confirming:g} is enough: chance does "
-            "that no oftener. A delay, which a slow core imitates in the free run, is added where the free "
-            "run stays as good and the inverse becomes far better.",
+            "that no oftener. A delay, which a slow core imitates in the free run, is added where the "
+            "free run stays as good and the inverse becomes far better.",
         ],
         evidence_tables(report),
     )
