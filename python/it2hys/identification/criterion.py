@@ -245,6 +245,7 @@ class ChainCriterion:
         self._roughness = self._smoothness()
         self._steepness = self._slopes()
         self._prior = self._prior_weights()
+        self._seen = self._seen_coordinates()
 
     @property
     def rough_tolerance(self) -> float:
@@ -463,6 +464,8 @@ class ChainCriterion:
         parts = [weight * error[places]]
         held, prior = self._held
         parts.append(prior * (point - self._guess)[held])
+        if len(self._seen[0]):
+            parts.append(self._unseen(point))
         if len(self._roughness):
             parts.append(self._roughness @ point)
         if len(self._steepness):
@@ -478,7 +481,8 @@ class ChainCriterion:
             return values
         fitted = sum(np.count_nonzero(t.weight > 0.0) for t in self.traces)
         penalties = 0 if self.band is None else 4 * len(self.band.y)
-        priors = np.count_nonzero(self._prior) + len(self._roughness) + len(self._steepness)
+        priors = np.count_nonzero(self._prior) + len(self._seen[0])
+        priors += len(self._roughness) + len(self._steepness)
         return np.full(fitted + priors + penalties, np.nan)
 
     def full_jacobian(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
@@ -537,6 +541,22 @@ class ChainCriterion:
             weights[self._places[c.name]] = STARTS.prior * self._noise()
         return weights
 
+    def _seen_coordinates(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return places of coordinates of which records show values up to some, and those."""
+        first = self._places["effects"].start
+        ends = np.array([c.of_value(c.seen) if np.isfinite(c.seen) else np.inf for c in self.common])
+        seen = np.flatnonzero(np.isfinite(ends))
+        return first + seen, ends[seen]
+
+    @property
+    def _unseen_weight(self) -> float:
+        return self._noise() / PHYSICS.unseen
+
+    def _unseen(self, point: np.ndarray) -> np.ndarray:
+        """Return what it costs that coordinates are beyond what the records show."""
+        places, ends = self._seen
+        return self._unseen_weight * np.maximum(point[places] - ends, 0.0)
+
     def _noise(self) -> float:
         return float(np.sqrt(np.mean([t.noise**2 for t in self.traces]))) / self.scaling.y_unit
 
@@ -554,6 +574,9 @@ class ChainCriterion:
         yield from self._record_blocks(point)
         every, (held, weights) = np.arange(len(point)), self._held
         yield np.diag(weights), weights * (point - self._guess)[held], every[held], None
+        if len(places := self._seen[0]):
+            beyond = self._unseen(point)
+            yield np.diag(self._unseen_weight * (beyond > 0.0)), beyond, places, None
         if len(self._roughness):
             yield self._roughness, self._roughness @ point, every, None
         if len(self._steepness):

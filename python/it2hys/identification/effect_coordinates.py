@@ -6,6 +6,7 @@ their logarithm, the others in units of a tenth of what their bounds allow.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,17 +44,20 @@ class Coordinate:
         Whether the coordinate is the logarithm.
     of_sampling : bool
         Whether it tells how signals were sampled, and nothing of the stage.
+    seen : float
+        Largest value that the records show, in SI units.
     """
 
     name: str
     bounds: tuple[float, float]
     logarithmic: bool
     of_sampling: bool = False
+    seen: float = math.inf
 
     @classmethod
     def of(cls, name: str, start: Start) -> Coordinate:
         """Return the coordinate of a parameter with these bounds."""
-        return cls(name, (start.low, start.high), start.low > 0.0, start.of_sampling)
+        return cls(name, (start.low, start.high), start.low > 0.0, start.of_sampling, start.seen)
 
     @property
     def unit(self) -> float:

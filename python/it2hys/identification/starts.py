@@ -85,7 +85,8 @@ class Starts:
     def with_lead_in(self, model: Model, trace: Trace) -> Trace:
         """Return a record with a lead-in that is as long as the model's start needs.
 
-        Histories that the lead-in cannot tell apart do not differ by more than the error behind it.
+        Histories that the lead-in cannot tell apart do not differ by more than the error behind it, and
+        at its end the likeliest is as near to the record as the model is.
         """
         # what a record may remember does not show in the slopes of a start after long rest
         fitted = self._starts(model, trace, rested=False)[0]
@@ -104,20 +105,22 @@ class Starts:
             misfit,
             lambda lead: (
                 _moves(model, trace, lead, self.extent)
-                and self._disagreement(model, replace(trace, lead=lead)) <= error
+                and self._determines(model, replace(trace, lead=lead), error)
             ),
         )
         used[:lead] = False
         return replace(trace, lead=lead, judged=used)
 
-    def _disagreement(self, model: Model, trace: Trace) -> float:
-        """Return by how much histories that the lead-in cannot tell apart differ behind it, m^2."""
+    def _determines(self, model: Model, trace: Trace, error: float) -> bool:
+        """Return whether a lead-in determines the start, where an error, m^2, is usual behind it."""
         best, *others = self._starts(model, trace, most=_COMPARED)
-        behind = trace.weight > 0.0
-        behind[: trace.lead] = False
         run = best.predict(trace, 0)
+        behind, late = trace.weight > 0.0, trace.weight > 0.0
+        behind[: trace.lead] = late[trace.lead :] = late[: trace.lead // 2] = False
+        if np.mean((run - trace.y)[late] ** 2) > STARTS.late * error:
+            return False  # what was before the record is not yet forgotten
         squares = [np.mean((other.predict(trace, 0) - run)[behind] ** 2) for other in others]
-        return float(max(squares, default=0.0))
+        return float(max(squares, default=0.0)) <= error
 
     def _misfit(self, model: Model) -> Misfit:
         """Return what a model misses of the training records behind their lead-ins.

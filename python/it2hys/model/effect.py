@@ -6,6 +6,7 @@ an effect shows in records is not known here: that is in `diagnosis/evidence`.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from enum import Enum
@@ -47,13 +48,16 @@ Bounds = tuple[np.ndarray, np.ndarray]
 class Start(NamedTuple):
     """Where a fit of one parameter begins, and its bounds, in SI units.
 
-    `of_sampling` says that it tells how signals were sampled: its bounds are not the stage's.
+    `of_sampling` says that it tells how signals were sampled: its bounds are not the stage's. `seen` is
+    the largest value that the records show; what is beyond has to improve the fit, see
+    `PHYSICS.unseen`.
     """
 
     value: float
     low: float
     high: float
     of_sampling: bool = False
+    seen: float = math.inf
 
 
 class History(NamedTuple):

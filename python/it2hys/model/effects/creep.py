@@ -76,8 +76,10 @@ class Creep(Effect):
         result = {}
         for i, time_constant in enumerate(spread, start=1):
             result[f"creep[{i}].gain"] = Start(0.02, 0.0, PHYSICS.slow_gain)
-            bounds = (fastest, 10.0 * slowest)
-            result[f"creep[{i}].timeConstant"] = Start(float(time_constant), *bounds)
+            # a slower term is a slope in the records: a larger gain goes with a larger time constant
+            result[f"creep[{i}].timeConstant"] = Start(
+                float(time_constant), fastest, 10.0 * slowest, seen=slowest
+            )
         result["initialCreep"] = Start(0.0, -extent.displacement_span, extent.displacement_span)
         result["initialCreepAge"] = Start(0.0, 0.0, slowest)
         return result
