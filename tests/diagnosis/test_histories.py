@@ -25,6 +25,8 @@ PLAY = {
     "play[1].threshold": 3.0, "play[1].weight": 0.1, "play[2].threshold": 12.0, "play[2].weight": 0.15,
     "playCount": 2,
 }  # fmt: skip
+#: Creep with the logarithm of time: time constants, s, and gains.
+SLOW, LOGARITHMIC = np.geomspace(0.02, 30.0, 14), np.full(14, 0.12 / 14)
 #: One full loop, and two small ones near where they rest, in which the second operator never moves.
 LOOPS = ((5.0, 95.0), (44.0, 50.0), (44.0, 50.0))
 
@@ -164,18 +166,46 @@ def test_what_is_missed_in_the_lead_ins_is_not_expected_behind_them():
     assert bench._misfit(model).power < 0.2 * NOISE**2
 
 
-def creeping(before: float | None, seed: int, phase: float = 0.0) -> Record:
+def test_creep_of_a_few_samples_is_fitted():
+    drawn = np.array([0.016, 0.3, 3.0]), np.array([0.06, 0.02, 0.03]), 2.0
+    records = [creeping(None, seed, phase, *drawn) for seed, phase in enumerate((0.0, 1.5, 3.0, 0.7))]
+    others = [e for e in EFFECTS if e != "creep"]
+    found = diagnose(records[:3], [], records[3:], declared=["creep"], excluded=others)
+    for record, judged in zip(records, found.records, strict=True):
+        assert judged.cold_start < 1.2 * 5e-4 * np.ptp(record.displacement)  # up to 3.6 from 20
+
+
+def test_a_lead_in_lasts_until_the_start_is_met():
+    """How the stage comes from where it was is nothing that the model could begin with."""
+    own = {name: np.zeros(1) for name in ("initialDemagnetisation", "initialExcursion")}
+    own |= {"initialDisplacement": np.array([5.0]) * UM}
+    model = Model({**table_1(), **PLAY}, ("play",), np.zeros(1), own)
+    trace = measured(model, 0)
+    coming = trace.y + 20 * NOISE * np.exp(-np.arange(SAMPLES) / 100.0)
+    bench = Bench([trace], Scaling(8 * UM, 8 * UM, 50.0, 50.0), EXTENT, [trace], parts=True)
+    lead = bench.with_lead_in(model, replace(trace, y=coming)).lead
+    assert lead >= bench.with_lead_in(model, trace).lead + 200
+
+
+def creeping(
+    before: float | None,
+    seed: int,
+    phase: float = 0.0,
+    times: np.ndarray = SLOW,
+    gains: np.ndarray = LOGARITHMIC,
+    pace: float = 1.0,
+) -> Record:
     """Return a record of a stage that creeps.
 
     Until shortly before it stood for long at a voltage, or at its first one.
     """
-    rate, times = 500.0, np.geomspace(0.02, 30.0, 14)
+    rate = 500.0
     t = np.arange(2000) / rate
-    slow = 20.0 * np.cos(2.2 * np.pi * t + phase)
-    voltage = 40.0 - slow - 10.0 * np.cos(7.4 * np.pi * t + 0.3 * seed)
+    slow = 20.0 * np.cos(2.2 * pace * np.pi * t + phase)
+    voltage = 40.0 - slow - 10.0 * np.cos(7.4 * pace * np.pi * t + 0.3 * seed)
     before = voltage[0] if before is None else before
     driven = np.concatenate([np.full(100, voltage[0]), voltage])
-    gains, states = np.full(14, 0.12 / 14), np.full(14, before)
+    states = np.full(len(times), before)
     core, displacement = voltage[0], np.empty(len(driven))
     for k, x in enumerate(driven):
         core += 0.6 * (x - core)

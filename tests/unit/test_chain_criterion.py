@@ -145,6 +145,27 @@ def test_a_whole_chain_is_a_casadi_problem_and_a_rising_curve_its_constraint():
     assert falling > 0
 
 
+@pytest.mark.parametrize("share", [0.5, 0.99, 1.5, 4.0])
+def test_creep_slower_than_the_records_costs(share):
+    """They do not show it: a larger gain goes with a larger time constant."""
+    criterion = criterion_of(model_with(("creep",), 3, 2), traces_of(2))
+    point = criterion.pack(criterion.model)
+    names = [c.name for c in criterion.common]
+    place = criterion.rule_size + names.index("creep[1].timeConstant")
+    point[place] = np.log(share * EXTENT.duration)
+    jacobian, residual = criterion.full_jacobian(point)
+    np.testing.assert_allclose(criterion.residual(point), residual, rtol=0, atol=1e-12)
+    assert len(criterion.residual_or_nan(point)) == len(residual)
+    step = np.zeros_like(point)
+    step[place] = 1e-6
+    ahead, behind = (criterion.residual(p) for p in (point + step, point - step))
+    by_place = (ahead - behind) / 2e-6
+    np.testing.assert_allclose(jacobian[:, place], by_place, atol=1e-6)
+    of_records = criterion.jacobian(point)[1]
+    beyond = np.flatnonzero(jacobian[len(of_records) :, place] > 2e-3)  # more than holds any of them
+    assert len(beyond) == (share > 1.0)
+
+
 def test_linearisation_agrees_with_residual_and_jacobian():
     traces = traces_of(2)
     criterion = criterion_of(model_with(ALL, 3, 2), traces).guarded(1.0)
