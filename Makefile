@@ -2,7 +2,7 @@
 # make test   lint, C tests, the same under sanitizers, valgrind and a static analyzer, Python tests, installation
 # make docs   the documentation's site, build/docs/html/index.html; the code of its pages is run
 # make diagnosis  the diagnosis on simulated stages of seeds that nothing was chosen on (SEEDS=30000, CASES=6): a gate, hours
-# make design  records designed between two effects, on simulated stages (SEEDS=90000, COUNT=10): do they decide? hours
+# make design  records designed between two effects, on simulated stages (SEEDS=90000, COUNT=10, NOISE=1): do they decide? hours
 # make own-effects  the worked examples of own effects on simulated stages (SEEDS=20, KIND=given): hours; goes on where it ended
 # make bench  ratios against peers (REFERENCE_FMUS=their sources) and an earlier commit (BEFORE=commit), growth, soak; limits
 # make modelica  the Modelica library's release archive, dist/IT2Hysteresis-VERSION.zip
@@ -133,7 +133,7 @@ diagnosis: $(INSTALLED)
 # loops go to build/designs/loops.jsonl; what was done before is not done again
 design: $(INSTALLED)
 	$(BIN)/python benchmarks/designs.py $(if $(SEEDS),--seeds $(SEEDS)) $(if $(COUNT),--count $(COUNT)) \
-	  $(if $(PAIRS),--pairs '$(PAIRS)')
+	  $(if $(PAIRS),--pairs '$(PAIRS)') $(if $(NOISE),--noise $(NOISE))
 
 # outcomes are kept in build/own_effects; what was done before is not done again
 own-effects: $(INSTALLED)

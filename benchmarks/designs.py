@@ -1,11 +1,11 @@
 """What designed records decide: the loop closed on seeded stages of the independent simulator.
 
-Run as ``python benchmarks/designs.py [--seeds FIRST] [--count N] [--pairs PATTERN] [--length N]``, as
-``make design`` does. For every pair of ``tests/diagnosis/designed.py`` and every seed a stage has one
-of the two effects; on its first record they look alike, or neither shows. The next record is designed
-between the two and played on the stage, beside the paper's signal and a chirp of the same length. Right
-is what names the effect that is there, and nothing else. Beside the share that was right stands the
-probability that was promised.
+Run as ``python benchmarks/designs.py [--seeds FIRST] [--count N] [--pairs PATTERN] [--length N]
+[--noise TIMES]``, as ``make design`` does. For every pair of ``tests/diagnosis/designed.py`` and every
+seed a stage has one of the two effects; on its first record they look alike, or neither shows. The next
+record is designed between the two and played on the stage, beside the paper's signal and a chirp of the
+same length. Right is what names the effect that is there, and nothing else. Beside the share that was
+right stands the probability that was promised.
 
 Each loop is a line of ``build/designs/loops.jsonl`` once it is done; what is there is not done again.
 """
@@ -47,15 +47,19 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=10, help="of each pair (default: 10)")
     parser.add_argument("--pairs", default="*", help="such as 'delay/*' (default: all)")
     parser.add_argument("--length", type=int, default=1200, help="samples of a record (default: 1200)")
+    parser.add_argument(
+        "--noise", type=float, default=1.0, help="of the records, by that of the suite's (default: 1)"
+    )
     parser.add_argument("--workers", type=int, default=2, help="processes (default: 2)")
     parser.add_argument("--table", action="store_true", help="print what is done, and do no more")
     options = parser.parse_args()
     pairs = [pair for pair in PAIRS if fnmatch("/".join(pair), options.pairs)]
     # one seed of all pairs, then the next: what is cut short has seen all pairs
     wanted = [(p, options.seeds + i) for i in range(options.count) for p in pairs]
-    done = {(loop.pair, loop.seed): loop for loop in read() if loop.length == options.length}
+    kind = (options.length, options.noise)
+    done = {(loop.pair, loop.seed): loop for loop in read() if (loop.length, loop.noise) == kind}
     if not options.table:
-        missing = [(*case, options.length) for case in wanted if case not in done]
+        missing = [(*case, *kind) for case in wanted if case not in done]
         for loop in run(missing, options.workers):
             done[loop.pair, loop.seed] = loop
     loops = [done[case] for case in wanted if case in done]
@@ -70,8 +74,8 @@ def read() -> Iterator[Loop]:
         yield from (Loop.read(line) for line in DONE.read_text(encoding="utf-8").splitlines())
 
 
-def run(cases: Sequence[tuple[tuple[str, str], int, int]], workers: int) -> Iterator[Loop]:
-    """Yield loops as they are closed, each written before."""
+def run(cases: Sequence[tuple], workers: int) -> Iterator[Loop]:
+    """Yield loops of pair, seed, length and noise as they are closed, each written before."""
     DONE.parent.mkdir(parents=True, exist_ok=True)
     with make_pool(workers) as pool:
         waiting = [pool.submit(run_loop, *case) for case in cases]

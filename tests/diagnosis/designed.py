@@ -17,7 +17,7 @@ from diagnosis import simulator as sim
 from diagnosis.cases import Case
 
 from it2hys.designs.designing import CHIRP, PAPER, chirp_signal, design, paper_signal
-from it2hys.designs.hypotheses import Question, between
+from it2hys.designs.hypotheses import between
 from it2hys.designs.limits import Wanted
 from it2hys.diagnosis import diagnose
 from it2hys.records import Record
@@ -47,6 +47,8 @@ class Loop:
         The effect that the stage has.
     length : int
         Samples of each record.
+    noise : float
+        That of the records, as a multiple of that of the suite's.
     first, first_open : tuple of str
         What was named on the first record, and what it was said not to tell apart.
     family : str
@@ -65,6 +67,7 @@ class Loop:
     seed: int
     truth: str
     length: int = 4000
+    noise: float = 1.0
     first: tuple[str, ...] = ()
     first_open: tuple[str, ...] = ()
     family: str = ""
@@ -102,12 +105,12 @@ class Loop:
         return not self.is_right(self.first)
 
 
-def measured(case: Case, voltage: np.ndarray, name: str, seed: int) -> Record:
-    """Return a record of a case's stage on a voltage, (N,), from long rest, with noise."""
+def measured(case: Case, voltage: np.ndarray, name: str, seed: int, noise_rms: float) -> Record:
+    """Return a record of a case's stage on a voltage, (N,), from long rest, with noise, m."""
     clock = np.arange(len(voltage)) * case.grid.sample_time
     around = sim.Surroundings(case.grid, clock[None])
     clean = 1e-6 * case.plant.run(voltage[None], around)[0]
-    noise = case.noise_rms * np.random.default_rng([case.seed, seed]).standard_normal(len(voltage))
+    noise = noise_rms * np.random.default_rng([case.seed, seed]).standard_normal(len(voltage))
     return Record(name, clock, voltage, clean + noise, case.grid.sample_time)
 
 
@@ -117,8 +120,8 @@ def stage(pair: tuple[str, str], seed: int, length: int) -> Case:
     return Case(seed, f"{truth} of {pair}", (truth,), drift_by="time", length=length)
 
 
-def first_record(case: Case, pair: tuple[str, str], length: int) -> Record:
-    """Return the first record, over the range of the case, which is to leave a pair open.
+def first_voltage(case: Case, pair: tuple[str, str], length: int) -> np.ndarray:
+    """Return the voltage of the first record, over the case's range, which is to leave a pair open.
 
     A sine of many periods cannot tell what delays, and no limit of the rate touches it. What rises once
     and slowly shows no memory, and creep and a drift with time lift it alike. Steps between two levels
@@ -131,22 +134,29 @@ def first_record(case: Case, pair: tuple[str, str], length: int) -> Record:
         shape = 0.5 * (1.0 - np.cos(np.pi * clock / (length - 1)))
     elif case.truth[0] in ("saturation", "nonlinearity"):
         shape = 1.0 * (_LEVELS * clock // length % 2)
-    return measured(case, greatest * shape, "first", 1)
+    return greatest * shape
 
 
 def run_loop(
-    pair: tuple[str, str], seed: int, length: int = 4000, compared: bool = True, families: tuple = ()
+    pair: tuple[str, str],
+    seed: int,
+    length: int = 4000,
+    noise: float = 1.0,
+    compared: bool = True,
+    families: tuple = (),
 ) -> Loop:
     """Close the loop on one stage; a failure is its outcome."""
     case = stage(pair, seed, length)
-    loop, begin = Loop(pair, seed, case.truth[0], length), time.process_time()
+    loop, begin = Loop(pair, seed, case.truth[0], length, noise), time.process_time()
+    noise_rms = noise * case.noise_rms
     try:
-        first = diagnose([first_record(case, pair, length)])
+        voltage = first_voltage(case, pair, length)
+        first = diagnose([measured(case, voltage, "first", 1, noise_rms)])
         open_ = tuple(e for group in first.indistinguishable for e in group)
         loop = replace(loop, first=first.effects, first_open=open_)
         # as from the report: between all that the first record leaves open
         rivals = (*pair, *(e for e in open_ if e not in pair))
-        question = between(first.parameters, rivals, case.noise_rms)
+        question = between(first.parameters, rivals, noise_rms)
         low, high = question.base.voltage_range
         sample_time = case.grid.sample_time
         rise = _AT_ONCE if "slew" in pair else _RISE
@@ -164,12 +174,8 @@ def run_loop(
             limits = found.limits
             voltages |= {"paper": paper_signal(limits), "chirp": chirp_signal(limits)}
         for name, voltage in voltages.items():
-            loop = replace(loop, **{name: named_on(case, question, voltage, name)})
+            record = measured(case, voltage, name, 2, noise_rms)
+            loop = replace(loop, **{name: diagnose([record], model=question.base).effects})
     except Exception as error:  # whatever it is, the others go on and this one counts as failed
         loop = replace(loop, failure=f"{type(error).__name__}: {error}")
     return replace(loop, seconds=time.process_time() - begin)
-
-
-def named_on(case: Case, question: Question, voltage: np.ndarray, name: str) -> tuple[str, ...]:
-    """Return what a diagnosis names on a record of a voltage, from the model without either effect."""
-    return diagnose([measured(case, voltage, name, 2)], model=question.base).effects
