@@ -188,11 +188,6 @@ class Errors:
     band: list[np.ndarray]
     wide: list[np.ndarray]
 
-    @property
-    def each(self) -> tuple[list[np.ndarray], ...]:
-        """All three."""
-        return self.free, self.band, self.wide
-
 
 @dataclass(frozen=True, eq=False)
 class Bench(Starts):

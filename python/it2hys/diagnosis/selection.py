@@ -583,12 +583,10 @@ def overdriven_by(node: Node, child: Node, gain: float) -> tuple[str, ...]:
 
 def _ends_better(node: Node, other: Node) -> bool:
     """Return whether a model fits better than one with the same effects, and predicts as well."""
-    most = 1.0 + SEARCH.equal
-    as_good = all(
-        _rms(mine) <= most * _rms(others)
-        for mine, others in zip(node.errors.each, other.errors.each, strict=True)
-    )
-    return as_good and node.fit.minimum.cost < other.fit.minimum.cost
+    gains = Gains.of(other.errors, node.errors)
+    fits = node.fit.minimum.cost < other.fit.minimum.cost
+    spoils = any(is_worse(g, SEARCH.spoils) for g in (gains.band, gains.wide))
+    return fits and gains.free.gain >= -SEARCH.equal and not spoils
 
 
 def _imitates(node: Node, other: Node) -> bool:
