@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from it2hys.errors import InputError
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, Chain, active_effects
-from it2hys.model.effects import play
+from it2hys.model.effects import nonlinearity, play
 from it2hys.model.parameters import ParameterSet, format_ssv, read_ssv, table_1, write_ssv
 from it2hys.model.variables import load_table
 from it2hys.records.clues import Extent
@@ -243,6 +243,19 @@ def test_counts_follow_from_the_elements_given():
     assert plain.counts == {"rule": 3, "play": 0, "creep": 0}
     assert not any(name.startswith(("play[", "creep[")) for name in plain)
     assert active_effects(plain) == []
+
+
+@pytest.mark.parametrize("waves", [1, 2, 3])
+def test_a_curve_of_a_few_waves_is_within_the_bounds_of_a_fit(waves):
+    """Its powers cancel each other in part: they are larger than the curve is high."""
+    height, z = 0.04 * EXTENT.displacement_span, np.linspace(-1.0, 1.0, 401)
+    curve = height * np.sin(0.5 * np.pi * waves * (z + 1.0))
+    powers = (1.0 - z**2)[:, None] * z[:, None] ** np.arange(len(nonlinearity.COEFFICIENTS))
+    found = np.linalg.lstsq(powers, curve, rcond=None)[0]
+    starts = EFFECTS["nonlinearity"].starts(EXTENT)
+    bounds = [starts[f"nonlinearity.{name}"].high for name in nonlinearity.COEFFICIENTS]
+    fitted = np.clip(found, np.negative(bounds), bounds)
+    assert np.sqrt(np.mean((powers @ fitted - curve) ** 2)) < 0.03 * height
 
 
 @pytest.mark.parametrize(
