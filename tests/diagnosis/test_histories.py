@@ -166,13 +166,13 @@ def test_what_is_missed_in_the_lead_ins_is_not_expected_behind_them():
     assert bench._misfit(model).power < 0.2 * NOISE**2
 
 
-def test_creep_of_a_few_samples_is_fitted():
-    drawn = np.array([0.016, 0.3, 3.0]), np.array([0.06, 0.02, 0.03]), 2.0
+def test_creep_of_a_dozen_samples_is_fitted():
+    drawn = np.array([0.022, 0.3, 3.0]), np.array([0.06, 0.02, 0.03]), 2.0
     records = [creeping(None, seed, phase, *drawn) for seed, phase in enumerate((0.0, 1.5, 3.0, 0.7))]
     others = [e for e in EFFECTS if e != "creep"]
     found = diagnose(records[:3], [], records[3:], declared=["creep"], excluded=others)
     for record, judged in zip(records, found.records, strict=True):
-        assert judged.cold_start < 1.2 * 5e-4 * np.ptp(record.displacement)  # up to 3.6 from 20
+        assert judged.cold_start < 1.2 * 5e-4 * np.ptp(record.displacement)  # up to 3.2 from 20
 
 
 def test_a_lead_in_lasts_until_the_start_is_met():
