@@ -274,7 +274,7 @@ class Physics:
     dynamics_longest: float = _number(
         10.0, "samples",
         "longest time constant that counts as fast dynamics",
-        "what is slower may be creep; chosen on seeds 90000, 140000 and 150000 (20 missed creep, which 5 "
+        "what is slower may be creep; chosen on seeds 90000, 140000 and 150000 (20 missed creep that 5 "
         "did not) and on a stand with hysteresis alone (at 5 creep was named beside it)",
     )  # fmt: skip
     slow_gain: float = _number(
