@@ -293,6 +293,16 @@ class Physics:
         5.0, "periods",
         "fewest periods of a line within the longest record; fewer are slow motion",
     )  # fmt: skip
+    curve_bow: float = _number(
+        0.2, "share of the travel",
+        "largest coefficient of the square and the cube of a static curve",
+        "a sensor bows less; as large as each may be alone without the curve falling",
+    )  # fmt: skip
+    curve_shape: float = _number(
+        0.6, "share of the travel",
+        "the same of the higher powers, which cancel each other in part",
+        "a curve with three waves, 4 % of the travel high, has 0.37 and 0.26 of them",
+    )  # fmt: skip
     curve_slope: float = _number(
         0.1, "1",
         "least slope of a static curve: with less, its inverse amplifies noise more than tenfold",

@@ -83,7 +83,7 @@ def test_a_resonance_that_does_not_ring_is_no_rival_of_a_lag(monkeypatch, dampin
 @pytest.mark.parametrize(
     ("cost", "free", "inverse", "better"),
     [(0.9, 1.0, 1.0, True), (0.9, 0.5, 0.5, True), (1.1, 0.5, 0.5, False), (0.9, 1.3, 0.5, False),
-     (0.9, 1.0, 1.3, False)],
+     (0.9, 1.0, 1.3, False), (0.9, 0.9, 1.04, True)],
 )  # fmt: skip
 def test_another_optimum_of_the_same_effects_fits_better_and_predicts_as_well(
     cost, free, inverse, better

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from it2hys.model.effect import Effect, Scalar, Start, Surroundings, Values
+from it2hys.policy import PHYSICS
 from it2hys.records.clues import Extent
 from it2hys.support.lazy import Lazy
 
@@ -12,9 +13,6 @@ ca = Lazy("casadi")
 
 #: Coefficients of the powers 0 to 4 of z, after the factor that vanishes at both ends.
 COEFFICIENTS = ("quadratic", "cubic", "quartic", "quintic", "sextic")
-#: The largest of them, as shares of the travel: of a curve with three waves, 4 % of the travel high,
-#: they are 0.04, 0, 0.37, 0 and 0.26.
-_LARGEST = (0.2, 0.2, 0.6, 0.6, 0.6)
 
 #: Bisection and Newton steps of the inverse.
 _HALVINGS, _NEWTON_STEPS = 40, 2
@@ -57,7 +55,8 @@ class Nonlinearity(Effect):
 
         What keeps the curve from falling is its `steepness`.
         """
-        bounds = [share * extent.displacement_span for share in _LARGEST]
+        shares = [PHYSICS.curve_bow] * 2 + [PHYSICS.curve_shape] * (len(COEFFICIENTS) - 2)
+        bounds = [share * extent.displacement_span for share in shares]
         return {
             f"nonlinearity.{name}": Start(0.0, -bound, bound)
             for name, bound in zip(COEFFICIENTS, bounds, strict=True)
