@@ -8,13 +8,13 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy.stats import chi2
 
 from it2hys.diagnosis.bounds import bound_sentences
 from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import EVIDENCE, EffectEvidence
 from it2hys.diagnosis.evidence.statistics import FEWEST
 from it2hys.diagnosis.fitting import Bench
+from it2hys.diagnosis.last_fit import last_fit, usable_over
 from it2hys.diagnosis.next_experiment import deciding_experiment
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Rival, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
@@ -25,7 +25,7 @@ from it2hys.diagnosis.windows import Window, every, searched_text, step_of, wind
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
-from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
+from it2hys.identification.criterion import ChainFit, Model, Trace, with_rules
 from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.judgement import Judgement, judge_records, judged_samples
@@ -38,15 +38,15 @@ from it2hys.identification.preparation import (
 from it2hys.identification.result import Identification
 from it2hys.identification.scaling import relaxed
 from it2hys.identification.stage_figures import stage_figures
-from it2hys.identification.starts import at_rest, clues, memories
+from it2hys.identification.starts import clues
 from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.identification.uncertainty import assess
-from it2hys.identification.usability import share_of_way, widest_range
+from it2hys.identification.usability import share_of_way
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
-from it2hys.policy import CORE, COVERAGE, STARTS
+from it2hys.policy import CORE, COVERAGE
 from it2hys.records import Record
 from it2hys.records.clues import Clue, Extent
 from it2hys.records.feedback import find_feedback
@@ -58,8 +58,6 @@ from it2hys.support.progress import Progress
 #: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
 #: more does better than the effect is tried in the search.
 RULES = 3
-#: Iterations of the last fit.
-_FINAL = 150
 
 
 def diagnose(
@@ -290,17 +288,17 @@ class _Session:
             return model
         own = self._extent.sample_time
         if model.values["sampleTime"] == own:
-            return self._judging.fit_own(model, self._all_fitted)
+            return self._judging.fit_own(model, self._judging.traces)
         known, slow = bench.errors(model), self._traces("train", step=self._step)
         model = _at_sample_time(bench.fit_own(model, slow), own, replace(bench, traces=slow))
-        return refitted(self._bench_of(self._all_fitted, 1), model, known, self._each).fit.model
+        return refitted(self._bench_of(self._judging.traces, 1), model, known, self._each).fit.model
 
     def _bench(self, base: Model) -> Bench:
         """Return the bench of the search; keep that of the whole records, on which all is judged."""
         self._base_has_offset = self._has_offset = bool(np.any(base.offsets != 0.0))
         self._extent = replace(self._extent, zero=base.values["displacementZero"])
-        self._all_fitted = self._traces("train")
-        self._judging = replace(self._bench_of(self._all_fitted, 1), traces=self._all_fitted)
+        fitted = self._traces("train")
+        self._judging = replace(self._bench_of(fitted, 1), traces=fitted)
         return self._bench_of(self._searched(), self._step)
 
     def _bench_of(self, traces: list[Trace], step: int) -> Bench:
@@ -335,70 +333,13 @@ class _Session:
         self._progress(0.25 + 0.6 * (1.0 - np.exp(-self._fits / 60.0)), f"searching effects: {model}")
 
     def _finish(self, bench: Bench, node: Node) -> ChainFit:
-        """Fit everything that may be fitted to the end, with a core that is usable."""
         self._progress(0.87, "final fit")
-        fit = self._judging.finish(self._on_whole(node.fit.model, bench), _FINAL)
-        fit = self._at_rest(self._without_offsets(fit))
-        whole = self._judging
-        for strength in (1e1, 1e2, 1e3):
-            if self._usable(fit.model) is not None:
-                break
-            fit = whole.fit(fit.model, _FINAL, strength)
-        model = self._usable(fit.model)
-        if model is None:
-            raise InputError(
-                "the fitted model is not admissible over the range of the training records: its core "
-                "does not contract or cannot be inverted there; give records that cover the range "
-                "better"
-            )
-        return ChainFit(whole.criterion(model), fit.minimum)
-
-    def _without_offsets(self, fit: ChainFit) -> ChainFit:
-        """Return the fit without a constant for each record, unless that makes it worse by far.
-
-        They were there for the paper's model, and may have made up for what that lacks.
-        """
-        if not self._has_offset:
-            return fit
-        plain = [replace(t, has_offset=False) for t in self._all_fitted]
-        bench = replace(self._judging, traces=plain)
-        other = bench.finish(replace(fit.model, offsets=np.zeros(len(plain))), _FINAL)
-        if other.minimum.cost * (1.0 - COVERAGE.offset_gain) > fit.minimum.cost:
-            return fit
-        self._has_offset, self._all_fitted, self._judging = False, plain, bench
-        return other
-
-    def _at_rest(self, fit: ChainFit) -> ChainFit:
-        """Return the fit with all records begun after long rest, if that is no worse but for chance.
-
-        What is fitted to each record takes up a part of what the effects do.
-        """
-        remembered = memories(fit.model)
-        if not remembered:
-            return fit
-        criterion = self._judging.criterion(at_rest(fit.model)).holding(remembered).guarded(1.0)
-        other = minimise(criterion, _FINAL)
-        costs = np.maximum([other.minimum.cost, fit.minimum.cost], np.finfo(float).tiny)
-        statistic = criterion.samples * np.log(costs[0] / costs[1])
-        freedom = len(remembered) * len(self._all_fitted)
-        return other if chi2.sf(statistic, freedom) > STARTS.rested else fit
+        self._judging, fit = last_fit(self._judging, self._on_whole(node.fit.model, bench))
+        self._has_offset = any(t.has_offset for t in self._judging.traces)
+        return fit
 
     def _usable(self, model: Model) -> Model | None:
-        """Return a model of the whole training records with a range in which its core is usable.
-
-        The range holds the core's outputs, and the displacements too where it can; None without one.
-        """
-        runs = [model.run(t, i) for i, t in enumerate(self._all_fitted)]
-        core = [output for _, _, output in runs]
-        ranges = (
-            widest_range(model.rules, float(min(map(np.min, ys))), float(max(map(np.max, ys))))
-            for ys in ([*core, *(reading for reading, _, _ in runs)], core)
-        )
-        usable = next((usable for usable in ranges if usable is not None), None)
-        if usable is None:
-            return None
-        ends = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
-        return replace(model, values={**model.values, **ends})
+        return usable_over(model, self._judging.traces)
 
     # --- assessment ------------------------------------------------------------------------------
 
@@ -510,7 +451,7 @@ class _Session:
             for i, record in enumerate(self._train)
             if begins_at_zero(record, rest.voltage_range)
         }
-        return begun_at_rest(rest, starts, self._all_fitted, model.offsets)
+        return begun_at_rest(rest, starts, self._judging.traces, model.offsets)
 
     def _judgements(self, model: Model, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
         parameters = self._parameters(model, "judged")

@@ -61,9 +61,13 @@ def level(effects: int = 0) -> float:
 def largest_chance(gain: float) -> float:
     """Return the p-value up to which a gain counts in a search.
 
-    Chance does not take away the larger part of an error, however few stretches are independent.
+    Chance does not take away the larger part of an error, however few stretches are independent. The
+    level rises to that of such gains from a smaller one on, evenly in its logarithm: two fits of one
+    model may gain a little less and a little more.
     """
-    return SEARCH.confirming if gain > SEARCH.indispensable else level()
+    share = (gain - SEARCH.large) / (SEARCH.indispensable - SEARCH.large)
+    share = min(max(share, 0.0), 1.0)
+    return float(level() ** (1.0 - share) * SEARCH.confirming**share)
 
 
 def chance_of_a_rival() -> float:
@@ -523,7 +527,9 @@ class Search:
         best = min(nodes, key=lambda n: n.rms)
         near = [n for n in nodes if n.rms <= (1.0 + SEARCH.equal) * best.rms]
         calmest = min(near, key=lambda n: _rms(n.errors.wide))
-        alike = [n for n in nodes if not self._beats(best, n) and not self._beats(calmest, n)]
+        alike = [
+            n for n in nodes if not any(self._beats(o, n) for o in (best, calmest, *self._children(n)))
+        ]
         alike = [n for n in alike if not any(self._lacks_what_shows(n, other) for other in nodes)]
         alike = alike or [best]
         fewest = min((len(n.effects), len(n.added)) for n in alike)
@@ -534,6 +540,14 @@ class Search:
         others = [n for n in others if not _imitates(n, chosen)]
         self.rivals = [n for n in others if not self._predicts_better(chosen, n)]
         return chosen
+
+    def _children(self, node: Node) -> list[Node]:
+        """Return the models that have one addition more.
+
+        The one with the least error may owe that to what spoils its inverse, and be no better for it.
+        """
+        larger = [n for n in self.nodes.values() if n.added > node.added]
+        return [n for n in larger if len(n.added) == len(node.added) + 1]
 
     def settled(self, chosen: Node) -> Node:
         """Return the chosen model without the effects that a rival does without.
@@ -719,7 +733,7 @@ def _sharpened(bench: Bench, node: Node, each: Callable = map) -> Node:
         # what fits the training records better may do so by how they begin, and fail on others
         if reshaped.rms <= (1.0 + SEARCH.equal) * node.rms:
             node = reshaped
-    return _with_faster_core(bench, _resolved(bench, _with_histories(bench, node)))
+    return with_faster_core(bench, _resolved(bench, _with_histories(bench, node)))
 
 
 def _with_histories(bench: Bench, node: Node) -> Node:
@@ -772,10 +786,10 @@ def refitted(bench: Bench, model: Model, before: Errors, each: Callable) -> Node
     if node.rms > (1.0 + SEARCH.equal) * _rms(before.free):
         anew = _node(bench, frozenset(), bench.reshaped(model, each))
         node = min(node, anew, key=lambda n: n.rms)
-    return _with_faster_core(bench, node)
+    return with_faster_core(bench, node)
 
 
-def _with_faster_core(bench: Bench, node: Node) -> Node:
+def with_faster_core(bench: Bench, node: Node) -> Node:
     """Return the model with a core as fast as is as good, where its inverse is poor.
 
     A core that is slower than the truth makes up for what a model of a finite number of elements leaves

@@ -1,0 +1,116 @@
+"""The last fit: of the model that was chosen, to the whole training records."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from it2hys.diagnosis.fitting import Bench
+from it2hys.diagnosis.selection import Node, with_faster_core
+from it2hys.errors import InputError
+from it2hys.identification.criterion import ChainFit, Model, Trace, minimise
+from it2hys.identification.starts import at_rest, memories
+from it2hys.identification.usability import widest_range
+from it2hys.policy import COVERAGE, STARTS
+
+#: Iterations of the last fit.
+_ITERATIONS = 150
+#: Strengths of the penalties for a poor core, one after the other, until its model is usable.
+_STRENGTHS = (1e1, 1e2, 1e3)
+
+
+def last_fit(bench: Bench, model: Model) -> tuple[Bench, ChainFit]:
+    """Fit everything that may be fitted to the end, with a core that is usable.
+
+    Parameters
+    ----------
+    bench : Bench
+        Fits the whole training records.
+    model : Model
+
+    Returns
+    -------
+    Bench
+        The same, without a constant for each record where none is needed.
+    ChainFit
+        Of a model with a range in which it is usable.
+
+    Raises
+    ------
+    InputError
+        If the model is not usable, however hard that is asked for.
+    """
+    fit = bench.finish(model, _ITERATIONS)
+    bench, fit = _without_offsets(bench, fit)
+    fit = _at_rest(bench, _with_calm_inverse(bench, fit))
+    for strength in _STRENGTHS:
+        if usable_over(fit.model, bench.traces) is not None:
+            break
+        fit = bench.fit(fit.model, _ITERATIONS, strength)
+    usable = usable_over(fit.model, bench.traces)
+    if usable is None:
+        raise InputError(
+            "the fitted model is not admissible over the range of the training records: its core "
+            "does not contract or cannot be inverted there; give records that cover the range "
+            "better"
+        )
+    return bench, ChainFit(bench.criterion(usable), fit.minimum)
+
+
+def _without_offsets(bench: Bench, fit: ChainFit) -> tuple[Bench, ChainFit]:
+    """Return the fit without a constant for each record, unless that makes it worse by far.
+
+    They were there for the paper's model, and may have made up for what that lacks.
+    """
+    if not any(t.has_offset for t in bench.traces):
+        return bench, fit
+    plain = replace(bench, traces=[replace(t, has_offset=False) for t in bench.traces])
+    other = plain.finish(replace(fit.model, offsets=np.zeros(len(plain.traces))), _ITERATIONS)
+    if other.minimum.cost * (1.0 - COVERAGE.offset_gain) > fit.minimum.cost:
+        return bench, fit
+    return plain, other
+
+
+def _with_calm_inverse(bench: Bench, fit: ChainFit) -> ChainFit:
+    """Return the fit, or one that is as good and has a far better inverse.
+
+    The search has kept the core fast where that is so; fitted to the end, it becomes slower again.
+    """
+    node = Node(frozenset(), fit, bench.errors(fit.model))
+    return with_faster_core(bench, node).fit
+
+
+def _at_rest(bench: Bench, fit: ChainFit) -> ChainFit:
+    """Return the fit with all records begun after long rest, if that is no worse but for chance.
+
+    What is fitted to each record takes up a part of what the effects do.
+    """
+    remembered = memories(fit.model)
+    if not remembered:
+        return fit
+    criterion = bench.criterion(at_rest(fit.model)).holding(remembered).guarded(1.0)
+    other = minimise(criterion, _ITERATIONS)
+    costs = np.maximum([other.minimum.cost, fit.minimum.cost], np.finfo(float).tiny)
+    statistic = criterion.samples * np.log(costs[0] / costs[1])
+    freedom = len(remembered) * len(bench.traces)
+    return other if chi2.sf(statistic, freedom) > STARTS.rested else fit
+
+
+def usable_over(model: Model, traces: list[Trace]) -> Model | None:
+    """Return a model of records with a range in which its core is usable.
+
+    The range holds the core's outputs, and the displacements too where it can; None without one.
+    """
+    runs = [model.run(t, i) for i, t in enumerate(traces)]
+    core = [output for _, _, output in runs]
+    ranges = (
+        widest_range(model.rules, float(min(map(np.min, ys))), float(max(map(np.max, ys))))
+        for ys in ([*core, *(reading for reading, _, _ in runs)], core)
+    )
+    usable = next((usable for usable in ranges if usable is not None), None)
+    if usable is None:
+        return None
+    ends = dict(zip(("displacementMin", "displacementMax"), usable, strict=True))
+    return replace(model, values={**model.values, **ends})
