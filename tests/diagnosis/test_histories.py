@@ -1,12 +1,15 @@
 """What was before a record is sought anew once a model has what it lacked."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from conftest import TS, UM
 from effects import signals, surroundings
 
 from it2hys.diagnosis import diagnose
+from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.selection import _node, _with_histories
 from it2hys.identification.criterion import ChainFit, Model, Trace
@@ -142,6 +145,20 @@ def test_what_the_first_model_made_up_for_by_record_is_left_to_the_effect():
     for record, judged in zip(records, found.records, strict=True):
         assert judged.offset == 0.0  # up to 28 times the noise before
         assert judged.cold_start < 1.3 * 5e-4 * np.ptp(record.displacement)
+
+
+def test_creep_slower_than_records_from_one_rest_is_said_with_its_size():
+    """What goes on for longer is the same in all of them; what they show tells how large it is."""
+    values = {"creepCount": len(SLOW)}
+    for i, (gain, constant) in enumerate(zip(LOGARITHMIC, SLOW, strict=True), start=1):
+        values |= {f"creep[{i}].gain": gain, f"creep[{i}].timeConstant": constant}
+    evidence = EVIDENCE["creep"]
+    one = [creeping(None, 0), creeping(None, 0, pace=2.0)]
+    said = evidence.not_shown(values, one)
+    assert "begin at 10 V" in said and "longest of them (4 s)" in said
+    share = float(re.search(r"by ([0-9.]+) % of the way", said)[1])
+    assert share == pytest.approx(100 * LOGARITHMIC[0] / np.log10(SLOW[1] / SLOW[0]), rel=0.05)
+    assert evidence.not_shown(values, [*one, creeping(None, 0, 1.5)]) == ""
 
 
 def test_a_lead_in_lasts_until_the_voltage_moves():

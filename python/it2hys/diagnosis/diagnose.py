@@ -392,7 +392,12 @@ class _Session:
             intervals=uncertainty.intervals,
             undetermined=uncertainty.undetermined,
             stage_figures=stage_figures(fit, uncertainty),
-            warnings=(*bound_sentences(fit, named), *self._findings(after), *self._warnings),
+            warnings=(
+                *bound_sentences(fit, named),
+                *self._not_shown(fit.model),
+                *self._findings(after),
+                *self._warnings,
+            ),
             seconds=self._seconds,
             rivals=self._rivals(fit.model, [chosen, *search.rivals], bench),
         )
@@ -418,6 +423,12 @@ class _Session:
         """Return the findings on the records that hold for any model."""
         records = [p.record for _, p in self._prepared]
         return [*record_findings(records), *coarse_readings(records, [j.noise for j in after], after)]
+
+    def _not_shown(self, model: Model) -> list[str]:
+        """Return sentences on what of the model's effects the records cannot show."""
+        records = [p.record for role, p in self._prepared if role != "test"]
+        texts = (EVIDENCE[e].not_shown(model.values, records) for e in model.effects)
+        return [text for text in texts if text]
 
     def _left_over(self, bench: Bench, model: Model, traces: Sequence[Trace], known: int) -> LeftOver:
         """Judge the residual of records after their lead-ins."""

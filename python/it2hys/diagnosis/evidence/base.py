@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from it2hys.records import Record
 from it2hys.records.clues import Clues, Extent
 
 
@@ -114,3 +115,7 @@ class EffectEvidence(ABC):
     def is_done_within(self, values: Mapping, time: float) -> bool:
         """Return whether it has done most of its work in a time, in s."""
         return False
+
+    def not_shown(self, values: Mapping, records: Sequence[Record]) -> str:
+        """Return a sentence on what of the effect the fitted records cannot show; empty without it."""
+        return ""

@@ -4,7 +4,7 @@ Its signature is a residual that, after a step, grows with the logarithm of the 
 cycles whose loops are wider than fast ones'. A drift with time grows without any step.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from it2hys.diagnosis.evidence.statistics import (
 )
 from it2hys.model.effects.creep import COUNT, EFFECT
 from it2hys.model.variables import load_table
+from it2hys.policy import STARTS
+from it2hys.records import Record
 from it2hys.records.clues import Clues, Extent
 
 
@@ -83,6 +85,36 @@ class CreepEvidence(EffectEvidence):
                 "time held"
             )
         return Signature(trial.share, trial.p_value, text + ".")
+
+    def not_shown(self, values: Mapping, records: Sequence[Record]) -> str:
+        """Return a sentence where all records begin at one voltage.
+
+        What is slower than they are is then the same in all of them.
+        """
+        begins = np.array([r.voltage[0] for r in records])
+        span = max(r.voltage.max() for r in records) - min(r.voltage.min() for r in records)
+        if np.ptp(begins) > STARTS.slack * span:
+            return ""
+        longest = max(r.time[-1] - r.time[0] for r in records)
+        growth = _growth(values, 0.1 * longest, longest)
+        travel = max(np.ptp(r.displacement) for r in records)
+        return (
+            f"All records that were fitted or decided begin at {begins.mean():.3g} V. They do not show "
+            f"how much creep there is that takes longer than the longest of them ({longest:.3g} s). "
+            "After a rest at another voltage the model may miss it: if creep goes on as at their end, "
+            f"by {100 * growth:.2g} % of the way from there for every decade of time, up to "
+            f"{1e6 * growth * travel:.2g} µm. A record that begins after a rest at another voltage "
+            "would show it."
+        )
+
+
+def _growth(values: Mapping, early: float, late: float) -> float:
+    """Return the share of a step by which creep grows between two times after it, s."""
+    growth = 0.0
+    for i in range(1, int(values["creepCount"]) + 1):
+        gain, constant = values[f"creep[{i}].gain"], values[f"creep[{i}].timeConstant"]
+        growth += gain * (np.exp(-early / constant) - np.exp(-late / constant))
+    return growth
 
 
 EVIDENCE = CreepEvidence()
