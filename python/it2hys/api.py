@@ -222,7 +222,7 @@ def diagnose(
             model,
             declared,
             rules,
-            identification.Options(seed=seed),
+            seed,
             show,
             workers,
             exclude,
