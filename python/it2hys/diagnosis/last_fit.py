@@ -8,7 +8,6 @@ import numpy as np
 from scipy.stats import chi2
 
 from it2hys.diagnosis.fitting import Bench
-from it2hys.diagnosis.selection import Node, with_faster_core
 from it2hys.errors import InputError
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise
 from it2hys.identification.starts import at_rest, memories
@@ -44,7 +43,7 @@ def last_fit(bench: Bench, model: Model) -> tuple[Bench, ChainFit]:
     """
     fit = bench.finish(model, _ITERATIONS)
     bench, fit = _without_offsets(bench, fit)
-    fit = _at_rest(bench, _with_calm_inverse(bench, fit))
+    fit = _at_rest(bench, fit)
     for strength in _STRENGTHS:
         if usable_over(fit.model, bench.traces) is not None:
             break
@@ -71,15 +70,6 @@ def _without_offsets(bench: Bench, fit: ChainFit) -> tuple[Bench, ChainFit]:
     if other.minimum.cost * (1.0 - COVERAGE.offset_gain) > fit.minimum.cost:
         return bench, fit
     return plain, other
-
-
-def _with_calm_inverse(bench: Bench, fit: ChainFit) -> ChainFit:
-    """Return the fit, or one that is as good and has a far better inverse.
-
-    The search has kept the core fast where that is so; fitted to the end, it becomes slower again.
-    """
-    node = Node(frozenset(), fit, bench.errors(fit.model))
-    return with_faster_core(bench, node).fit
 
 
 def _at_rest(bench: Bench, fit: ChainFit) -> ChainFit:

@@ -733,7 +733,7 @@ def _sharpened(bench: Bench, node: Node, each: Callable = map) -> Node:
         # what fits the training records better may do so by how they begin, and fail on others
         if reshaped.rms <= (1.0 + SEARCH.equal) * node.rms:
             node = reshaped
-    return with_faster_core(bench, _resolved(bench, _with_histories(bench, node)))
+    return _with_faster_core(bench, _resolved(bench, _with_histories(bench, node)))
 
 
 def _with_histories(bench: Bench, node: Node) -> Node:
@@ -786,10 +786,10 @@ def refitted(bench: Bench, model: Model, before: Errors, each: Callable) -> Node
     if node.rms > (1.0 + SEARCH.equal) * _rms(before.free):
         anew = _node(bench, frozenset(), bench.reshaped(model, each))
         node = min(node, anew, key=lambda n: n.rms)
-    return with_faster_core(bench, node)
+    return _with_faster_core(bench, node)
 
 
-def with_faster_core(bench: Bench, node: Node) -> Node:
+def _with_faster_core(bench: Bench, node: Node) -> Node:
     """Return the model with a core as fast as is as good, where its inverse is poor.
 
     A core that is slower than the truth makes up for what a model of a finite number of elements leaves
