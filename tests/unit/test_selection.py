@@ -123,6 +123,17 @@ def test_a_larger_model_that_spoils_the_inverse_hides_no_smaller_one_that_is_bet
     assert search._simplest() is nodes[1]
 
 
+@pytest.mark.parametrize(
+    ("gain", "p_value", "told"),
+    [(0.4, 2e-3, True), (0.4, 0.02, False), (0.6, 8e-3, True), (0.01, 1e-4, False)],
+)
+def test_which_of_two_effects_it_is_takes_less_than_that_there_is_one(gain, p_value, told):
+    """On a record of the stand p = 0.0005 had been too much for one of two."""
+    same = Comparison(1.0, 1.0, 0.5, (-0.1, 0.1))
+    better = Comparison(1.0, 1.0 - gain, p_value, (gain - 0.1, gain + 0.1))
+    assert Gains(better, same, same).tell == Gains(same, better, same).tell == told
+
+
 # --- what few samples decide ----------------------------------------------------------------------
 
 

@@ -266,7 +266,7 @@ class Ground:
         needed = floor * (1.0 / (1.0 - least) ** 2 - 1.0)
         by_chance = 2.0 * np.sqrt(len(d) * mean + np.sum((d @ left.spread) ** 2)) / len(d)
         gain = float(1.0 - np.sqrt(floor / (floor + mean)))
-        chance = chance_of_a_rival() if rival.own else largest_chance(gain)
+        chance = chance_of_a_rival(gain) if rival.own else largest_chance(gain)
         above, threshold = above_chance(d, left.spread), float(norm.isf(chance))
         by_gain = np.log(mean / (needed + _SURE * by_chance))
         return Separation(

@@ -70,13 +70,13 @@ def largest_chance(gain: float) -> float:
     return float(level() ** (1.0 - share) * SEARCH.confirming**share)
 
 
-def chance_of_a_rival() -> float:
-    """Return the p-value up to which one of two equally simple models counts as better.
+def chance_of_a_rival(gain: float) -> float:
+    """Return the p-value up to which one of two equally simple models counts as better by a gain.
 
     A model has at most as many rivals as there are effects: they share a budget as large as that of the
     search, beside it. What is decided is not whether there is an effect, but which.
     """
-    return SEARCH.budget / len(EFFECTS)
+    return max(SEARCH.budget / len(EFFECTS), largest_chance(gain))
 
 
 _TINY = np.finfo(float).tiny
@@ -149,7 +149,7 @@ class Gains:
     def tell(self) -> bool:
         """Whether of two equally simple models one is better by more than chance."""
         return any(
-            g.gain > SEARCH.telling and g.p_value <= largest_chance(g.gain)
+            g.gain > SEARCH.telling and g.p_value <= chance_of_a_rival(g.gain)
             for g in (self.free, self.band)
         )
 
