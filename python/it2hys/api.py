@@ -222,7 +222,7 @@ def diagnose(
             model,
             declared,
             rules,
-            seed,
+            identification.Options(seed=seed),
             show,
             workers,
             exclude,

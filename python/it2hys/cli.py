@@ -709,7 +709,7 @@ def _diagnose(options: argparse.Namespace) -> int:
         check_file(options.output / "parameters.ssv", [options.model])
     train, validate, test = _read_records(options)
     from it2hys.diagnosis import RULES, diagnose
-    from it2hys.identification import check_rule_count
+    from it2hys.identification import Options, check_rule_count
     from it2hys.model.parameters import read_ssv
     from it2hys.model.stages import own_effects
     from it2hys.reports.design_report import designed_voltage, read_design
@@ -719,6 +719,7 @@ def _diagnose(options: argparse.Namespace) -> int:
 
     check_rule_count(options.rules)
     designed = None if options.design is None else read_design(options.design)
+    settings = Options(seed=options.seed)
     model = None if options.model is None else read_ssv(options.model)
     with _progress(options) as progress:
         diagnosis = diagnose(
@@ -729,7 +730,7 @@ def _diagnose(options: argparse.Namespace) -> int:
             declared=_effects(options.declared),
             excluded=_effects(options.exclude),
             rules=RULES if options.rules is None else options.rules,
-            seed=options.seed,
+            options=settings,
             progress=progress,
             workers=options.workers,
             sensor_curve=options.sensor_curve,

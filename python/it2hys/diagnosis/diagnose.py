@@ -58,8 +58,6 @@ from it2hys.support.progress import Progress
 #: Number of rules of the paper's model. More of them would take up a part of an effect; whether one
 #: more does better than the effect is tried in the search.
 RULES = 3
-#: Starts of that model, where the search begins: three times as many end within 1 % of its error.
-_STARTS = 12
 
 
 def diagnose(
@@ -69,7 +67,7 @@ def diagnose(
     model: ParameterSet | None = None,
     declared: Sequence[str] = (),
     rules: int = RULES,
-    seed: int = 0,
+    options: Options | None = None,
     progress: Progress | None = None,
     workers: int = 1,
     excluded: Sequence[str] = (),
@@ -92,8 +90,7 @@ def diagnose(
         Effects that are in the model from the start.
     rules : int
         Number of rules of the model that is identified.
-    seed : int
-        Of the starts of the paper's model.
+    options : Options, optional
     progress : callable, optional
         Called with the share done, 0 to 1, and what is being done.
     workers : int
@@ -116,7 +113,8 @@ def diagnose(
     if not train:
         raise InputError("no training record is given")
     check_rule_count(rules)
-    session = _Session(train, validation, test, model, declared, excluded, seed, progress)
+    options = options or Options()
+    session = _Session(train, validation, test, model, declared, excluded, options, progress)
     with parallel_map(workers) as each:
         return replace(session.run(rules, each), has_sensor_curve=sensor_curve)
 
@@ -132,12 +130,11 @@ class _Session:
         model: ParameterSet | None,
         declared: Sequence[str],
         excluded: Sequence[str],
-        seed: int,
+        options: Options,
         progress: Progress | None,
     ):
         check_sample_times([*train, *validation, *test])
-        self._train, self._model = list(train), model
-        self._options = Options(seed, _STARTS)
+        self._train, self._model, self._options = list(train), model, options
         self._progress = progress or (lambda share, text: None)
         self._extent = extent_of(train)
         self._declared = _checked_effects("declared", declared, self._extent)

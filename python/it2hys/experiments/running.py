@@ -211,7 +211,7 @@ class _Run:
             *self._by_role(),
             model,
             rules=self._scenario.rules or RULES,
-            seed=self._scenario.seed,
+            options=Options(seed=self._scenario.seed),
             progress=progress,
             workers=self._workers,
         )
