@@ -36,6 +36,9 @@ ifeq ($(shell command -v cc || command -v gcc || command -v clang),)
 WITH_CC := CC='"$(CURDIR)/$(BIN)/python" -m ziglang cc -mcpu=baseline'
 endif
 
+# zig builds its own libraries once, for all that compiles here
+export ZIG_GLOBAL_CACHE_DIR ?= $(CURDIR)/build/zig
+
 # a checker and a master from Maven Central, where there is Maven; their tests skip with a reason elsewhere
 VDMCHECK := build/vdmcheck
 MAESTRO := build/maestro

@@ -191,8 +191,8 @@ ARM_LIBRARIES = Path(os.environ.get("QEMU_LD_PREFIX", "/usr/aarch64-linux-gnu"))
 
 
 def zig(directory: Path, *arguments: object) -> None:
-    """Run zig's C compiler, with a cache in a directory."""
-    environment = {**os.environ, "ZIG_GLOBAL_CACHE_DIR": str(directory / "zig")}
+    """Run zig's C compiler, with a cache in a directory unless there is one."""
+    environment = {"ZIG_GLOBAL_CACHE_DIR": str(directory / "zig"), **os.environ}
     subprocess.run([sys.executable, "-m", "ziglang", "cc", *arguments], check=True, env=environment)
 
 
