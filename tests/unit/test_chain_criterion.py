@@ -12,16 +12,18 @@ from hypothesis import strategies as st
 
 from it2hys.diagnosis.fitting import with_effect, without_effect
 from it2hys.identification.casadi_problem import casadi_problem
-from it2hys.identification.criterion import ChainCriterion, Model, Trace, minimise
+from it2hys.identification.criterion import ChainCriterion, Model, Trace, minimise, paper_model
 from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.inverse import References
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.starts import fitted_coordinates
+from it2hys.identification.usability import Band, largest_contraction
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.effects import nonlinearity
 from it2hys.model.parameters import table_1
 from it2hys.model.variables import load_table, off_values
+from it2hys.policy import CORE
 from it2hys.records.clues import Extent
 from it2hys.support.processes import parallel_map
 
@@ -177,6 +179,24 @@ def test_linearisation_agrees_with_residual_and_jacobian():
     jacobian = np.array([linear.transposed(row) for row in np.eye(len(residual))])
     np.testing.assert_allclose(linear.hessian, jacobian.T @ jacobian, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(linear.gradient, jacobian.T @ residual, rtol=1e-9, atol=1e-9)
+
+
+def test_a_rule_that_hides_between_points_of_the_grid_costs_once_penalties_are_stronger():
+    """A paper's model ended at |dF/dy| = 1.001 there, and the diagnosis of a good record with it."""
+    band = Band(np.linspace(-1.2, 1.2, 193), np.full(193, -1.1), np.full(193, 1.1))
+    rules = np.array(
+        [
+            [0.1, 0.1688, 0.443, 0.3436, 0.1133, 0.0304],
+            [0.1, 0.1389, 0.0507, 0.4953, 0.1649, -0.0522],
+            [0.1, 0.1135, -0.3795, 0.5121, 0.1046, -0.0349],
+        ]
+    )
+    rules[:, 3:] *= 1.0002 * CORE.contraction / largest_contraction(rules, band)[0]
+    traces = traces_of(1)
+    criterion = criterion_of(paper_model(traces, SCALING, rules), traces)
+    point = criterion.pack(criterion.model)
+    assert not criterion.guarded_over(band, 1.0).penalised(point)
+    assert criterion.guarded_over(band, 10.0).penalised(point)
 
 
 def falling_model(traces: list[Trace]) -> Model:

@@ -428,7 +428,11 @@ class ChainCriterion:
         ]
 
     def guarded_over(self, band: Band, strength: float) -> ChainCriterion:
-        """Return the criterion with penalties for rules that are unusable over a band."""
+        """Return the criterion with penalties for rules that are unusable over a band.
+
+        Stronger ones than 1 are for rules that were unusable with those: where, a finer grid shows.
+        """
+        band = band if strength <= 1.0 else band.verified
         result = copy(self)
         result._guard = Guard(band, strength * np.sqrt(self.samples), self.model.contraction)
         return result

@@ -54,9 +54,10 @@ class Band:
         """The three arrays with the shape (1, G) that CasADi's functions of a grid take."""
         return self.y[None], self.x_low[None], self.x_high[None]
 
-    def refined(self, points: int) -> Band:
-        """Return the band on a finer grid."""
-        y = np.linspace(self.y[0], self.y[-1], points)
+    @property
+    def verified(self) -> Band:
+        """The band on the finer grid on which a fitted model is verified."""
+        y = np.linspace(self.y[0], self.y[-1], _FINE_GRID)
         return Band(y, *(np.interp(y, self.y, x) for x in (self.x_low, self.x_high)))
 
     @classmethod
@@ -188,7 +189,7 @@ def largest_contraction(rules: np.ndarray, band: Band) -> tuple[float, float, fl
     contraction, y, x : float
         The largest value, over the band and the equilibrium curve, and its place, scaled.
     """
-    fine = band.refined(_FINE_GRID)
+    fine = band.verified
     magnitude = np.abs(usability_values(rules, fine)[:3])
     place = np.unravel_index(np.argmax(magnitude), magnitude.shape)
     x = [compiled.solve(rules, fine.y, fine.y), fine.x_low, fine.x_high][place[0]]
