@@ -303,13 +303,18 @@ def _verdict(found: LeftOver, large: bool) -> str:
     greatest = max(found.records, key=lambda n: n.size)
     noise = rms(np.array([n.noise for n in found.records]))
     head = f"The residual is {times_the_noise(found.size)} ({noise_size(noise)})"
+    chance = f"p = {found.p_value:.1g}" if found.p_value > 1e-12 else "p < 1e-12"
     if found.significant:
-        chance = f"= {found.p_value:.1g}" if found.p_value > 1e-12 else "< 1e-12"
-        return f"{head} and is not noise (p {chance})."
+        return f"{head} and is not noise ({chance})."
     if large:
         return (
             f"{head} ({greatest.size:.2g} in the worst record), but white, steady and independent of "
             "the voltage: the noise is larger than estimated."
+        )
+    if found.p_value < NOISE.level:
+        return (
+            f"{head}, but not white, steady and independent of the voltage ({chance}): a small misfit "
+            "is in it, or the noise is coloured."
         )
     return f"{head}: indistinguishable from noise."
 
