@@ -89,8 +89,8 @@ demo: $(INSTALLED)
 # what leaves a core free runs beside others
 test: $(TOOLS)
 	$(MAKE) --jobs 2 --output-sync lint ctest
-	$(MAKE) pytest
 	$(MAKE) --old-file ctest --jobs 2 --output-sync hardened installation docs
+	$(MAKE) pytest
 
 lint: $(TOOLS)
 	$(BIN)/ruff check .
@@ -109,10 +109,13 @@ hardened: ctest
 	  "$(CURDIR)/$(BIN)/python"
 
 pytest: $(TOOLS) $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched $(MAESTRO)/.fetched)
+	# what is still installed for the tests, see .ci/run
+	$(WAIT)
 	# two workers are all the cores there may be: no threads besides
 	# slipcover counts lines at 4 % of the time, where coverage takes half as much again on Python 3.11 (measured)
+	# a file's tests stay together, for each worker makes anew what they share
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m slipcover --source python/it2hys \
-	  --missing-width 40 -m pytest -n 2 --dist worksteal
+	  --missing-width 40 -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 # once, and by itself: it builds and installs the package in all the ways that pip has
 installation: $(TOOLS) $(INSTALLED)
