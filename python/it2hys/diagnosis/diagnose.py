@@ -175,7 +175,7 @@ class _Session:
             bench, self._report_fit, not_tried, each, None if self._model is None else first
         )
         self._fits = 0
-        chosen = self._timed("search", search.run, first)
+        chosen = self._timed("search", search.run, first, slower)
         node = search.settled(chosen)
         fit = self._timed("final fit", self._finish, bench, node)
         self._progress(0.95, "assessment")

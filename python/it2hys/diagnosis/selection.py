@@ -215,9 +215,9 @@ class Search:
     rivals: list[Node] = field(default_factory=list)
     _kept: dict[tuple[str, Node], ChainFit | None] = field(default_factory=dict, init=False)
 
-    def run(self, model: Model) -> Node:
-        """Search; return the model that was chosen."""
-        self._begin = model
+    def run(self, model: Model, plain: Model) -> Node:
+        """Search from a model; return what was chosen. `plain` has no effect that was declared."""
+        self._plain = plain
         first = self.bench.fit(model, FINISHING)
         if not np.isfinite(first.minimum.cost):  # the given core does not contract where records go
             first = self.bench.reshaped(model)
@@ -500,26 +500,35 @@ class Search:
         return sorted(known, key=lambda n: n.rms)[:1]
 
     def _afresh(self, node: Node) -> Node:
-        """Return the model with its effects added to the first one anew, where that ends better.
+        """Return the model with its effects added to the plain one anew, where that ends better.
 
-        What was fitted on the way, while effects were missing, may lead to a poorer optimum.
+        What was fitted on the way, while effects were missing, may lead to a poorer optimum. Which one
+        is better, too few elements of an effect may hide.
         """
         if not node.effects or node.added != node.effects or self.bench.leaves_noise(node.fit):
             return node
-        model, missing = with_effects(self.bench, self._begin, node.effects, self.each)
+        effects = {*node.fit.model.effects} - {*self._plain.effects}
+        model, missing = with_effects(self.bench, self._plain, effects, self.each)
         if missing:
             return node
         fit = self.bench.resampled(self.bench.finish(model, FINISHING))
         other = _sharpened(self.bench, _node(self.bench, node.added, fit), self.each)
+        node, other = self._refined(node), self._refined(other)
         return other if _ends_better(other, node) else node
 
     def _refined(self, node: Node) -> Node:
-        """Return the model with more elements of its effects as long as they predict better."""
-        for effect in sorted(node.fit.model.effects):
-            while more := extended(node.fit.model, effect, self.bench.extent):
-                if (better := _better(self.bench, node, more)) is node:
-                    break
-                node = better
+        """Return the model with more elements of its effects as long as they predict better.
+
+        What fewer of them left has shaped the rules.
+        """
+        begun = None
+        while node is not begun:
+            begun, node = node, _with_rules_anew(self.bench, node, self.each)
+            for effect in sorted(node.fit.model.effects):
+                while more := extended(node.fit.model, effect, self.bench.extent):
+                    if (better := _better(self.bench, node, more)) is node:
+                        break
+                    node = better
         return node
 
     def _simplest(self) -> Node:
@@ -685,6 +694,9 @@ def with_effects(
         report(best)
         missing.remove(best)
         model = fits[best].model
+        if missing:  # as a search would: what is added next is fitted to what this one leaves
+            fit = bench.finish(model, FINISHING)
+            model = _sharpened(bench, _node(bench, frozenset(), fit), each).fit.model
     return model, missing
 
 
@@ -726,14 +738,20 @@ def _sharpened(bench: Bench, node: Node, each: Callable = map) -> Node:
     """Return the model with roles exchanged and rules sought anew, unless it leaves but noise."""
     if bench.leaves_noise(node.fit):
         return node
-    node = _with_roles(bench, node)
-    fit = bench.preferred([node.fit, bench.reshaped(node.fit.model, each)])
-    if fit is not node.fit:
-        reshaped = _node(bench, node.added, fit)
-        # what fits the training records better may do so by how they begin, and fail on others
-        if reshaped.rms <= (1.0 + SEARCH.equal) * node.rms:
-            node = reshaped
+    node = _with_rules_anew(bench, _with_roles(bench, node), each)
     return _with_faster_core(bench, _resolved(bench, _with_histories(bench, node)))
+
+
+def _with_rules_anew(bench: Bench, node: Node, each: Callable) -> Node:
+    """Return the model with rules sought anew where it fits better, unless it leaves but noise."""
+    if bench.leaves_noise(node.fit):
+        return node
+    fit = bench.preferred([node.fit, bench.reshaped(node.fit.model, each)])
+    if fit is node.fit:
+        return node
+    reshaped = _node(bench, node.added, fit)
+    # what fits the training records better may do so by how they begin, and fail on others
+    return reshaped if reshaped.rms <= (1.0 + SEARCH.equal) * node.rms else node
 
 
 def _with_histories(bench: Bench, node: Node) -> Node:
