@@ -1,5 +1,6 @@
 """What a better inverse may cost, and which of two models that predict alike is one."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -132,6 +133,65 @@ def test_which_of_two_effects_it_is_takes_less_than_that_there_is_one(gain, p_va
     same = Comparison(1.0, 1.0, 0.5, (-0.1, 0.1))
     better = Comparison(1.0, 1.0 - gain, p_value, (gain - 0.1, gain + 0.1))
     assert Gains(better, same, same).tell == Gains(same, better, same).tell == told
+
+
+# --- the model that was chosen, once more ----------------------------------------------------------
+
+
+def grown(monkeypatch, wanted):
+    """Let creep have this many terms; return how many there were when rules were sought anew."""
+    sought = []
+
+    def extended(model, effect, extent):
+        return SimpleNamespace(effects=model.effects, terms=model.terms + 1)
+
+    def better(bench, node, more):
+        return replace(node, fit=SimpleNamespace(model=more)) if more.terms <= wanted else node
+
+    def rules_anew(bench, node, each):
+        sought.append(node.fit.model.terms)
+        return node
+
+    monkeypatch.setattr(selection, "extended", extended)
+    monkeypatch.setattr(selection, "_better", better)
+    monkeypatch.setattr(selection, "_with_rules_anew", rules_anew)
+    return sought
+
+
+def of_terms(count, *added):
+    model = SimpleNamespace(effects=("creep", *added), terms=count)
+    return Node(frozenset(added), SimpleNamespace(model=model), None)
+
+
+def test_rules_are_sought_anew_with_all_terms(monkeypatch):
+    """Those that were sought beside too few of them left 1.3 times the noise where 1.0 can be had."""
+    sought = grown(monkeypatch, wanted=5)
+    search = Search(SimpleNamespace(extent=None))
+    assert search._refined(of_terms(3)).fit.model.terms == 5
+    assert sought == [3, 5]
+
+
+def test_a_model_anew_has_the_declared_effects_anew_and_all_terms_before_it_is_judged(monkeypatch):
+    """Creep that was declared had been fitted while the stage's ring was missing."""
+    grown(monkeypatch, wanted=5)
+    added, judged = [], []
+
+    def with_effects(bench, model, effects, each):
+        added.append((model.effects, {*effects}))
+        return SimpleNamespace(effects=("resonance", "creep")), []
+
+    monkeypatch.setattr(selection, "with_effects", with_effects)
+    monkeypatch.setattr(selection, "_node", lambda *_: of_terms(3, "resonance"))
+    monkeypatch.setattr(selection, "_sharpened", lambda bench, node, each: node)
+    monkeypatch.setattr(
+        selection, "_ends_better", lambda *nodes: judged.append([n.fit.model.terms for n in nodes])
+    )
+    passed = {name: lambda fit, *_: fit for name in ("finish", "resampled")}
+    search = Search(SimpleNamespace(extent=None, leaves_noise=lambda fit: False, **passed))
+    search._plain = SimpleNamespace(effects=())
+    search._afresh(of_terms(3, "resonance"))
+    assert added == [((), {"creep", "resonance"})]
+    assert judged == [[5, 5]]
 
 
 # --- what few samples decide ----------------------------------------------------------------------
