@@ -11,13 +11,11 @@ from it2hys.diagnosis.fitting import Bench
 from it2hys.errors import InputError
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise
 from it2hys.identification.starts import at_rest, memories
-from it2hys.identification.usability import widest_range
+from it2hys.identification.usability import STRENGTHS, widest_range
 from it2hys.policy import COVERAGE, STARTS
 
 #: Iterations of the last fit.
 _ITERATIONS = 150
-#: Strengths of the penalties for a poor core, one after the other, until its model is usable.
-_STRENGTHS = (1e1, 1e2, 1e3)
 
 
 def last_fit(bench: Bench, model: Model) -> tuple[Bench, ChainFit]:
@@ -44,7 +42,7 @@ def last_fit(bench: Bench, model: Model) -> tuple[Bench, ChainFit]:
     fit = bench.finish(model, _ITERATIONS)
     bench, fit = _without_offsets(bench, fit)
     fit = _at_rest(bench, fit)
-    for strength in _STRENGTHS:
+    for strength in STRENGTHS[1:]:
         if usable_over(fit.model, bench.traces) is not None:
             break
         fit = bench.fit(fit.model, _ITERATIONS, strength)

@@ -39,8 +39,6 @@ _AGREEING, _SAME_COST = 3, 1e-3
 _PERFECT = 1e-6
 #: Optima of the search that are continued on the whole records: so many, so near to the best.
 _CONTINUED, _NEAR = 3, 0.1
-#: Strengths of the penalties for an unusable model, tried in turn.
-_STRENGTHS = (1.0, 1e1, 1e2, 1e3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +74,7 @@ def _problem(
     """Return the guarded problem of the paper's model from scaled rules."""
     model = paper_model(traces, scaling, rules, offsets, begins)
     problem = paper_problem(traces, model, scaling)
-    return problem.guarded_by_data(_STRENGTHS[0], model.offsets)
+    return problem.guarded_by_data(usability.STRENGTHS[0], model.offsets)
 
 
 def _some_rules(count: int) -> np.ndarray:
@@ -281,7 +279,7 @@ def make_usable(fit: RuleFit, options: Options) -> RuleFit:
 
     The penalties vanish where the model is usable, so they do not move the optimum of such a model.
     """
-    for strength in _STRENGTHS[1:]:
+    for strength in usability.STRENGTHS[1:]:
         if usability.is_usable(fit.rules, usability.Band.of_data(fit.courses)):
             break
         criterion = fit.criterion.guarded_by_data(strength, fit.model.offsets)

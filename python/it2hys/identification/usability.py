@@ -31,6 +31,8 @@ Course = tuple[np.ndarray, np.ndarray, np.ndarray]
 _GRID = 193
 #: Points of the grid on which the fitted model is verified.
 _FINE_GRID = 1537
+#: Strengths of the penalties for a model that is not usable, one after the other until it is.
+STRENGTHS = (1.0, 1e1, 1e2, 1e3)
 
 
 @dataclass(frozen=True, eq=False)
