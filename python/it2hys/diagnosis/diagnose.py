@@ -426,8 +426,10 @@ class _Session:
 
     def _not_shown(self, model: Model) -> list[str]:
         """Return sentences on what of the model's effects the records cannot show."""
-        records = [p.record for role, p in self._prepared if role != "test"]
-        texts = (EVIDENCE[e].not_shown(model.values, records) for e in model.effects)
+        fitted, deciding = (
+            [p.record for role, p in self._prepared if role == r] for r in ("train", "validation")
+        )
+        texts = (EVIDENCE[e].not_shown(model.values, fitted, deciding) for e in model.effects)
         return [text for text in texts if text]
 
     def _left_over(self, bench: Bench, model: Model, traces: Sequence[Trace], known: int) -> LeftOver:

@@ -116,6 +116,6 @@ class EffectEvidence(ABC):
         """Return whether it has done most of its work in a time, in s."""
         return False
 
-    def not_shown(self, values: Mapping, records: Sequence[Record]) -> str:
+    def not_shown(self, values: Mapping, fitted: Sequence[Record], deciding: Sequence[Record]) -> str:
         """Return a sentence on what of the effect the fitted records cannot show; empty without it."""
         return ""

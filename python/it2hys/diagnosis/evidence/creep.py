@@ -86,25 +86,31 @@ class CreepEvidence(EffectEvidence):
             )
         return Signature(trial.share, trial.p_value, text + ".")
 
-    def not_shown(self, values: Mapping, records: Sequence[Record]) -> str:
-        """Return a sentence where all records begin at one voltage.
+    def not_shown(self, values: Mapping, fitted: Sequence[Record], deciding: Sequence[Record]) -> str:
+        """Return a sentence where all records that were fitted begin at one voltage.
 
         What is slower than they are is then the same in all of them.
         """
-        begins = np.array([r.voltage[0] for r in records])
-        span = max(r.voltage.max() for r in records) - min(r.voltage.min() for r in records)
+        begins = np.array([r.voltage[0] for r in fitted])
+        span = max(r.voltage.max() for r in fitted) - min(r.voltage.min() for r in fitted)
         if np.ptp(begins) > STARTS.slack * span:
             return ""
-        longest = max(r.time[-1] - r.time[0] for r in records)
+        longest = max(r.time[-1] - r.time[0] for r in fitted)
         growth = _growth(values, 0.1 * longest, longest)
-        travel = max(np.ptp(r.displacement) for r in records)
+        travel = max(np.ptp(r.displacement) for r in fitted)
+        elsewhere = [r for r in deciding if abs(r.voltage[0] - begins.mean()) > STARTS.slack * span]
+        ask = "A record that begins after a rest at another voltage would show it."
+        if elsewhere:
+            ask = (
+                f"Record '{elsewhere[0].name}', which was not fitted, begins at "
+                f"{elsewhere[0].voltage[0]:.3g} V: as a training record it would show more of it."
+            )
         return (
-            f"All records that were fitted or decided begin at {begins.mean():.3g} V. They do not show "
-            f"how much creep there is that takes longer than the longest of them ({longest:.3g} s). "
+            f"All records that were fitted begin at {begins.mean():.3g} V. They do not show how much "
+            f"creep there is that takes longer than the longest of them ({longest:.3g} s). "
             "After a rest at another voltage the model may miss it: if creep goes on as at their end, "
             f"by {100 * growth:.2g} % of the way from there for every decade of time, up to "
-            f"{1e6 * growth * travel:.2g} µm. A record that begins after a rest at another voltage "
-            "would show it."
+            f"{1e6 * growth * travel:.2g} µm. {ask}"
         )
 
 
