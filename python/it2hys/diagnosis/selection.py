@@ -694,9 +694,6 @@ def with_effects(
         report(best)
         missing.remove(best)
         model = fits[best].model
-        if missing:  # as a search would: what is added next is fitted to what this one leaves
-            fit = bench.finish(model, FINISHING)
-            model = _sharpened(bench, _node(bench, frozenset(), fit), each).fit.model
     return model, missing
 
 
