@@ -553,12 +553,11 @@ def test_records_of_another_unit_than_the_starting_model_are_refused(folder, tmp
 
 
 @needs_measured_records
+@pytest.mark.measured
 def test_play_is_found_in_measured_records(tmp_path):
-    # what its dead time was taken for is tried beside it
-    left_out = "slew,saturation,drift,hum"
     code = run(
-        "diagnose", YAN9A / "train.csv", YAN9A / "minor_loops.csv", "--exclude", left_out,
-        "--test", YAN9A / "test.csv", "-o", tmp_path, "--quiet", "--workers", 1,
+        "diagnose", YAN9A / "train.csv", YAN9A / "minor_loops.csv",
+        "--test", YAN9A / "test.csv", "-o", tmp_path, "--quiet",
     )  # fmt: skip
     assert code == 0
     report = report_of(tmp_path)
