@@ -1,7 +1,7 @@
 # make demo   identify a simulated stage, package it as FMUs, run them, write out/demo/report.html
 # make test   lint, C tests, the same under sanitizers, valgrind and a static analyzer, Python tests, installation
 # make docs   the documentation's site, build/docs/html/index.html; the code of its pages is run
-# make diagnosis  the diagnosis on the measured stage, and on simulated ones of seeds that nothing was chosen on (SEEDS=30000, CASES=6): a gate, hours
+# make diagnosis  long diagnoses, of the measured stage too, and of simulated ones that nothing was chosen on (SEEDS=30000, CASES=6): a gate, hours
 # make design  records designed between two effects, on simulated stages (SEEDS=90000, COUNT=10, NOISE=1): do they decide? hours
 # make own-effects  the worked examples of own effects on simulated stages (SEEDS=20, KIND=given): hours; goes on where it ended
 # make bench  ratios against peers (REFERENCE_FMUS=their sources) and an earlier commit (BEFORE=commit), growth, soak; limits
@@ -133,7 +133,7 @@ docs: $(DOCS_TOOLS)/.installed $(INSTALLED)
 
 # figures go to benchmarks/diagnosis_history.jsonl; what was done before is not done again
 diagnosis: $(INSTALLED) $(TOOLS)
-	$(BIN)/python -m pytest -m measured tests/end_to_end/test_diagnose.py
+	$(BIN)/python -m pytest -n 2 -m gate
 	$(BIN)/python benchmarks/diagnosis.py $(if $(SEEDS),--seeds $(SEEDS)) $(if $(CASES),--cases '$(CASES)')
 
 # loops go to build/designs/loops.jsonl; what was done before is not done again

@@ -13,7 +13,7 @@ def test_what_the_first_record_left_open_is_named_on_the_designed_one():
     assert Loop.read(loop.line) == loop
 
 
-@pytest.mark.slow
+@pytest.mark.gate
 def test_a_model_that_diverges_on_the_designed_record_is_no_end_of_it():
     loop = run_loop(("delay", "lag"), 95_001, length=1200, compared=False)
     assert loop.failure == ""

@@ -105,7 +105,7 @@ def test_a_second_resonance_is_named_and_measured(given, declared):
     assert np.mean(inverse[1]) < 0.2 * np.mean(inverse[0])
 
 
-@pytest.mark.slow
+@pytest.mark.gate
 def test_two_resonances_close_together_are_told_apart(given):
     """317 Hz and the user's 337 Hz; with their roles exchanged a fit ends at 17 times the noise."""
     given([FILES / "second_resonance.py"])
@@ -120,7 +120,7 @@ def test_two_resonances_close_together_are_told_apart(given):
     assert unseen_over_noise(found, case) < 1.3
 
 
-@pytest.mark.slow
+@pytest.mark.gate
 def test_heat_of_the_power_at_the_actuator_is_measured(given):
     """It is voltage times current, which no signal of the displacement alone has: 1.5 to 2 times."""
     given([FILES / "thermal_path.py"])
@@ -132,7 +132,7 @@ def test_heat_of_the_power_at_the_actuator_is_measured(given):
     assert low < case.plant.effects[PHYSICS["thermal_path"]].time < high
 
 
-@pytest.mark.slow
+@pytest.mark.gate
 def test_how_the_first_resonance_is_sampled_does_not_keep_the_second_out(given):
     """Its zero rests on a bound when the second comes in, and is fitted anew behind it."""
     given([FILES / "second_resonance.py"])
@@ -143,7 +143,7 @@ def test_how_the_first_resonance_is_sampled_does_not_keep_the_second_out(given):
     assert unseen_over_noise(found, case) < 1.3
 
 
-@pytest.mark.slow
+@pytest.mark.gate
 def test_a_guess_of_another_size_and_a_tenth_off_is_the_one_that_is_followed(given):
     """Of 0.07 and 111 Hz, at 120 Hz: there 0.1 rings out of step, and is worse than at 600 Hz."""
     given([FILES / "second_resonance.py"])

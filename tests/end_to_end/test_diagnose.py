@@ -553,7 +553,7 @@ def test_records_of_another_unit_than_the_starting_model_are_refused(folder, tmp
 
 
 @needs_measured_records
-@pytest.mark.measured
+@pytest.mark.gate
 def test_play_is_found_in_measured_records(tmp_path):
     code = run(
         "diagnose", YAN9A / "train.csv", YAN9A / "minor_loops.csv",
