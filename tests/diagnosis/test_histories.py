@@ -163,7 +163,7 @@ def test_creep_slower_than_records_from_one_rest_is_said_with_its_size():
     assert evidence.not_shown(values, [*one, other], one) == ""
     # one that decides was not fitted: the model may miss what it shows
     said = evidence.not_shown(values, one, [*one, other])
-    assert f"begins at {other.voltage[0]:.3g} V: as a training record it would show more" in said
+    assert f"begins at {other.voltage[0]:.3g} V: as a training record it may show more" in said
 
 
 def test_a_lead_in_lasts_until_the_voltage_moves():

@@ -103,7 +103,7 @@ class CreepEvidence(EffectEvidence):
         if elsewhere:
             ask = (
                 f"Record '{elsewhere[0].name}', which was not fitted, begins at "
-                f"{elsewhere[0].voltage[0]:.3g} V: as a training record it would show more of it."
+                f"{elsewhere[0].voltage[0]:.3g} V: as a training record it may show more of it."
             )
         return (
             f"All records that were fitted begin at {begins.mean():.3g} V. They do not show how much "
