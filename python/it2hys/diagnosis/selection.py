@@ -523,7 +523,7 @@ class Search:
         """
         begun = None
         while node is not begun:
-            begun, node = node, _with_rules_anew(self.bench, node, self.each)
+            begun = node = _with_rules_anew(self.bench, node, self.each)
             for effect in sorted(node.fit.model.effects):
                 while more := extended(node.fit.model, effect, self.bench.extent):
                     if (better := _better(self.bench, node, more)) is node:
