@@ -99,15 +99,10 @@ def test_another_optimum_of_the_same_effects_fits_better_and_predicts_as_well(
     assert _ends_better(other, known) == better
 
 
-def test_a_larger_model_that_spoils_the_inverse_hides_no_smaller_one_that_is_better():
-    """A measured record: it had the least error of all by chance, and hid that a delay was missing."""
-    state = GENERATOR.bit_generator.state
-    nodes = []
-    for effects, free, inverse in (
-        (("play",), 1.0, 1.0),
-        (("delay", "play"), 0.97, 0.4),
-        (("delay", "nonlinearity", "play", "resonance"), 0.85, 2.0),
-    ):
+def searched(*models):
+    """Return a search that has been to models of (effects, free-run error, the inverse's)."""
+    state, nodes = GENERATOR.bit_generator.state, []
+    for effects, free, inverse in models:
         GENERATOR.bit_generator.state = state
         minimum = SimpleNamespace(cost=free**2, coordinates=np.zeros(len(effects)))
         criterion, model = SimpleNamespace(common=[]), SimpleNamespace(values={}, effects=effects)
@@ -120,8 +115,28 @@ def test_a_larger_model_that_spoils_the_inverse_hides_no_smaller_one_that_is_bet
         noise_of_inverse=lambda _: 0.01,
         clues=lambda _: None,
     )
-    search = Search(bench, nodes={n.added: n for n in nodes})
+    return Search(bench, nodes={n.added: n for n in nodes}), nodes
+
+
+def test_a_larger_model_that_spoils_the_inverse_hides_no_smaller_one_that_is_better():
+    """A measured record: it had the least error of all by chance, and hid that a delay was missing."""
+    search, nodes = searched(
+        (("play",), 1.0, 1.0),
+        (("delay", "play"), 0.97, 0.4),
+        (("delay", "nonlinearity", "play", "resonance"), 0.85, 2.0),
+    )
     assert search._simplest() is nodes[1]
+
+
+@pytest.mark.parametrize(("free", "rivals"), [(1.0, 0), (0.5, 1)])
+def test_effects_without_which_prediction_is_as_good_are_not_told_apart(free, rivals):
+    """A measured record: delay and drift beside play and creep, where neither predicted any better."""
+    search, (play, delay, drift) = searched(
+        (("play",), 1.0, 1.0), (("delay", "play"), free, 0.7), (("drift", "play"), free, 0.95)
+    )
+    search.rivals = [drift]
+    assert search.settled(delay) is play
+    assert len(search.rivals) == rivals
 
 
 @pytest.mark.parametrize(

@@ -186,10 +186,10 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
         return "these records cannot tell it from " + ", ".join(e for e in rivals[0] if e != effect)
     if trial.overdriven:
         return f"it fits only with {' and '.join(trial.overdriven)} pressed against its bounds"
-    if trial.accepted:
-        return "other effects explain the residual better"
     c = trial.comparison
     is_chance = c.p_value > level()
+    if trial.accepted and not is_chance:
+        return "other effects explain the residual better"
     if not is_chance and trial.sampling:
         return "it acts within a sample, as a delay or another sampling of the signals would"
     if not is_chance and is_worse(trial.band, SEARCH.spoils):

@@ -561,15 +561,21 @@ class Search:
     def settled(self, chosen: Node) -> Node:
         """Return the chosen model without the effects that a rival does without.
 
-        A rival is as good a model with as few effects.
+        A rival is as good a model with as few effects. Where none of them predicts better than what
+        they have in common, as where a delay only calmed the inverse, there is nothing to tell apart.
         """
         common = chosen.effects.intersection(*(rival.effects for rival in self.rivals))
         if common == chosen.effects:
             return chosen
         known = [n for n in self.nodes.values() if n.effects == common]
         if known:
-            return min(known, key=lambda n: n.rms)
-        return _without(self.bench, chosen, *(chosen.effects - common))
+            node = min(known, key=lambda n: n.rms)
+        else:
+            node = _without(self.bench, chosen, *(chosen.effects - common))
+        gains = [(n, Gains.of(node.errors, n.errors)) for n in (chosen, *self.rivals)]
+        if not any(self._predicts(node, n, g) for n, g in gains):
+            self.rivals = []
+        return node
 
     @staticmethod
     def _predicts_better(one: Node, other: Node) -> bool:
