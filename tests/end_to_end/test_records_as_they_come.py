@@ -257,6 +257,7 @@ def test_a_displacement_that_other_inputs_move_is_said_to_be_so_first(tmp_path, 
     assert sentence in said
     page = html_of(tmp_path / "out").replace("&#39;", "'")
     assert page.index(sentence) < page.index("How good the pair is")
+    assert "No: most of what was measured is not the voltage's doing" in said
 
 
 def test_the_voltage_explains_nearly_all_of_a_stage(annotated, tmp_path):

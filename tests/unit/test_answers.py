@@ -1,8 +1,13 @@
 """The answers at the top of a report where the pair does worse than the one before."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
+from it2hys.records import Record
 from it2hys.reports.answers import feedforward, verdict
+from it2hys.reports.summary import settled_training
 
 
 def report(role, plant, inverse, noise=0.03):
@@ -64,3 +69,13 @@ def test_an_inverse_that_enlarges_noise_is_used_with_care():
     assert first.startswith("With care, ")
     assert "makes 0.180 V of these 0.200 V: the inverse enlarges it 6.0 times" in second
     assert feedforward(report("test", (1.1, 0.5), (2.0, 2.0), noise=0.05))[0].startswith("Yes, ")
+
+
+def test_the_pair_is_driven_no_farther_than_the_voltage_moves_the_stage():
+    """A measured record of three axes: its inverse FMU refused to begin so far outside its range."""
+    reading = 1e-5 * np.sin(np.arange(400))
+    record = Record("a", np.arange(400) * 1e-4, np.zeros(400), reading, 1e-4)
+    judged = SimpleNamespace(role="train", lead=100, y=0.05 * reading)
+    (settled,) = settled_training(SimpleNamespace(records=[judged]), [record])
+    assert len(settled) == 300
+    assert np.ptp(settled.displacement) == pytest.approx(0.05 * np.ptp(reading), rel=1e-3)

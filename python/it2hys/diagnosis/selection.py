@@ -567,15 +567,37 @@ class Search:
         common = chosen.effects.intersection(*(rival.effects for rival in self.rivals))
         if common == chosen.effects:
             return chosen
-        known = [n for n in self.nodes.values() if n.effects == common]
-        if known:
-            node = min(known, key=lambda n: n.rms)
-        else:
-            node = _without(self.bench, chosen, *(chosen.effects - common))
+        node = self._with_only(chosen, common)
         gains = [(n, Gains.of(node.errors, n.errors)) for n in (chosen, *self.rivals)]
         if not any(self._predicts(node, n, g) for n, g in gains):
             self.rivals = []
         return node
+
+    def shown_beside(self, chosen: Node, others: Sequence[str]) -> Node:
+        """Return the chosen model without the effects that it needs in place of others.
+
+        What opens a loop in some way is imitated by anything else that does: creep, a static curve or
+        hum at a multiple of the loop's frequency. Of these, only what is found beside the others as
+        well is in the records.
+        """
+        if not chosen.effects:
+            return chosen
+        with_others, _ = with_effects(self.bench, self.root.fit.model, others, self.each)
+        search = Search(self.bench, self.report, self.excluded, self.each)
+        node = _node(self.bench, frozenset(), self.bench.finish(with_others, FINISHING))
+        while grown := search._grow(node, True, tuple(chosen.effects - node.effects)):
+            node = min(grown, key=lambda n: n.rms)
+        if node.effects == chosen.effects:
+            return chosen
+        self.rivals = []
+        return self._with_only(chosen, node.effects)
+
+    def _with_only(self, chosen: Node, effects: frozenset[str]) -> Node:
+        """Return the best known model with these of the chosen effects; failing that, fit it."""
+        known = [n for n in self.nodes.values() if n.effects == effects]
+        if known:
+            return min(known, key=lambda n: n.rms)
+        return _without(self.bench, chosen, *(chosen.effects - effects))
 
     @staticmethod
     def _predicts_better(one: Node, other: Node) -> bool:

@@ -235,6 +235,11 @@ def feedforward(report: Mapping) -> list[str]:
     first = pooled(report, before, "inverse_e_rms_um")
     if not np.isfinite(error):
         return ["Not known: the inverse could not be judged on these records."]
+    if len(_low_shares(report)) == len(after):
+        return [
+            "No: most of what was measured is not the voltage's doing. The inverse can ask for the "
+            "other part alone, and the stage goes where the rest takes it."
+        ]
     (low, high), (bottom, top) = report["range"]["displacement_um"], report["range"]["voltage_V"]
     band = min(after[n]["inverse_band_Hz"] for n in names)
     travel = max(after[n]["range_um"] for n in names)

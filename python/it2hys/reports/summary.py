@@ -8,6 +8,7 @@ before is a straight line.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -198,9 +199,14 @@ def _trained(result: Result, records: Sequence[Record]) -> list[tuple[Record, Ju
 def settled_training(result: Result, records: Sequence[Record]) -> list[Record]:
     """Return the training records behind their lead-ins; all records where none was fitted.
 
-    A stage may begin where none of the records' voltages brings it again.
+    A stage may begin where none of the records' voltages brings it again. Where more than the voltage
+    moved it, displacements end where the model's do: no voltage reaches the others.
     """
-    return [r.slice(j.lead) for r, j in _trained(result, records)]
+    settled = []
+    for record, judgement in _trained(result, records):
+        behind, y = record.slice(judgement.lead), judgement.y[judgement.lead :]
+        settled.append(replace(behind, displacement=np.clip(behind.displacement, y.min(), y.max())))
+    return settled
 
 
 def _range(result: Result, records: Sequence[Record]) -> dict:
