@@ -147,7 +147,15 @@ def test_which_of_two_effects_it_is_takes_less_than_that_there_is_one(gain, p_va
     """On a record of the stand p = 0.0005 had been too much for one of two."""
     same = Comparison(1.0, 1.0, 0.5, (-0.1, 0.1))
     better = Comparison(1.0, 1.0 - gain, p_value, (gain - 0.1, gain + 0.1))
-    assert Gains(better, same, same).tell == Gains(same, better, same).tell == told
+    assert Gains(better, same, same).tell(0.1) == Gains(same, better, same).tell(0.1) == told
+
+
+def test_an_inverse_that_enlarges_less_noise_tells_no_effects_apart():
+    """At one frequency a lag and a delay do the same; the delay's inverse was the calmer one."""
+    same = Comparison(1.0, 1.0, 0.5, (-0.1, 0.1))
+    calmer = Comparison(1.0, 0.8, 1e-4, (0.15, 0.25))
+    assert not Gains(same, calmer, same).tell(noise=0.9)
+    assert Gains(same, calmer, same).tell(noise=0.1) and Gains(calmer, same, same).tell(noise=0.9)
 
 
 # --- the model that was chosen, once more ----------------------------------------------------------

@@ -70,7 +70,8 @@ def simulate_pair(
         other, own = (
             bench.fit(model, _ITERATIONS).model for model in (ground.start(truth, rival), truth.model)
         )
-        told += is_refused(other, rival) or Gains.of(bench.errors(other), bench.errors(own)).tell
+        gains = Gains.of(bench.errors(other), bench.errors(own))
+        told += is_refused(other, rival) or gains.tell(bench.noise_of_inverse(other))
     return Simulated(truth.name, rival.name, told, draws)
 
 

@@ -145,12 +145,16 @@ class Gains:
             return False
         return self.free.gain > -SEARCH.equal * max(1.0, np.log2(self.wide.before / self.wide.after))
 
-    @property
-    def tell(self) -> bool:
-        """Whether of two equally simple models one is better by more than chance."""
+    def tell(self, noise: float) -> bool:
+        """Return whether of two equally simple models one is better by more than chance.
+
+        `noise` is what the worse one's inverse makes of that in its reference, m rms: which inverse is
+        the calmer one says nothing of which model is right.
+        """
+        is_noise = self.band.before <= SEARCH.noisy * noise
         return any(
             g.gain > SEARCH.telling and g.p_value <= chance_of_a_rival(g.gain)
-            for g in (self.free, self.band)
+            for g in ((self.free,) if is_noise else (self.free, self.band))
         )
 
 
@@ -599,10 +603,10 @@ class Search:
             return min(known, key=lambda n: n.rms)
         return _without(self.bench, chosen, *(chosen.effects - effects))
 
-    @staticmethod
-    def _predicts_better(one: Node, other: Node) -> bool:
+    def _predicts_better(self, one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
-        return Gains.of(other.errors, one.errors).tell
+        noise = self.bench.noise_of_inverse(other.fit.model)
+        return Gains.of(other.errors, one.errors).tell(noise)
 
     def _beats(self, one: Node, other: Node) -> bool:
         if one is other:
