@@ -13,7 +13,7 @@
 
 #include "stage.h"
 
-enum { PLAY_MAX = 16 };
+enum { PLAY_MAX = 32 };
 
 struct play_element {
     real threshold; /* r_j, V */

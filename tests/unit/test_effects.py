@@ -262,7 +262,7 @@ def test_a_curve_of_a_few_waves_is_within_the_bounds_of_a_fit(waves):
     ("changes", "phrase"),
     [
         ({"play[1].weight": 0.1}, "parameter 'play[1].threshold' is missing"),
-        ({"playCount": 17}, "playCount is 17; it must be 0 to 16"),
+        ({"playCount": 33}, "playCount is 33; it must be 0 to 32"),
         ({"lag.timeConstant": -1e-3}, "lag.timeConstant is -0.001 s; it must be 0 to 1e+06 s"),
         ({"lag.time": 1e-3}, "unknown parameter 'lag.time'; did you mean"),
         ({"resonance.frequency": 5e3, "resonance.damping": 0.1}, "(Nyquist)"),

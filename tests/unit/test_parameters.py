@@ -65,7 +65,7 @@ def test_from_rules_gives_the_rules_back(count):
     again = ParameterSet.from_rules(parameters.rules)
     assert np.array_equal(again.rules, parameters.rules)
     assert again["ruleCount"] == again.counts["rule"] == count
-    elements = 6 * (16 - count) + 2 * 16 + 2 * 16  # rules, play operators, creep terms not there
+    elements = 6 * (16 - count) + 2 * 32 + 2 * 16  # rules, play operators, creep terms not there
     assert len(again) == len(load_table().parameters()) - elements
 
 

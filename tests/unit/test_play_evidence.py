@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from it2hys.diagnosis.evidence.play import EVIDENCE
 from it2hys.model.effects.play import COUNT, INITIAL, thresholds
+from it2hys.model.variables import load_table
 from it2hys.records.clues import Clues, Extent
 
 EXTENT = Extent(1e-4, 1.0, (0.0, 100.0), (0.0, 16e-6))
@@ -49,8 +50,17 @@ def test_operators_are_close_where_the_density_is_great():
 
 def test_there_is_no_more_of_no_memory_nor_beyond_the_most_operators():
     assert EVIDENCE.extended(coarse([0.0] * COUNT), EXTENT) is None
-    more = EVIDENCE.extended(coarse([0.1] * COUNT), EXTENT)
-    assert EVIDENCE.extended(more, EXTENT) is None
+    assert EVIDENCE.extended(most(coarse([0.1] * COUNT)), EXTENT) is None
+
+
+def most(values: dict) -> dict:
+    """Return the values with as many operators as there may be."""
+    counts = [values["playCount"]]
+    while counts[-1] < load_table().counts["play"]["maximum"]:
+        values = values | EVIDENCE.extended(values, EXTENT)
+        counts.append(values["playCount"])
+    assert counts == [10, 16, 25, 32]
+    return values
 
 
 def test_operators_go_as_far_as_an_initial_curve_and_a_fit_of_them_has_that_reach():
@@ -61,7 +71,7 @@ def test_operators_go_as_far_as_an_initial_curve_and_a_fit_of_them_has_that_reac
     assert np.all(np.diff(r) > 0.0)
     assert r[COUNT - 1] < 50.0 <= r[COUNT] and r[-1] < 100.0
     more, w = operators(EVIDENCE.extended(far, EXTENT))
-    assert len(more) == 16 and 50.0 < more[-1] < 100.0
+    assert len(more) == 20 and 50.0 < more[-1] < 100.0
     np.testing.assert_allclose(w.sum(), 0.1 * (COUNT + INITIAL), rtol=1e-12)
 
 
@@ -82,5 +92,4 @@ def test_operators_that_only_an_initial_curve_engages_are_added_to_those_that_ar
     assert EVIDENCE.reaching(wider, EXTENT) is None  # it reaches that far
     between = replace(EXTENT, voltage=(-50.0, 50.0))  # from 0 V no farther than in loops
     assert EVIDENCE.reaching(coarse([0.1] * COUNT), between) is None
-    finer = EVIDENCE.extended(before, EXTENT)
-    assert EVIDENCE.reaching(finer, EXTENT) is None  # there may be no more of them
+    assert EVIDENCE.reaching(most(before), EXTENT) is None  # there may be no more of them

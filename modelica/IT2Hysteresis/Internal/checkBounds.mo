@@ -68,9 +68,9 @@ algorithm
       name + ": ruleQ3[" + String(j) + "] is " + String(values[12 + 5*ruleCount + j], significantDigits=6)
       + "; it must be -0.1 to 0.1.");
   end for;
-  assert(values[13 + 6*ruleCount] >= 0 and values[13 + 6*ruleCount] <= 16,
+  assert(values[13 + 6*ruleCount] >= 0 and values[13 + 6*ruleCount] <= 32,
     name + ": playCount is " + String(values[13 + 6*ruleCount], significantDigits=6)
-    + "; it must be 0 to 16.");
+    + "; it must be 0 to 32.");
   assert(abs(values[14 + 6*ruleCount + 1*playCount] - playCount) < 0.5,
     name + ": playWeight has " + String(values[14 + 6*ruleCount + 1*playCount], significantDigits=6)
     + " elements and playThreshold has " + String(playCount)

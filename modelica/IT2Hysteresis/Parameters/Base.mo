@@ -89,7 +89,7 @@ record Base "Parameters of plant and inverse"
   final parameter Integer playCount(
     final quantity="Count",
     min=0,
-    max=16)=size(playThreshold, 1)
+    max=32)=size(playThreshold, 1)
     "Number of play operators in front of the core; 0 for none"
     annotation (Dialog(tab="Effects", group="Play"), Evaluate=true);
   parameter Modelica.Units.SI.ElectricPotential playThreshold[:](

@@ -29,6 +29,8 @@ from it2hys.reports.verdict import COUNTING, straight_line, straight_line_errors
 UM = 1e6
 #: A free-run error above this many times the noise says that the model lacks something.
 FAR_ABOVE_NOISE = 2.0
+#: How far displacements may be beyond those of the model, by its travel, and still be the stage's range.
+_BEYOND = 0.1
 #: Name of the model before a diagnosis: a given one, or the paper's, identified on the same records.
 START = "starting model"
 PAPER = "paper's model"
@@ -200,12 +202,13 @@ def settled_training(result: Result, records: Sequence[Record]) -> list[Record]:
     """Return the training records behind their lead-ins; all records where none was fitted.
 
     A stage may begin where none of the records' voltages brings it again. Where more than the voltage
-    moved it, displacements end where the model's do: no voltage reaches the others.
+    moved it, displacements end a little beyond the model's: no voltage reaches the others.
     """
     settled = []
     for record, judgement in _trained(result, records):
         behind, y = record.slice(judgement.lead), judgement.y[judgement.lead :]
-        settled.append(replace(behind, displacement=np.clip(behind.displacement, y.min(), y.max())))
+        ends = y.min() - _BEYOND * np.ptp(y), y.max() + _BEYOND * np.ptp(y)
+        settled.append(replace(behind, displacement=np.clip(behind.displacement, *ends)))
     return settled
 
 

@@ -5282,7 +5282,7 @@ const struct fmu_variable actuator_table[] = {
     { "rule[16].q1", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].q1), -10.0, 10.0, offsetof(struct chain_parameters, ruleCount), 16, 6 },
     { "rule[16].q2", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].q2), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 16, 6 },
     { "rule[16].q3", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, rule[15].q3), -0.1, 0.1, offsetof(struct chain_parameters, ruleCount), 16, 6 },
-    { "playCount", FMU_INTEGER, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, playCount), 0, 16, 0, 0, 0 },
+    { "playCount", FMU_INTEGER, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, playCount), 0, 32, 0, 0, 0 },
     { "play[1].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[0].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 1, 2 },
     { "play[1].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[0].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 1, 2 },
     { "play[2].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[1].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 2, 2 },
@@ -5315,6 +5315,38 @@ const struct fmu_variable actuator_table[] = {
     { "play[15].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[14].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 15, 2 },
     { "play[16].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[15].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 16, 2 },
     { "play[16].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[15].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 16, 2 },
+    { "play[17].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[16].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 17, 2 },
+    { "play[17].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[16].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 17, 2 },
+    { "play[18].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[17].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 18, 2 },
+    { "play[18].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[17].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 18, 2 },
+    { "play[19].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[18].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 19, 2 },
+    { "play[19].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[18].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 19, 2 },
+    { "play[20].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[19].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 20, 2 },
+    { "play[20].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[19].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 20, 2 },
+    { "play[21].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[20].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 21, 2 },
+    { "play[21].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[20].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 21, 2 },
+    { "play[22].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[21].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 22, 2 },
+    { "play[22].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[21].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 22, 2 },
+    { "play[23].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[22].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 23, 2 },
+    { "play[23].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[22].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 23, 2 },
+    { "play[24].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[23].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 24, 2 },
+    { "play[24].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[23].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 24, 2 },
+    { "play[25].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[24].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 25, 2 },
+    { "play[25].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[24].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 25, 2 },
+    { "play[26].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[25].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 26, 2 },
+    { "play[26].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[25].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 26, 2 },
+    { "play[27].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[26].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 27, 2 },
+    { "play[27].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[26].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 27, 2 },
+    { "play[28].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[27].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 28, 2 },
+    { "play[28].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[27].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 28, 2 },
+    { "play[29].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[28].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 29, 2 },
+    { "play[29].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[28].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 29, 2 },
+    { "play[30].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[29].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 30, 2 },
+    { "play[30].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[29].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 30, 2 },
+    { "play[31].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[30].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 31, 2 },
+    { "play[31].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[30].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 31, 2 },
+    { "play[32].threshold", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[31].threshold), 0, 4000.0, offsetof(struct chain_parameters, playCount), 32, 2 },
+    { "play[32].weight", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, play[31].weight), -10.0, 10.0, offsetof(struct chain_parameters, playCount), 32, 2 },
     { "creepCount", FMU_INTEGER, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creepCount), 0, 16, 0, 0, 0 },
     { "creep[1].gain", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[0].gain), -10.0, 10.0, offsetof(struct chain_parameters, creepCount), 1, 2 },
     { "creep[1].timeConstant", FMU_REAL, FMU_PARAMETER, FMU_PLANT | FMU_INVERSE, offsetof(struct chain_parameters, creep[0].timeConstant), 0, 1000000.0, offsetof(struct chain_parameters, creepCount), 1, 2 },
@@ -5397,8 +5429,8 @@ bool actuator_settle(void *constants)
 /* --- fmu_table_hash.h --- */
 
 /* Generated from variables.toml by codegen.py. */
-#define FMU_TABLE_HASH_PLANT 0x73a65924306d1c97u
-#define FMU_TABLE_HASH_INVERSE 0x3897b58543d25a42u
+#define FMU_TABLE_HASH_PLANT 0xf07c7d43e208f3b0u
+#define FMU_TABLE_HASH_INVERSE 0x00b7035e821c87d4u
 
 enum plant_finding { PLANT_VOLTAGE_RANGE = 1, PLANT_DISPLACEMENT_RANGE = 2 };
 

@@ -687,7 +687,7 @@ HIDDEN_END
  * are that voltage, then driven from there by initialExcursion, then to where the stage rests. Both 0: on the
  * initial loading curve of a new stage. */
 
-enum { PLAY_MAX = 16 };
+enum { PLAY_MAX = 32 };
 
 struct play_element {
     real threshold; /* r_j, V */
@@ -1830,7 +1830,7 @@ HIDDEN_END
 #define OUT_DISPLACEMENT 0
 #define OUT_MEASURED 1
 #define OUT_OUT_OF_RANGE 0
-#define FMU_TABLE_ROWS 205
+#define FMU_TABLE_ROWS 237
 #define FMU_PLANT_INPUT_START { 0.0, 0.0, 293.15 }
 #define FMU_INVERSE_INPUT_START { 0.0, 0.0, 293.15 }
 

@@ -29,6 +29,8 @@ _LEAST_DENSITY = 0.05
 _TOTALS = (0.01, 0.1, 0.4)
 #: Weight of an operator that a fit may bring in: from exactly 0 it would not stir.
 _LIGHT = 1e-3
+#: How many times as many operators a finer density has.
+_FINER = 1.6
 #: How much farther than loops initial curves have to go for operators of their own.
 _FARTHER = 1.1
 
@@ -67,7 +69,7 @@ class PlayEvidence(EffectEvidence):
         return added
 
     def extended(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
-        """Return as many operators as there may be, close where the density found is great.
+        """Return more operators, up to all there may be, close where the density found is great.
 
         A curve of straight pieces comes nearest to one of curvature d if the pieces are as d^(-1/3).
         The last operator stands for all up to where none engages: half the voltage's span in loops.
@@ -81,17 +83,18 @@ class PlayEvidence(EffectEvidence):
         ends[-1] = half if ends[-1] < half else reach(extent)
         if np.any(np.diff(ends) <= 0.0):
             return None
+        more = min(int(_FINER * count), most)
         density = found[1:] / np.diff(ends)
         pieces = np.cbrt(density + _LEAST_DENSITY * np.mean(density)) * np.diff(ends)
         passed = np.concatenate([[0.0], np.cumsum(pieces)])
-        finer = np.interp(np.arange(1, most + 1) / (most + 1) * passed[-1], passed, ends)
+        finer = np.interp(np.arange(1, more + 1) / (more + 1) * passed[-1], passed, ends)
         # each has the weight up to it, the last one that beyond it, too
         total = np.cumsum(found)
         sums = np.interp(finer, ends, total)
         sums[-1] = total[-1]
         weights = np.maximum(np.diff(sums, prepend=0.0), 0.0)  # rounding may leave them below
         return {
-            "playCount": most,
+            "playCount": more,
             **{f"play[{j}].threshold": float(r) for j, r in enumerate(finer, start=1)},
             **{f"play[{j}].weight": float(w) for j, w in enumerate(weights, start=1)},
         }
