@@ -29,7 +29,7 @@ from it2hys.reports.verdict import COUNTING, straight_line, straight_line_errors
 UM = 1e6
 #: A free-run error above this many times the noise says that the model lacks something.
 FAR_ABOVE_NOISE = 2.0
-#: How far displacements may be beyond those of the model, by its travel, and still be the stage's range.
+#: How far displacements that belong to the stage may be beyond those of the model, by its travel.
 _BEYOND = 0.1
 #: Name of the model before a diagnosis: a given one, or the paper's, identified on the same records.
 START = "starting model"
