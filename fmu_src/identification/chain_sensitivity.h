@@ -15,7 +15,7 @@ struct chain_record {
     size_t samples;
 };
 
-enum { CHAIN_MAX_KNOBS = 96 };
+enum { CHAIN_MAX_KNOBS = 160 };
 
 HIDDEN_BEGIN
 

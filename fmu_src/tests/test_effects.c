@@ -747,7 +747,7 @@ static void checks(void)
     REFUSED(p.saturation = ((struct saturation_parameters){ 5.0, 5.0 }), "saturation.minimum");
     REFUSED(p.lag.timeConstant = -1.0, "lag.timeConstant");
     REFUSED(p.lag.timeConstant = 1e6, "lag.timeConstant");
-    REFUSED(p.playCount = 17, "playCount");
+    REFUSED(p.playCount = PLAY_MAX + 1, "playCount");
     REFUSED((p.playCount = 1, p.play[0].threshold = -1.0), "play[1].threshold");
     REFUSED((p.playCount = 2, p.play[0].threshold = 2.0, p.play[1].threshold = 1.0), "play[2].threshold");
     REFUSED((p.playCount = 1, p.play[0].weight = -1.0), "play[1].weight");
