@@ -10,6 +10,7 @@
 #include "fmi3_api.h"
 #include "fmu_start.h"
 #include "fuzz.h"
+#include "play.h"
 
 enum {
     INSTANCES = 3,
@@ -253,14 +254,14 @@ static void call_resize(struct subject *s, struct fuzz_bytes *in)
         if (v && v->base == FMU_INTEGER && left-- == 0)
             break;
     }
-    const fmi3UInt64 count = fuzz_byte(in) % 18;
+    const fmi3UInt64 count = fuzz_byte(in) % (PLAY_MAX + 2); /* the longest of all, and beyond */
     const fmi3Status status = m->SetUInt64(s->c, &row, 1, &count, 1);
     FUZZ_PROMISE(status == fmi3OK || status == fmi3Error);
     FUZZ_PROMISE(m->ExitConfigurationMode(s->c) == fmi3OK);
     for (unsigned first = row + 1; fmu_find(fmu->model, first) && fmu->model->table[first].index == 1;
          first++) {
-        double values[16];
-        for (size_t k = 0; k < 16; k++)
+        double values[PLAY_MAX];
+        for (size_t k = 0; k < PLAY_MAX; k++)
             values[k] = (double)(fuzz_byte(in) + 1) * 7e-8;
         if (status == fmi3OK)
             FUZZ_PROMISE(m->SetFloat64(s->c, &first, 1, values, count) == fmi3OK);
