@@ -16,7 +16,7 @@ enum {
     ARRAY = 4,     /* longest array of arguments */
     TICKS = 1000,  /* longest step */
     PHASES = 4,
-    BLOB = 4096
+    BLOB = 8192
 };
 
 enum allowed { OK_ERROR = 1, OK_DISCARD_ERROR = 2, STEP = 3, VALUES = 4 };

@@ -19,7 +19,7 @@ enum {
     ARRAY = 40,  /* longest array of arguments */
     TICKS = 200, /* longest step */
     PHASES = 5,
-    BLOB = 4096
+    BLOB = 8192
 };
 
 enum allowed { OK_ERROR = 1, OK_DISCARD_ERROR = 2, STEP = 3 };
