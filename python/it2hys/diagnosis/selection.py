@@ -587,14 +587,25 @@ class Search:
         if not chosen.effects:
             return chosen
         with_others, _ = with_effects(self.bench, self.root.fit.model, others, self.each)
-        search = Search(self.bench, self.report, self.excluded, self.each)
         node = _node(self.bench, frozenset(), self.bench.finish(with_others, FINISHING))
-        while grown := search._grow(node, True, tuple(chosen.effects - node.effects)):
-            node = min(grown, key=lambda n: n.rms)
+        while found := [
+            child for e in sorted(chosen.effects - node.effects) if (child := self._beside(node, e))
+        ]:
+            node = min(found, key=lambda n: n.rms)
         if node.effects == chosen.effects:
             return chosen
         self.rivals = []
         return self._with_only(chosen, node.effects)
+
+    def _beside(self, node: Node, effect: str) -> Node | None:
+        """Return the model with an effect more if it predicts better by more than chance."""
+        fit = _with_effect(self.bench, node.fit.model, effect)
+        if fit is None:
+            return None
+        child, gains = _finished(self.bench, node.added, node.errors, effect, fit, 0)
+        fitted = _share_of_error(node, child)
+        better = self._predicts(node, child, gains)
+        return child if better and self._fits_better(node, child, fitted, gains.free.gain) else None
 
     def _with_only(self, chosen: Node, effects: frozenset[str]) -> Node:
         """Return the best known model with these of the chosen effects; failing that, fit it."""
