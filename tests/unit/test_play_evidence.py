@@ -53,6 +53,11 @@ def test_there_is_no_more_of_no_memory_nor_beyond_the_most_operators():
     assert EVIDENCE.extended(most(coarse([0.1] * COUNT)), EXTENT) is None
 
 
+def test_a_single_operator_becomes_two():
+    one = {"playCount": 1, "play[1].threshold": 10.0, "play[1].weight": 0.2}
+    assert EVIDENCE.extended(one, EXTENT)["playCount"] == 2
+
+
 def most(values: dict) -> dict:
     """Return the values with as many operators as there may be."""
     counts = [values["playCount"]]

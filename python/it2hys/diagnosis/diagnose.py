@@ -154,7 +154,7 @@ class _Session:
         # one loop, gone through again and again, is any of these, or the core
         one_tone = holds_one_tone(prepared)
         self._inseparable = self._undeclared(lambda e: e.of_any_loop) if one_tone else ()
-        self._of_a_loop = self._undeclared(lambda e: e.of_a_loop) if one_tone else ()
+        self._of_the_core = self._undeclared(lambda e: e.of_the_core) if one_tone else ()
         regulated = all(find_feedback(r) for r in validation or train)
         self._regulated = self._undeclared(lambda e: e.of_a_controller) if regulated else ()
         self._seconds: dict[str, float] = {}
@@ -171,7 +171,7 @@ class _Session:
         bench = self._bench(base)
         slower = _at_sample_time(base, bench.extent.sample_time, self._judging)
         first = self._timed("declared effects", self._declare, bench, slower)
-        not_tried = (*self._inseparable, *self._of_a_loop, *self._excluded, *self._regulated)
+        not_tried = (*self._inseparable, *self._of_the_core, *self._excluded, *self._regulated)
         search = Search(
             bench, self._report_fit, not_tried, each, None if self._model is None else first
         )
@@ -366,7 +366,7 @@ class _Session:
             self._inseparable,
             self._excluded,
             self._regulated,
-            self._of_a_loop,
+            self._of_the_core,
         )
         judged = [within(t, self._extent.voltage) for t in traces if t.role != "test"]
         base = self._on_whole(base, bench)

@@ -38,7 +38,7 @@ class Verdict:
         Effects that the caller kept out.
     regulated : tuple of str
         Effects that a controller imitates, where it was on in all records that decide.
-    of_a_loop : tuple of str
+    of_the_core : tuple of str
         Effects whose work in a loop the core can do, where the records go through one alone.
     """
 
@@ -50,7 +50,7 @@ class Verdict:
     inseparable: tuple[str, ...]
     excluded: tuple[str, ...] = ()
     regulated: tuple[str, ...] = ()
-    of_a_loop: tuple[str, ...] = ()
+    of_the_core: tuple[str, ...] = ()
 
 
 def indistinguishable(chosen: Node, rivals: Sequence[Node]) -> tuple[tuple[str, ...], ...]:
@@ -140,7 +140,7 @@ def _untried(effect: str, verdict: Verdict, left: Clues) -> str:
             "not tried: the validation records were taken in closed loop, where a controller's slow "
             f"correction looks like it; give one taken in open loop, or --declared {effect}"
         )
-    if effect in verdict.of_a_loop:
+    if effect in verdict.of_the_core:
         return (
             "not tried: the training records hold one amplitude at one frequency, and all that it does "
             "to one loop the core can do, too"

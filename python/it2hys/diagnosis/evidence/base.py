@@ -49,7 +49,7 @@ class EffectEvidence(ABC):
         Whether the rules can imitate it in part, so that they are sought anew for it.
     of_any_loop : bool
         Whether a loop of one amplitude and one frequency cannot tell it apart.
-    of_a_loop : bool
+    of_the_core : bool
         Whether all that it does to a loop of one amplitude and one frequency the core can do, too.
     of_a_controller : bool
         Whether a controller's slow correction looks like it.
@@ -67,7 +67,7 @@ class EffectEvidence(ABC):
     channel: str | None = None
     imitated: bool = False
     of_any_loop: bool = False
-    of_a_loop: bool = False
+    of_the_core: bool = False
     of_a_controller: bool = False
     by_its_signature: bool = False
     occasional: bool = False

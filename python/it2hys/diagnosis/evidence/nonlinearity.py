@@ -21,7 +21,7 @@ class NonlinearityEvidence(EffectEvidence):
         "same in all)"
     )
 
-    imitated = of_a_loop = True
+    imitated = of_the_core = True
 
     def guesses(self, clues: Clues) -> list[dict[str, float]]:
         """Return a curve that is hardly bent, and ones with one, two and three waves.

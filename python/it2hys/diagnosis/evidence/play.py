@@ -29,8 +29,8 @@ _LEAST_DENSITY = 0.05
 _TOTALS = (0.01, 0.1, 0.4)
 #: Weight of an operator that a fit may bring in: from exactly 0 it would not stir.
 _LIGHT = 1e-3
-#: How many times as many operators a finer density has.
-_FINER = 1.6
+#: Share by which a finer density has more operators.
+_FINER = 0.6
 #: How much farther than loops initial curves have to go for operators of their own.
 _FARTHER = 1.1
 
@@ -83,7 +83,7 @@ class PlayEvidence(EffectEvidence):
         ends[-1] = half if ends[-1] < half else reach(extent)
         if np.any(np.diff(ends) <= 0.0):
             return None
-        more = min(int(_FINER * count), most)
+        more = min(count + max(1, int(_FINER * count)), most)
         density = found[1:] / np.diff(ends)
         pieces = np.cbrt(density + _LEAST_DENSITY * np.mean(density)) * np.diff(ends)
         passed = np.concatenate([[0.0], np.cumsum(pieces)])
