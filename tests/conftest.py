@@ -22,6 +22,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from lxml import etree
 
+from it2hys.designs import designing
 from it2hys.fmu.controller import controller_fmu
 from it2hys.fmu.model_description import IDENTIFIERS
 from it2hys.fmu.packaging import package
@@ -75,6 +76,25 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         own = {mark.name for mark in item.iter_markers()}
         if own & {"gate", "installation"} or item.path.relative_to(tests).as_posix().startswith(SLOW):
             item.add_marker(pytest.mark.slow)
+
+
+#: Whole commands whose tests look at the record that a diagnosis designs.
+OF_DESIGNS = ("test_design.py", "test_next_experiment.py", "test_run.py")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def brief_designs(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Let other diagnoses compare few records for "Measure next".
+
+    With records as short as the tests have, designing the next one takes longer than all else.
+    """
+    path = request.path
+    with pytest.MonkeyPatch.context() as patch:
+        if path.parent.name == "end_to_end" and path.name not in OF_DESIGNS:
+            patch.setattr(designing, "_COARSE_FEWEST", 4)
+            patch.setattr(designing, "_COARSE_MOST", 4)
+            patch.setattr(designing, "FAMILIES", {"steps": designing.FAMILIES["steps"]})
+        yield
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

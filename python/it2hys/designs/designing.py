@@ -241,12 +241,21 @@ class Search:
     coarse: bool
     progress: Progress
     evaluated: int = 0
-    budget: int = _COARSE_FEWEST
 
     @cached_property
     def ground(self) -> Ground:
         """The models, and what refits of them start from."""
         return Ground(self.question, self.limits)
+
+    @cached_property
+    def budget(self) -> int:
+        """How many records are compared: fewer where one takes longer."""
+        length = self.limits.samples * self.limits.periods / DESIGN.duration_samples
+        work = max(1, len(self.ground.pairs)) * max(length, 0.25)
+        if self.coarse:
+            return int(np.clip(_COARSE_REFITS / work, _COARSE_FEWEST, _COARSE_MOST))
+        most = min(_MOST, max(_FEWEST, _BY_FAMILY * len(self.families)))
+        return int(np.clip(_REFITS / work, _FEWEST, most))
 
     @cached_property
     def _pairs(self) -> list[tuple[Hypothesis, Hypothesis]]:
@@ -261,7 +270,6 @@ class Search:
     def run(self, at_hand: Mapping[str, np.ndarray], draws: int, checked: int) -> Design:
         """Search, promise, compare and check."""
         begin = time.perf_counter()
-        self.budget = self._budget(self.ground, len(self.families))
         self.progress(0.0, "fitting the rival models")
         family, point = self._best()
         voltage = family.voltage(point, self.limits)
@@ -293,14 +301,6 @@ class Search:
             time.perf_counter() - begin,
             self.evaluated,
         )
-
-    def _budget(self, ground: Ground, families: int) -> int:
-        """Return how many records are compared: fewer where one takes longer."""
-        length = self.limits.samples * self.limits.periods / DESIGN.duration_samples
-        work = max(1, len(ground.pairs)) * max(length, 0.25)
-        if self.coarse:
-            return int(np.clip(_COARSE_REFITS / work, _COARSE_FEWEST, _COARSE_MOST))
-        return int(np.clip(_REFITS / work, _FEWEST, min(_MOST, max(_FEWEST, _BY_FAMILY * families))))
 
     # --- the search ------------------------------------------------------------------------------
 

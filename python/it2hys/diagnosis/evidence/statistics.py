@@ -530,7 +530,8 @@ def _without_negative(columns: np.ndarray, target: np.ndarray) -> tuple[np.ndarr
         return weights, float(norm**2)
     except RuntimeError:  # of columns that are nearly alike, the faster method may go in circles
         fit = lsq_linear(columns, target, (0.0, np.inf), method="bvls")
-        return fit.x, float(2.0 * fit.cost)
+        # it ends within rounding of its bounds, on either side
+        return np.maximum(fit.x, 0.0), float(2.0 * fit.cost)
 
 
 def _old_voltage(clue: Clue) -> np.ndarray:
