@@ -82,7 +82,11 @@ def test_the_second_resonance_is_exact_for_what_is_held_and_what_runs_straight(s
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("declared", [False, True], ids=["found", "declared"])
+@pytest.mark.parametrize(
+    "declared",
+    # `test_own_effect_commands.py` finds it, too
+    [pytest.param(False, id="found", marks=pytest.mark.gate), pytest.param(True, id="declared")],
+)
 def test_a_second_resonance_is_named_and_measured(given, declared):
     """Beside the built-in resonance, with the values of the simulated mount within a hundredth."""
     given([FILES / "second_resonance.py"])
