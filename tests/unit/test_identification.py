@@ -535,6 +535,15 @@ def test_steps_are_no_tone():
     assert not holds_one_tone([prepare(square)])
 
 
+@pytest.mark.parametrize("count", [8, 14])
+def test_levels_held_one_after_the_other_are_no_tone(count):
+    """Of few turns nearly all might be of another kind: play stayed, at 20 times the noise."""
+    levels = np.random.default_rng(count).uniform(0.0, 100.0, count)
+    voltage = np.convolve(np.repeat(levels, 400), np.ones(30) / 30, "valid")
+    clock = np.arange(len(voltage)) * 1e-4
+    assert not holds_one_tone([prepare(Record("a", clock, voltage, 1e-7 * voltage, 1e-4))])
+
+
 def test_a_test_record_beyond_the_training_range_is_warned_of():
     t = time(600)
     train = record("train", 0.5 * excitations.identification(t), NOISE)

@@ -128,6 +128,17 @@ def test_a_larger_model_that_spoils_the_inverse_hides_no_smaller_one_that_is_bet
     assert search._simplest() is nodes[1]
 
 
+def test_a_delay_with_a_calmer_inverse_does_not_beat_a_lag_that_predicts_as_well():
+    """Sines about several levels: the lag's inverse erred by what it made of noise, no more."""
+    search, (lag, delay) = searched((("lag",), 1.0, 1.0), (("delay",), 1.0, 0.4))
+    search.bench = SimpleNamespace(
+        inverts_well=lambda *_: False, deciding=(), noise_of_inverse=lambda _: 0.9
+    )
+    assert not search._beats(delay, lag)
+    search.bench.noise_of_inverse = lambda _: 0.1
+    assert search._beats(delay, lag)
+
+
 @pytest.mark.parametrize(("free", "rivals"), [(1.0, 0), (0.5, 1)])
 def test_effects_without_which_prediction_is_as_good_are_not_told_apart(free, rivals):
     """A measured record: delay and drift beside play and creep, where neither predicted any better."""

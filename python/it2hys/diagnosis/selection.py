@@ -457,7 +457,8 @@ class Search:
 
     @staticmethod
     def _waits(before: Node, after: Node, gains: Gains) -> bool:
-        return WAITING in after.effects - before.effects and gains.calms
+        added = after.effects - before.effects
+        return WAITING in added and before.effects < after.effects and gains.calms
 
     def is_better(self, comparison: Comparison, chance: float = 0.0) -> bool:
         """Return whether a gain is more than chance (by default at a search's level), and enough."""
@@ -624,8 +625,17 @@ class Search:
             return False
         if self._improves(other, one):
             return True
-        poor = not self.bench.inverts_well(_rms(other.errors.wide), self.bench.deciding)
-        return poor and Gains.of(other.errors, one.errors).calms
+        return self._inverts_poorly(other) and Gains.of(other.errors, one.errors).calms
+
+    def _inverts_poorly(self, node: Node) -> bool:
+        """Return whether an inverse is off by more than what it makes of the noise of a reference.
+
+        A lag's inverse enlarges noise, and a delay's does not: that tells nothing of what is there.
+        """
+        error = _rms(node.errors.wide)
+        if self.bench.inverts_well(error, self.bench.deciding):
+            return False
+        return error > SEARCH.noisy * self.bench.noise_of_inverse(node.fit.model)
 
 
 def _share_of_error(before: Node, after: Node) -> float:

@@ -60,7 +60,9 @@ def _is_one_swing(turns: np.ndarray) -> bool:
     tolerance = np.array([COVERAGE.same_end, COVERAGE.same_end, np.log(COVERAGE.same_period)])
     commonest = np.median(turns, axis=0)
     others = np.count_nonzero(np.any(np.abs(turns - commonest) > tolerance, axis=1))
-    return bool(others <= max(COVERAGE.few_turns, COVERAGE.share_of_turns * len(turns)))
+    few = max(COVERAGE.few_turns, COVERAGE.share_of_turns * len(turns))
+    # most are alike: of a handful between levels of any height, few would be all
+    return bool(others <= min(few, (len(turns) - 1) // 2))
 
 
 def _voltage_range(prepared: Sequence[Prepared]) -> tuple[float, float]:
