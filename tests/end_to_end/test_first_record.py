@@ -114,8 +114,10 @@ def test_no_window_of_a_search_falls_into_what_is_set_aside(tmp_path, monkeypatc
 
 @pytest.mark.parametrize(
     ("enough", "said", "least"),
-    [(2700, r"\d windows", 450), (800, "one sample in 3", 900)],
-    ids=["windows", "every third"],
+    [
+        pytest.param(2700, r"\d windows", 450, id="windows"),
+        pytest.param(800, "one sample in 3", 900, id="every third", marks=pytest.mark.gate),
+    ],
 )
 def test_a_long_record_is_searched_in_part_and_judged_as_a_whole(
     tmp_path, monkeypatch, enough, said, least

@@ -180,7 +180,7 @@ class _Session:
         if self._inseparable:
             chosen = search.shown_beside(chosen, self._inseparable)
         node = search.settled(chosen)
-        fit = self._timed("final fit", self._finish, bench, node)
+        fit = self._timed("final fit", self._finish, bench, node, base)
         self._progress(0.95, "assessment")
         return self._timed("assessment", self._assess, base, bench, search, chosen, node, fit)
 
@@ -335,9 +335,9 @@ class _Session:
         self._fits += 1
         self._progress(0.25 + 0.6 * (1.0 - np.exp(-self._fits / 60.0)), f"searching effects: {model}")
 
-    def _finish(self, bench: Bench, node: Node) -> ChainFit:
+    def _finish(self, bench: Bench, node: Node, base: Model) -> ChainFit:
         self._progress(0.87, "final fit")
-        self._judging, fit = last_fit(self._judging, self._on_whole(node.fit.model, bench))
+        self._judging, fit = last_fit(self._judging, self._on_whole(node.fit.model, bench), base)
         self._has_offset = any(t.has_offset for t in self._judging.traces)
         return fit
 

@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from it2hys.diagnosis.fitting import Bench
 from it2hys.errors import InputError
-from it2hys.identification.criterion import ChainFit, Model, Trace, minimise
+from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
 from it2hys.identification.starts import at_rest, memories
 from it2hys.identification.usability import STRENGTHS, widest_range
 from it2hys.policy import COVERAGE, STARTS
@@ -18,7 +18,7 @@ from it2hys.policy import COVERAGE, STARTS
 _ITERATIONS = 150
 
 
-def last_fit(bench: Bench, model: Model) -> tuple[Bench, ChainFit]:
+def last_fit(bench: Bench, model: Model, before: Model) -> tuple[Bench, ChainFit]:
     """Fit everything that may be fitted to the end, with a core that is usable.
 
     Parameters
@@ -26,6 +26,8 @@ def last_fit(bench: Bench, model: Model) -> tuple[Bench, ChainFit]:
     bench : Bench
         Fits the whole training records.
     model : Model
+    before : Model
+        One with a usable core, to begin with where that of `model` cannot be made usable.
 
     Returns
     -------
@@ -42,18 +44,28 @@ def last_fit(bench: Bench, model: Model) -> tuple[Bench, ChainFit]:
     fit = bench.finish(model, _ITERATIONS)
     bench, fit = _without_offsets(bench, fit)
     fit = _at_rest(bench, fit)
-    for strength in STRENGTHS[1:]:
-        if usable_over(fit.model, bench.traces) is not None:
-            break
-        fit = bench.fit(fit.model, _ITERATIONS, strength)
-    usable = usable_over(fit.model, bench.traces)
+    usable = _made_usable(bench, fit)
+    if usable is None:
+        # a core that few voltages determine may be past mending: that of before has a range
+        other = with_rules(fit.model, before.rules)
+        usable = _made_usable(bench, bench.fit(other, _ITERATIONS, STRENGTHS[0]))
     if usable is None:
         raise InputError(
             "the fitted model is not admissible over the range of the training records: its core "
             "does not contract or cannot be inverted there; give records that cover the range "
             "better"
         )
-    return bench, ChainFit(bench.criterion(usable), fit.minimum)
+    return bench, usable
+
+
+def _made_usable(bench: Bench, fit: ChainFit) -> ChainFit | None:
+    """Return the fit, refitted with rising penalties until it has a range; None without one."""
+    for strength in STRENGTHS[1:]:
+        if usable_over(fit.model, bench.traces) is not None:
+            break
+        fit = bench.fit(fit.model, _ITERATIONS, strength)
+    usable = usable_over(fit.model, bench.traces)
+    return None if usable is None else ChainFit(bench.criterion(usable), fit.minimum)
 
 
 def _without_offsets(bench: Bench, fit: ChainFit) -> tuple[Bench, ChainFit]:
