@@ -489,7 +489,7 @@ class Coverage:
     )  # fmt: skip
     few_turns: int = _number(
         3, "turns",
-        "most other turning points of a drive that still counts as a single tone",
+        "most other ways from turn to turn, if fewer than half, of a drive that counts as one tone",
         _MEASURED,
     )  # fmt: skip
     share_of_turns: float = _number(
