@@ -86,7 +86,7 @@ OF_DESIGNS = ("test_design.py", "test_next_experiment.py", "test_run.py")
 def brief_designs(request: pytest.FixtureRequest) -> Iterator[None]:
     """Let other diagnoses compare few records for "Measure next".
 
-    With records as short as the tests have, designing the next one takes longer than all else.
+    With records as short as the tests have, designing the next one takes longer than finding effects.
     """
     path = request.path
     with pytest.MonkeyPatch.context() as patch:
