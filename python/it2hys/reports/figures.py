@@ -14,6 +14,7 @@ matplotlib.use("Agg")
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from it2hys.reports.courses import amplitude_density
@@ -32,8 +33,7 @@ STYLE: Any = {
     "axes.spines.right": False,
     "legend.frameon": False,
     "figure.constrained_layout.use": True,
-    "figure.dpi": 110,
-    "savefig.dpi": 160,
+    "figure.dpi": 160,
 }
 _BEFORE: dict[str, Any] = {"color": "#d95f02", "linewidth": 0.9}
 _AFTER: dict[str, Any] = {"color": "#1f77b4", "linewidth": 0.9}
@@ -53,7 +53,8 @@ def png(figure: Figure) -> bytes:
     """Return a figure as PNG."""
     buffer = BytesIO()
     with matplotlib.rc_context(STYLE):
-        figure.savefig(buffer, format="png")
+        # `savefig` would draw it twice
+        FigureCanvasAgg(figure).print_png(buffer)  # type: ignore[no-untyped-call]
     return buffer.getvalue()
 
 
