@@ -78,22 +78,38 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.slow)
 
 
-#: Whole commands whose tests look at the record that a diagnosis designs.
+#: Whole commands whose tests look at the record that a diagnosis designs, at what moves on a page, and
+#: at how figures are laid out.
 OF_DESIGNS = ("test_design.py", "test_next_experiment.py", "test_run.py")
+OF_VIEWS = ("test_report_page.py", "test_run.py", "test_sweep.py")
+OF_FIGURES = (*OF_VIEWS, "test_cli.py", "test_diagnose.py")
+#: matplotlib's settings for the figures of the others.
+PLAIN = {"figure.constrained_layout.use": False, "figure.dpi": 50}
 
 
 @pytest.fixture(scope="module", autouse=True)
-def brief_designs(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Let other diagnoses compare few records for "Measure next".
+def brief_reports(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Let the reports of other commands be made quickly.
 
-    With records as short as the tests have, designing the next one takes longer than finding effects.
+    With records as short as the tests have, designing the next one takes longer than finding effects,
+    the views of a page longer than identifying a model, and laying out the figures as long.
     """
     path = request.path
+    if path.parent.name != "end_to_end":
+        yield
+        return
     with pytest.MonkeyPatch.context() as patch:
-        if path.parent.name == "end_to_end" and path.name not in OF_DESIGNS:
+        if path.name not in OF_DESIGNS:
             patch.setattr(designing, "_COARSE_FEWEST", 4)
             patch.setattr(designing, "_COARSE_MOST", 4)
             patch.setattr(designing, "FAMILIES", {"steps": designing.FAMILIES["steps"]})
+        if path.name not in OF_VIEWS:
+            patch.setattr("it2hys.reports.pair_report._LOOKED_INTO", 0)
+        if path.name not in OF_FIGURES:
+            from it2hys.reports.figures import STYLE  # matplotlib, which few tests need
+
+            for name, value in PLAIN.items():
+                patch.setitem(STYLE, name, value)
         yield
 
 

@@ -191,31 +191,25 @@ def embedded(parameters: ParameterSet, directory: Path) -> Path:
     return directory / "embedded"
 
 
-def compile_strictly(folder: Path, precision: str) -> Path:
-    (folder / "main.c").write_text(RUN)
-    program = folder / precision
-    sources = [str(folder / name) for name in ("main.c", "it2hys.c")]
-    flags = [*STRICT, *PRECISIONS[precision]]
-    subprocess.run([*compiler(), *flags, *sources, "-o", str(program), "-lm"], check=True)
-    return program
-
-
 def run(program: Path, voltage: np.ndarray) -> np.ndarray:
     text = "\n".join(f"{v:.17g}" for v in voltage)
     done = subprocess.run([program], input=text, capture_output=True, text=True, check=True)
     return np.array([line.split() for line in done.stdout.splitlines()], dtype=float).T
 
 
-def run_both(parameters: ParameterSet, folder: Path, voltage: np.ndarray) -> list[np.ndarray]:
+def run_both(
+    parameters: ParameterSet, folder: Path, objects: dict[str, str], voltage: np.ndarray
+) -> list[np.ndarray]:
     folder = embedded(parameters, folder)
-    return [run(compile_strictly(folder, precision), voltage) for precision in PRECISIONS]
+    (folder / "main.c").write_text(RUN)
+    return [run(link(folder, precision, objects), voltage) for precision in PRECISIONS]
 
 
 @pytest.mark.parametrize("name", SETS)
-def test_runs_as_the_core(name, tmp_path):
+def test_runs_as_the_core(name, core_objects, tmp_path):
     parameters = SETS[name]
     voltage = excitations.identification(excitations.time_grid(0.2, 1e-4))
-    (y, x, _), (y_single, _, x_single) = run_both(parameters, tmp_path, voltage)
+    (y, x, _), (y_single, _, x_single) = run_both(parameters, tmp_path, core_objects, voltage)
     start, limits = parameters["initialDisplacement"], parameters.displacement_range
     expected = compiled.free_run(parameters.rules, voltage, start, limits)
     np.testing.assert_array_equal(y, expected)
@@ -231,12 +225,12 @@ def test_runs_as_the_core(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", SETS)
-def test_runs_as_the_core_beyond_the_range(name, tmp_path):
+def test_runs_as_the_core_beyond_the_range(name, core_objects, tmp_path):
     """In both precisions, and out of (30) comes what went into the plant."""
     parameters = SETS[name]
     limits = low, high = parameters.displacement_range
     voltage = 300.0 * np.sin(np.linspace(0.0, 30.0, 3000))
-    (y, _, x), (y_single, _, x_single) = run_both(parameters, tmp_path, voltage)
+    (y, _, x), (y_single, _, x_single) = run_both(parameters, tmp_path, core_objects, voltage)
     expected = compiled.free_run(parameters.rules, voltage, parameters["initialDisplacement"], limits)
     np.testing.assert_array_equal(y, expected)
     assert y.min() < low - 0.1 * (high - low)

@@ -37,6 +37,7 @@ def test_the_worked_example_runs(rig_folder):
     assert_the_worked_example_shows_what_the_stage_does(rig_folder)
 
 
+@pytest.mark.gate
 @needs_measured_records
 def test_the_worked_example_runs_on_the_measured_stage(tmp_path):
     for name in ("train", "minor_loops", "test"):

@@ -157,6 +157,7 @@ def test_the_documentation_has_its_own_pins_and_takes_nothing_into_the_product()
     assert set(site) & set(tools) == {"docutils"}
 
 
+@pytest.mark.installation
 @pytest.mark.parametrize("part", ["", "-dev", "-docs"])
 def test_every_pin_installs_with_the_python_of_debian(part, tmp_path):
     """Which is 3.11.2: the newest of a package may ask for a later one."""
