@@ -56,7 +56,7 @@ $(VDMCHECK)/.fetched $(MAESTRO)/.fetched:
 	done
 	touch $@
 
-.PHONY: help demo test lint ctest hardened pytest coverage installation docs diagnosis design own-effects bench modelica clean install
+.PHONY: help demo test lint ctest hardened pytest installation docs diagnosis design own-effects bench modelica clean install
 help:
 	@sed -n 's/^# make/make/p' $(firstword $(MAKEFILE_LIST))
 
@@ -111,13 +111,10 @@ pytest: $(TOOLS) $(INSTALLED) $(if $(shell command -v mvn),$(VDMCHECK)/.fetched 
 	# what is still installed for the tests, see .ci/run
 	$(WAIT)
 	# two workers are all the cores there may be: no threads besides
+	# slipcover counts lines at 4 % of the time, where coverage takes half as much again on Python 3.11 (measured)
 	# a file's tests stay together, for each worker makes anew what they share
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python $(COUNTED) -m pytest -n 2 --dist loadfile \
-	  --no-loadscope-reorder
-
-# slipcover counts lines at 4 % of the time, where coverage takes half as much again on Python 3.11 (measured)
-coverage:
-	$(MAKE) pytest COUNTED="-m slipcover --source python/it2hys --missing-width 40"
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m slipcover --source python/it2hys \
+	  --missing-width 40 -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 # once, and by itself: it builds and installs the package in all the ways that pip has
 installation: $(TOOLS) $(INSTALLED)
