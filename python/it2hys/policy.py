@@ -104,6 +104,24 @@ class Search:
         "least gain of the inverse by which a delay, or a variant of a model, is accepted although the "
         "free run is only equal",
     )  # fmt: skip
+    sharpest: float = _number(
+        0.01, "share of the samples",
+        "of a record's samples those at which its voltage turns most sharply: behind them it shows "
+        "whether the displacement waits",
+        "0.003 and 0.03 do as well on a measured record and on seeds 370003, 380100 to 381010",
+    )  # fmt: skip
+    behind: int = _number(
+        8, "samples",
+        "how many behind such a turn count",
+    )  # fmt: skip
+    at_once: float = _number(
+        0.05, "1",
+        "chance at which a delay, by which only the inverse gets better, is refused because behind "
+        "those turns the displacement moves at once",
+        "the usual level of one test; twice the logarithm of the ratio of likelihoods was -6 to -20 "
+        "where a delay was not there (seeds 370003, 381006, 381010), 29 and 77 where one was (380100, "
+        "380103), 0 on a measured record",
+    )  # fmt: skip
     inverse_small: float = _number(
         0.005, "share of the travel",
         "error of the inverse up to which no faster core is sought, nor a delay beside a model that "

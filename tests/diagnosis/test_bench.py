@@ -78,6 +78,24 @@ def test_a_part_of_a_sample_is_sought_from_the_end_that_a_fit_did_not_find(plain
     assert bench.resampled(better).model.values["delay.time"] < 0.1 * TS
 
 
+@pytest.mark.parametrize("late", [0.0, 2.0], ids=["at once", "late"])
+def test_behind_the_turns_of_the_voltage_a_displacement_that_waits_shows(plain, empty, late):
+    """However much both models miss that is slow."""
+    levels = np.random.default_rng(4).uniform(5.0, 95.0, 11)
+    voltage = np.interp(np.arange(SAMPLES), np.linspace(0, SAMPLES, len(levels)), levels)
+    driven = replace(empty, drive=replace(empty.drive, voltage=voltage))
+    at_once, waiting = (
+        replace(plain, values={**plain.values, "delay.time": d * TS}, effects=("delay",))
+        for d in (0.0, 2.0)
+    )
+    bench = bench_of(driven, waiting if late else at_once)
+    (trace,) = bench.traces
+    slow = replace(trace, y=trace.y + 50 * NOISE * np.sin(np.arange(SAMPLES) / 100.0))
+    for bench_or_slow in (bench, replace(bench, traces=[slow])):
+        likelier = bench_or_slow.likelier_behind_turns(at_once, waiting)
+        assert likelier > 20.0 if late else likelier < -20.0
+
+
 def test_where_no_rules_are_found_those_of_the_model_stay(plain, empty, monkeypatch):
     """One effect too many that is tried must not end a diagnosis."""
 

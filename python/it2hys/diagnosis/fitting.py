@@ -6,8 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
+from math import ceil
 
 import numpy as np
+from scipy.stats import median_abs_deviation
 
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.residuals import LeftOver, left_over
@@ -156,6 +158,17 @@ def with_another_rule(model: Model, rule: int, distance: float) -> Model:
     twins = np.repeat(rules[rule : rule + 1], 2, axis=0)
     twins[:, 2] += [-distance, distance]
     return with_rules(model, np.vstack([rules[:rule], twins, rules[rule + 1 :]]))
+
+
+def _behind_turns(trace: Trace) -> np.ndarray:
+    """Return which changes from sample to sample, (N - 1,), are behind sharp turns of the voltage."""
+    turning = np.abs(np.diff(trace.drive.voltage, n=2))
+    sharpest = np.argsort(-turning, kind="stable")[: ceil(SEARCH.sharpest * len(turning))]
+    sharpest = sharpest[turning[sharpest] > 0.0]
+    behind = np.zeros(len(trace.y) - 1, dtype=bool)
+    for later in range(1, SEARCH.behind + 1):
+        behind[np.minimum(sharpest + later, len(behind) - 1)] = True
+    return behind & trace.judged[1:] & trace.judged[:-1]
 
 
 def behind_gain(model: Model, total: float, traces: Sequence[Trace]) -> Model:
@@ -516,6 +529,20 @@ class Bench(Starts):
         reserve = SEARCH.beyond * (high - low)
         low, high = low - reserve, high + reserve
         return {**UNLIMITED, "voltageMin": low, "voltageMax": high}
+
+    def likelier_behind_turns(self, before: Model, after: Model) -> float:
+        """Return how much likelier a model makes what is behind the sharpest turns of the voltage.
+
+        That is twice the logarithm of the ratio of likelihoods, by the changes of the errors from one
+        sample to the next: what both models miss is slow, and does not count in them.
+        """
+        total = 0.0
+        for i, trace in enumerate(self.traces):
+            old, new = (np.diff(m.predict(trace, i) - trace.y) for m in (before, after))
+            chosen = _behind_turns(trace)
+            noise = max(float(median_abs_deviation(old, scale="normal")), trace.noise)
+            total += float(np.sum((old[chosen] / noise) ** 2 - (new[chosen] / noise) ** 2))
+        return total
 
     def noise_of_inverse(self, model: Model) -> float:
         """Return what noise in the references of what decides makes of the inverse, m rms."""

@@ -455,10 +455,16 @@ class Search:
             return False
         return gains.band.after > SEARCH.noisy * self.bench.noise_of_inverse(after.fit.model)
 
-    @staticmethod
-    def _waits(before: Node, after: Node, gains: Gains) -> bool:
+    def _waits(self, before: Node, after: Node, gains: Gains) -> bool:
+        """Return whether a delay makes the inverse better, and no record shows that there is none.
+
+        A delay calms the inverse of any core that is slow, even where that is what the stage is.
+        """
         added = after.effects - before.effects
-        return WAITING in added and before.effects < after.effects and gains.calms
+        if not (WAITING in added and before.effects < after.effects and gains.calms):
+            return False
+        likelier = self.bench.likelier_behind_turns(before.fit.model, after.fit.model)
+        return likelier > -float(chi2.isf(SEARCH.at_once, 1))
 
     def is_better(self, comparison: Comparison, chance: float = 0.0) -> bool:
         """Return whether a gain is more than chance (by default at a search's level), and enough."""
