@@ -81,7 +81,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 #: Whole commands whose tests look at the record that a diagnosis designs, at what moves on a page, and
 #: at how figures are laid out.
 OF_DESIGNS = ("test_design.py", "test_next_experiment.py", "test_run.py")
-OF_VIEWS = ("test_report_page.py", "test_run.py", "test_sweep.py")
+OF_VIEWS = ("test_report_page.py", "test_sweep.py")
 OF_FIGURES = (*OF_VIEWS, "test_cli.py", "test_diagnose.py")
 #: matplotlib's settings for the figures of the others.
 PLAIN = {"figure.constrained_layout.use": False, "figure.dpi": 50}

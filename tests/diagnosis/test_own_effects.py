@@ -166,7 +166,7 @@ def test_without_its_file_it_is_unexplained_and_described(given):
     assert "correlated with the voltage" in " ".join(found.left_over)
 
 
-@pytest.mark.slow
+@pytest.mark.gate
 def test_an_effect_that_is_not_there_is_not_named(given):
     given([FILES / "friction.py", FILES / "thermal_path.py"])
     case = Case(LOOKED_AT, "none", sample_time=1e-4, length=1200)
