@@ -78,6 +78,21 @@ def test_a_part_of_a_sample_is_sought_from_the_end_that_a_fit_did_not_find(plain
     assert bench.resampled(better).model.values["delay.time"] < 0.1 * TS
 
 
+@pytest.mark.parametrize(
+    ("limits", "left"), [((12.0, 101.0), (12.0, 110.0)), ((-1.0, 90.0), (-10.0, 90.0))]
+)
+def test_a_limit_that_no_record_reaches_is_none(plain, empty, limits, left):
+    """It ended 0.4 V above the records, and cut off one that was not fitted, which went further."""
+    names = ("saturation.minimum", "saturation.maximum")
+    values = {**plain.values, **dict(zip(names, limits, strict=True))}
+    limited = replace(plain, values=values, effects=("saturation",))
+    bench = bench_of(empty, limited)
+    fit = bench.fit(limited, 5)
+    freed = bench.without_unseen(fit)
+    assert [freed.model.values[n] for n in names] == pytest.approx(left, rel=0.01)
+    assert freed.model.values["rule[1].q1"] == fit.model.values["rule[1].q1"]
+
+
 @pytest.mark.parametrize("late", [0.0, 2.0], ids=["at once", "late"])
 def test_behind_the_turns_of_the_voltage_a_displacement_that_waits_shows(plain, empty, late):
     """However much both models miss that is slow."""

@@ -241,6 +241,21 @@ class Bench(Starts):
             starts.append(free.model)
         return min((self.fit(m, iterations) for m in starts), key=lambda fit: fit.minimum.cost)
 
+    def without_unseen(self, fit: ChainFit) -> ChainFit:
+        """Return the fit without what does nothing on its records: it would on others.
+
+        A limit of the voltage may end where no record goes; one that goes further would be cut off.
+        """
+        model, point = fit.model, fit.minimum.coordinates.copy()
+        found: dict[str, float] = {}
+        for effect in model.effects:
+            found |= EFFECTS[effect].unseen(model.values, self.extent)
+        first = fit.criterion.places_of_common.start
+        for place, c in enumerate(fit.criterion.common, first):
+            if c.name in found:
+                point[place] = c.of_value(found[c.name])
+        return replace(fit, minimum=replace(fit.minimum, coordinates=point)) if found else fit
+
     def _rough_fit(self, model: Model, iterations: int) -> ChainFit:
         """Fit as `fit`, as far as it takes to compare the result with others."""
         criterion = self.criterion(model).guarded(1.0)

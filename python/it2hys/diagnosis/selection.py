@@ -769,6 +769,7 @@ def _with_effect(bench: Bench, model: Model, effect: str) -> ChainFit | None:
 
 
 def _node(bench: Bench, added: frozenset[str], fit: ChainFit) -> Node:
+    fit = bench.without_unseen(fit)
     return Node(added, fit, bench.errors(fit.model))
 
 

@@ -196,6 +196,13 @@ class Effect(ABC):
         """Return the rows, (K, C), of what the coordinates add to the slope of a static curve."""
         return np.zeros((0, len(units)))
 
+    def unseen(self, values: Values, extent: Extent) -> dict[str, float]:
+        """Return values for parameters that do nothing on the records, but may beyond them.
+
+        By default there are none.
+        """
+        return {}
+
     def bounds_of_record(
         self, name: str, bounds: Bounds, begins: np.ndarray, travel: tuple[float, float]
     ) -> Bounds:

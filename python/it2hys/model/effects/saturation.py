@@ -37,5 +37,15 @@ class Saturation(Effect):
             "saturation.maximum": Start(high - tenth, middle, high + tenth),
         }
 
+    def unseen(self, values: Values, extent: Extent) -> dict[str, float]:
+        """Return limits that no record reaches as far off as they may be: none was seen there."""
+        (low, high), starts = extent.voltage, self.starts(extent)
+        found = {}
+        if values["saturation.minimum"] < low:
+            found["saturation.minimum"] = starts["saturation.minimum"].low
+        if values["saturation.maximum"] > high:
+            found["saturation.maximum"] = starts["saturation.maximum"].high
+        return found
+
 
 EFFECT = Saturation()
