@@ -91,6 +91,8 @@ def test_a_limit_that_no_record_reaches_is_none(plain, empty, limits, left):
     freed = bench.without_unseen(fit)
     assert [freed.model.values[n] for n in names] == pytest.approx(left, rel=0.01)
     assert freed.model.values["rule[1].q1"] == fit.model.values["rule[1].q1"]
+    given = replace(bench, known=dict(zip(names, limits, strict=True)))
+    assert given.without_unseen(fit) is fit  # other records may have shown it
 
 
 @pytest.mark.parametrize("late", [0.0, 2.0], ids=["at once", "late"])

@@ -310,7 +310,7 @@ class _Session:
         traces, deciding = set_aside(traces) if parts else steps_aside(traces, deciding)
         deciding = [within(t, self._extent.voltage) for t in deciding]
         extent = replace(self._extent, sample_time=step * self._extent.sample_time)
-        return Bench(traces, self._scaling, extent, deciding, parts)
+        return Bench(traces, self._scaling, extent, deciding, parts, self._model or {})
 
     def _declare(self, bench: Bench, base: Model) -> Model:
         """Return the model with the declared effects."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from math import ceil
 
@@ -212,10 +212,13 @@ class Bench(Starts):
         Records, or parts of them, that decide between models.
     parts : bool
         Whether `deciding` are parts of the same records, which were not fitted.
+    known : Mapping of str to float
+        Parameters of a model that was given: other records may have shown them.
     """
 
     deciding: list[Trace]
     parts: bool = False
+    known: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def floor(self) -> float:
@@ -250,6 +253,9 @@ class Bench(Starts):
         found: dict[str, float] = {}
         for effect in model.effects:
             found |= EFFECTS[effect].unseen(model.values, self.extent)
+        found = {
+            n: v for n, v in found.items() if not np.isclose(model.values[n], self.known.get(n, v))
+        }
         first = fit.criterion.places_of_common.start
         for place, c in enumerate(fit.criterion.common, first):
             if c.name in found:
