@@ -387,7 +387,13 @@ def of_the_stand() -> tuple[Record, Identification]:
     return measured, identify([measured], rules=3, options=QUICK)
 
 
-@pytest.mark.parametrize("solver", SOLVERS[1:])
+#: Which take longest; `tests/end_to_end/test_cli.py` has each of them find a model.
+LONG = ("ipopt", "evolution")
+
+
+@pytest.mark.parametrize(
+    "solver", [pytest.param(s, marks=[pytest.mark.gate] * (s in LONG)) for s in SOLVERS[1:]]
+)
 def test_every_solver_fits_a_record_of_the_stand_as_well_as_the_default(of_the_stand, solver):
     measured, expected = of_the_stand
     found = identify([measured], rules=3, options=replace(QUICK, solver=solver))
