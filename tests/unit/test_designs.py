@@ -73,6 +73,18 @@ def test_every_record_of_every_family_keeps_every_limit_to_rounding(rig, name, d
     assert rig.holds(voltage)
 
 
+@pytest.mark.parametrize("rate", [2e3, 1e6])
+def test_what_the_limits_leave_less_of_is_said_of_each_part(rate):
+    """A part of 100 V at 200 Hz was announced, of which a slow amplifier left some volts."""
+    family = FAMILIES["steps and reversals"]
+    point = np.full(family.size, 0.5)
+    point[5:9] = 1.0, 1.0, 1.0, 0.5  # reversals at the highest frequency, of one amplitude
+    rig = limits(rate=rate, band=(5.0, 200.0), duration=0.5)
+    _, reversals = family.described(point, rig).split(", then for ")
+    assert ("cut to the limits" in reversals) == (rate < 1e4)
+    assert f"reversals of {rig.span:.3g} V, at 200 to 200 Hz" in reversals
+
+
 def test_what_breaks_a_limit_is_seen():
     rig = limits(rate=2e4)
     voltage = FAMILIES["steps"].voltage(np.full(5, 0.5), rig)

@@ -54,10 +54,13 @@ class Family:
 
     def described(self, point: np.ndarray, limits: Limits) -> str:
         """Return what is played, in words and the rig's units."""
-        said = self.words(np.clip(point, 0.0, 1.0), limits.samples, limits)
-        wanted = self.shape(np.clip(point, 0.0, 1.0), limits.samples, limits)
-        off = np.sqrt(np.mean((self.period(point, limits) - wanted) ** 2))
-        return said + _CUT if off > _NOTICED * limits.span else said
+        return self.said(np.clip(point, 0.0, 1.0), limits.samples, limits)
+
+    def said(self, point: np.ndarray, samples: int, limits: Limits) -> str:
+        """Return what is played in so many samples, and whether the limits leave less of it."""
+        wanted = self.shape(point, samples, limits)
+        off = np.sqrt(np.mean((limits.kept(wanted) - wanted) ** 2))
+        return self.words(point, samples, limits) + (_CUT if off > _NOTICED * limits.span else "")
 
 
 def _frequency(share: float, samples: int, limits: Limits) -> float:
@@ -174,10 +177,9 @@ def _reversals(point: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
 
 def _reversals_words(point: np.ndarray, samples: int, limits: Limits) -> str:
     first, last = _frequency(point[0], samples, limits), _frequency(point[1], samples, limits)
-    return (
-        f"reversals of falling amplitude, {limits.span:.3g} to "
-        f"{(0.05 + 0.95 * point[2]) * limits.span:.3g} V, at {plain(first)} to {plain(last)} Hz"
-    )
+    greatest, least = (f"{share * limits.span:.3g}" for share in (1.0, 0.05 + 0.95 * point[2]))
+    falling = f"of falling amplitude, {greatest} to {least} V" if least != greatest else f"of {least} V"
+    return f"reversals {falling}, at {plain(first)} to {plain(last)} Hz"
 
 
 _MULTISINE = Family("multisine", 8, _multisine, _multisine_words)
@@ -210,7 +212,7 @@ def _combined(name: str, parts: tuple[Family, ...]) -> Family:
 
     def words(point: np.ndarray, samples: int, limits: Limits) -> str:
         said = [
-            f"for {limits.sample_time * n:.3g} s {part.words(own, n, limits)}"
+            f"for {limits.sample_time * n:.3g} s {part.said(own, n, limits)}"
             for part, own, n in pieces(point, samples)
         ]
         return ", then ".join(said)
