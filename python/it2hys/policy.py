@@ -113,6 +113,7 @@ class Search:
     behind: int = _number(
         8, "samples",
         "how many behind such a turn count",
+        "chosen by hand on the same records; no other number was tried",
     )  # fmt: skip
     at_once: float = _number(
         0.05, "1",

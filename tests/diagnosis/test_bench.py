@@ -109,8 +109,8 @@ def test_behind_the_turns_of_the_voltage_a_displacement_that_waits_shows(plain, 
     (trace,) = bench.traces
     slow = replace(trace, y=trace.y + 50 * NOISE * np.sin(np.arange(SAMPLES) / 100.0))
     for bench_or_slow in (bench, replace(bench, traces=[slow])):
-        likelier = bench_or_slow.likelier_behind_turns(at_once, waiting)
-        assert likelier > 20.0 if late else likelier < -20.0
+        ratio = bench_or_slow.likelihood_ratio_behind_turns(at_once, waiting)
+        assert ratio > 20.0 if late else ratio < -20.0
 
 
 def test_where_no_rules_are_found_those_of_the_model_stay(plain, empty, monkeypatch):

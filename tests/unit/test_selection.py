@@ -113,7 +113,7 @@ def searched(*models):
         deciding=[],
         inverts_well=lambda *_: True,
         noise_of_inverse=lambda _: 0.01,
-        likelier_behind_turns=lambda *_: 0.0,
+        likelihood_ratio_behind_turns=lambda *_: 0.0,
         clues=lambda _: None,
     )
     return Search(bench, nodes={n.added: n for n in nodes}), nodes
@@ -129,12 +129,12 @@ def test_a_larger_model_that_spoils_the_inverse_hides_no_smaller_one_that_is_bet
     assert search._simplest() is nodes[1]
 
 
-@pytest.mark.parametrize("likelier", [-10.0, -1.0])
-def test_a_calmer_inverse_is_no_delay_where_the_displacement_moves_at_once(likelier):
+@pytest.mark.parametrize("ratio", [-10.0, -1.0])
+def test_a_calmer_inverse_is_no_delay_where_the_displacement_moves_at_once(ratio):
     """A long slow walk: a core that was slow, as the stage is, had a delay put beside it."""
     search, nodes = searched((("play",), 1.0, 1.0), (("delay", "play"), 0.98, 0.4))
-    search.bench.likelier_behind_turns = lambda *_: likelier
-    assert search._simplest() is nodes[likelier > -2.0]
+    search.bench.likelihood_ratio_behind_turns = lambda *_: ratio
+    assert search._simplest() is nodes[ratio > -2.0]
 
 
 def test_a_delay_with_a_calmer_inverse_does_not_beat_a_lag_that_predicts_as_well():

@@ -551,11 +551,11 @@ class Bench(Starts):
         low, high = low - reserve, high + reserve
         return {**UNLIMITED, "voltageMin": low, "voltageMax": high}
 
-    def likelier_behind_turns(self, before: Model, after: Model) -> float:
-        """Return how much likelier a model makes what is behind the sharpest turns of the voltage.
+    def likelihood_ratio_behind_turns(self, before: Model, after: Model) -> float:
+        """Return the likelihood-ratio statistic of two models behind the sharpest turns of the voltage.
 
-        That is twice the logarithm of the ratio of likelihoods, by the changes of the errors from one
-        sample to the next: what both models miss is slow, and does not count in them.
+        It is positive where `after` is likelier. It compares the changes of the errors from one sample
+        to the next: what both models miss is slow, and does not count in them.
         """
         total = 0.0
         for i, trace in enumerate(self.traces):

@@ -463,8 +463,8 @@ class Search:
         added = after.effects - before.effects
         if not (WAITING in added and before.effects < after.effects and gains.calms):
             return False
-        likelier = self.bench.likelier_behind_turns(before.fit.model, after.fit.model)
-        return likelier > -float(chi2.isf(SEARCH.at_once, 1))
+        ratio = self.bench.likelihood_ratio_behind_turns(before.fit.model, after.fit.model)
+        return ratio > -float(chi2.isf(SEARCH.at_once, 1))
 
     def is_better(self, comparison: Comparison, chance: float = 0.0) -> bool:
         """Return whether a gain is more than chance (by default at a search's level), and enough."""
