@@ -36,7 +36,7 @@ def test_threads_share_what_is_left_to_this_process_alone(workers):
     with parallel_map(workers) as each:
         assert list(thread_map(pow, [2, 3, 4], [5, 2, 2])) == [32, 9, 16]
         assert has_threads() == (workers > 1)
-        assert not any(each(threads_of_its_own, range(4))) or workers == 1
+        assert all(each(threads_of_its_own, range(4))) == (workers > 1)
         assert not any(thread_map(threads_of_its_own, range(4)))
     assert not has_threads()
 

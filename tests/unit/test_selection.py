@@ -209,8 +209,8 @@ def of_terms(count, *added):
 def test_rules_are_sought_anew_with_all_terms(monkeypatch):
     """Those that were sought beside too few of them left 1.3 times the noise where 1.0 can be had."""
     sought = grown(monkeypatch, wanted=5)
-    search = Search(SimpleNamespace(extent=None))
-    assert search._refined(of_terms(3)).fit.model.terms == 5
+    refined = selection._refined(SimpleNamespace(extent=None), of_terms(3))
+    assert refined.fit.model.terms == 5
     assert sought == [3, 5]
 
 
@@ -219,20 +219,20 @@ def test_a_model_anew_has_the_declared_effects_anew_and_all_terms_before_it_is_j
     grown(monkeypatch, wanted=5)
     added, judged = [], []
 
-    def with_effects(bench, model, effects, each):
+    def with_effects(bench, model, effects, each, first):
         added.append((model.effects, {*effects}))
         return SimpleNamespace(effects=("resonance", "creep")), []
 
     monkeypatch.setattr(selection, "with_effects", with_effects)
     monkeypatch.setattr(selection, "_node", lambda *_: of_terms(3, "resonance"))
-    monkeypatch.setattr(selection, "_sharpened", lambda bench, node, each: node)
+    monkeypatch.setattr(selection, "_sharpened", lambda bench, node: node)
     monkeypatch.setattr(
         selection, "_ends_better", lambda *nodes: judged.append([n.fit.model.terms for n in nodes])
     )
     passed = {name: lambda fit, *_: fit for name in ("finish", "resampled")}
     search = Search(SimpleNamespace(extent=None, leaves_noise=lambda fit: False, **passed))
     search._plain = SimpleNamespace(effects=())
-    search._afresh(of_terms(3, "resonance"))
+    assert [n.fit.model.terms for n in search._with_fresh_fits([of_terms(3, "resonance")])] == [5]
     assert added == [((), {"creep", "resonance"})]
     assert judged == [[5, 5]]
 

@@ -20,12 +20,13 @@ from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Rival, Stage
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.rest import begins_at_zero, begun_at_rest, resting
 from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
-from it2hys.diagnosis.selection import Node, Search, refitted, with_effects
+from it2hys.diagnosis.selection import Node, Search, with_effects
+from it2hys.diagnosis.whole import Whole, at_sample_time
 from it2hys.diagnosis.windows import Window, every, searched_text, step_of, windows_of
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
 from it2hys.identification.coverage import holds_one_tone
-from it2hys.identification.criterion import ChainFit, Model, Trace, with_rules
+from it2hys.identification.criterion import ChainFit, Model, Trace
 from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.findings import coarse_readings, record_findings
 from it2hys.identification.judgement import Judgement, judge_records, judged_samples
@@ -36,17 +37,15 @@ from it2hys.identification.preparation import (
     prepare,
 )
 from it2hys.identification.result import Identification
-from it2hys.identification.scaling import relaxed
 from it2hys.identification.stage_figures import stage_figures
 from it2hys.identification.starts import clues
 from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.identification.uncertainty import assess
-from it2hys.identification.usability import share_of_way
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
-from it2hys.policy import CORE, COVERAGE
+from it2hys.policy import COVERAGE
 from it2hys.records import Record
 from it2hys.records.clues import Clue, Extent
 from it2hys.records.feedback import find_feedback
@@ -159,7 +158,7 @@ class _Session:
         self._regulated = self._undeclared(lambda e: e.of_a_controller) if regulated else ()
         self._seconds: dict[str, float] = {}
         searched = searched_text(self._windows, [Window(i, 0, p) for i, p in enumerate(prepared)])
-        self._is_whole = not searched
+        self._searches_all = not searched
         self._warnings = [searched] if searched else []
         self._has_offset = False
         check_deciding(self._traces("validation") or set_aside(self._searched())[1])
@@ -169,7 +168,7 @@ class _Session:
         self._each = each
         base = self._timed("paper's model", self._base, rules)
         bench = self._bench(base)
-        slower = _at_sample_time(base, bench.extent.sample_time, self._judging)
+        slower = at_sample_time(base, bench.extent.sample_time, self._judging)
         first = self._timed("declared effects", self._declare, bench, slower)
         not_tried = (*self._inseparable, *self._of_the_core, *self._excluded, *self._regulated)
         search = Search(
@@ -180,8 +179,11 @@ class _Session:
         if self._inseparable:
             chosen = search.shown_beside(chosen, self._inseparable)
         node = search.settled(chosen)
-        fit = self._timed("final fit", self._finish, bench, node, base)
+        rivals = [chosen, *search.rivals] if search.rivals else []
+        others = [*self._on_the_way(search, node), *rivals]
+        fit, base, models = self._timed("final fit", self._finish, bench, node, base, others)
         self._progress(0.95, "assessment")
+        self._whole = dict(zip(others, models, strict=True))
         return self._timed("assessment", self._assess, base, bench, search, chosen, node, fit)
 
     def _undeclared(self, which: Callable[[EffectEvidence], bool]) -> tuple[str, ...]:
@@ -285,17 +287,6 @@ class _Session:
         """Return the windows as traces."""
         return [to_trace(w.prepared, "train", self._has_offset and w.record > 0) for w in self._windows]
 
-    def _on_whole(self, model: Model, bench: Bench) -> Model:
-        """Return the model of what was searched as one of the whole training records."""
-        if self._is_whole:
-            return model
-        own = self._extent.sample_time
-        if model.values["sampleTime"] == own:
-            return self._judging.fit_own(model, self._judging.traces)
-        known, slow = bench.errors(model), self._traces("train", step=self._step)
-        model = _at_sample_time(bench.fit_own(model, slow), own, replace(bench, traces=slow))
-        return refitted(self._bench_of(self._judging.traces, 1), model, known, self._each).fit.model
-
     def _bench(self, base: Model) -> Bench:
         """Return the bench of the search; keep that of the whole records, on which all is judged."""
         self._base_has_offset = self._has_offset = bool(np.any(base.offsets != 0.0))
@@ -335,11 +326,21 @@ class _Session:
         self._fits += 1
         self._progress(0.25 + 0.6 * (1.0 - np.exp(-self._fits / 60.0)), f"searching effects: {model}")
 
-    def _finish(self, bench: Bench, node: Node, base: Model) -> ChainFit:
+    def _finish(
+        self, bench: Bench, node: Node, base: Model, others: Sequence[Node]
+    ) -> tuple[ChainFit, Model, list[Model]]:
+        """Return the last fit, and the first model and those of other nodes, of the whole records."""
         self._progress(0.87, "final fit")
-        self._judging, fit = last_fit(self._judging, self._on_whole(node.fit.model, bench), base)
+        models = [base, *(other.fit.model for other in others)]
+        if self._searches_all:
+            self._judging, fit = last_fit(self._judging, node.fit.model, base)
+        else:
+            slow = replace(bench, traces=self._traces("train", step=self._step))
+            whole = Whole(bench, slow, self._bench_of(self._judging.traces, 1), self._judging)
+            last, models = whole.all_fitted(node.fit.model, base, models, self._each)
+            self._judging, fit = last
         self._has_offset = any(t.has_offset for t in self._judging.traces)
-        return fit
+        return fit, models[0], models[1:]
 
     def _usable(self, model: Model) -> Model | None:
         return usable_over(model, self._judging.traces)
@@ -369,7 +370,6 @@ class _Session:
             self._of_the_core,
         )
         judged = [within(t, self._extent.voltage) for t in traces if t.role != "test"]
-        base = self._on_whole(base, bench)
         if self._declared:  # fitted since its range was found
             base = self._usable(base) or base
         left = self._left_over(whole, fit.model, judged, len(self._train))
@@ -392,7 +392,7 @@ class _Session:
             before=before,
             records=after,
             evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
-            stages=self._stages(search, node, fit, bench, before, after, constants),
+            stages=self._stages(search, node, fit, before, after, constants),
             intervals=uncertainty.intervals,
             undetermined=uncertainty.undetermined,
             stage_figures=stage_figures(fit, uncertainty),
@@ -403,16 +403,17 @@ class _Session:
                 *self._warnings,
             ),
             seconds=self._seconds,
-            rivals=self._rivals(fit.model, [chosen, *search.rivals], bench),
+            rivals=self._rivals(fit.model, node, [chosen, *search.rivals]),
         )
 
-    def _rivals(self, settled: Model, nodes: Sequence[Node], bench: Bench) -> tuple[Rival, ...]:
+    def _rivals(self, settled: Model, least: Node, nodes: Sequence[Node]) -> tuple[Rival, ...]:
         """Return the models that the records cannot tell apart, behind the one settled on."""
         if len(nodes) < 2:
             return ()
-        found = [Rival((), settled.effects, self._parameters(settled, "none of them"))]
+        parameters = self._parameters(settled, "none of them")
+        found = [Rival((), settled.effects, parameters, least.rms, least.inverse_rms)]
         for node in nodes:
-            model = self._usable(self._on_whole(node.fit.model, bench))
+            model = self._usable(self._whole[node])
             own = tuple(e for e in EFFECTS if e in node.effects and e not in settled.effects)
             if model is None or not own:
                 continue
@@ -420,7 +421,8 @@ class _Session:
                 parameters = self._parameters(model, " + ".join(own))
             except InputError:  # not usable over the whole range of the records: it rivals nothing
                 continue
-            found.append(Rival(own, tuple(node.fit.model.effects), parameters))
+            effects = tuple(node.fit.model.effects)
+            found.append(Rival(own, effects, parameters, node.rms, node.inverse_rms))
         return tuple(found)
 
     def _findings(self, after: Sequence[Judgement]) -> list[str]:
@@ -479,26 +481,28 @@ class _Session:
         search: Search,
         node: Node,
         fit: ChainFit,
-        bench: Bench,
         before: tuple[Judgement, ...],
         after: tuple[Judgement, ...],
         traces: Sequence[Trace],
     ) -> tuple[Stage, ...]:
         """Return the first model, the usable ones after each addition, and the last."""
-        order = [e for e in node.fit.model.effects if e in node.effects]
         stages = [self._stage("before", search.root, before)]
-        for count in range(1, len(order)):
-            found = [n for n in search.nodes.values() if n.effects == frozenset(order[:count])]
-            best = min(found, key=lambda n: n.rms, default=None)
+        for best in self._on_the_way(search, node):
             # a model on the way may have a core that makes no pair
-            usable = best and self._usable(self._on_whole(best.fit.model, bench))
-            if best and usable:
-                judged = self._judgements(usable, traces)
-                stages.append(self._stage(" + ".join(order[:count]), best, judged))
-        if order:
+            if usable := self._usable(self._whole[best]):
+                stages.append(self._stage(_label(node, best), best, self._judgements(usable, traces)))
+        if node.effects:
             last = Node(node.added, fit, self._judging.errors(fit.model))
-            stages.append(self._stage(" + ".join(order), last, after))
+            stages.append(self._stage(_label(node, node), last, after))
         return tuple(stages)
+
+    @staticmethod
+    def _on_the_way(search: Search, node: Node) -> list[Node]:
+        """Return the best models with the first effects that were added, one more in each."""
+        order = [e for e in node.fit.model.effects if e in node.effects]
+        sets = [frozenset(order[:count]) for count in range(1, len(order))]
+        found = [[n for n in search.nodes.values() if n.effects == effects] for effects in sets]
+        return [min(nodes, key=lambda n: n.rms) for nodes in found if nodes]
 
     def _stage(self, label: str, node: Node, judgements: tuple[Judgement, ...]) -> Stage:
         """Return a model, its error on what decided, and its residuals behind the lead-ins."""
@@ -507,6 +511,11 @@ class _Session:
             for r, j in zip(self._train, judgements, strict=False)
         ]
         return Stage(label, residuals, node.rms, judgements)
+
+
+def _label(node: Node, on_the_way: Node) -> str:
+    """Return which of a model's effects one on the way to it has, in the order of their addition."""
+    return " + ".join(e for e in node.fit.model.effects if e in on_the_way.effects)
 
 
 def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple[str, ...]:
@@ -526,18 +535,6 @@ def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple
             column = f"{channel} channel ({channel}_{next(iter(UNITS[channel]))})"
             raise InputError(f"--declared {name}: no training record has a {column}")
     return tuple(e for e in EFFECTS if e in names)
-
-
-def _at_sample_time(model: Model, sample_time: float, bench: Bench) -> Model:
-    """Return a model of a bench at another sample time, its core as near to what it was as may be."""
-    ratio = sample_time / model.values["sampleTime"]
-    if ratio == 1.0:
-        return model
-    band = bench.criterion(model).guarded(1.0).band
-    share = share_of_way(bench.scaling.rules(model.rules), band, ratio) if band else 1.0
-    model = with_rules(model, relaxed(model.rules, share))
-    values = {**model.values, "sampleTime": sample_time}
-    return replace(model, values=values, contraction=min(model.contraction**ratio, CORE.contraction))
 
 
 def _gain(records: Sequence[Record]) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import combinations
 from math import ceil
 
@@ -32,6 +33,7 @@ from it2hys.model.stages import EFFECTS, STAGES
 from it2hys.model.variables import load_table, off_values
 from it2hys.policy import NOISE, SEARCH
 from it2hys.records.clues import Extent
+from it2hys.support.processes import thread_map
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
@@ -47,6 +49,8 @@ _SETTLING_ANEW = 60
 _SETTLING_FAR = 150
 #: Costs of fits that are as good as the best one, as a multiple of its.
 _ALIKE = 1.02
+#: Samples from which on threads share fits: those of long records take their time in C.
+_LONG = 5000
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
 #: No range limits an inverse.
@@ -221,6 +225,11 @@ class Bench(Starts):
     known: Mapping[str, float] = field(default_factory=dict)
 
     @property
+    def _shared(self) -> Callable:
+        """What maps over fits; see `thread_map`."""
+        return thread_map if sum(len(t.y) for t in self.traces) >= _LONG else map
+
+    @property
     def floor(self) -> float:
         """Noise of the records that decide, m rms."""
         return float(np.sqrt(np.mean([t.noise**2 for t in self.deciding])))
@@ -242,7 +251,8 @@ class Bench(Starts):
             if not held.penalised(free.minimum.coordinates):
                 return ChainFit(held, free.minimum)
             starts.append(free.model)
-        return min((self.fit(m, iterations) for m in starts), key=lambda fit: fit.minimum.cost)
+        fits = self._shared(partial(self.fit, iterations=iterations), starts)
+        return min(fits, key=lambda fit: fit.minimum.cost)
 
     def without_unseen(self, fit: ChainFit) -> ChainFit:
         """Return the fit without what does nothing on its records: it would on others.
@@ -301,9 +311,8 @@ class Bench(Starts):
         name = sampling_delay(fit.model, effect)
         if EFFECTS[effect].sampled and name:
             shifted = [_shifted(fit.model, name, share) for share in _SHIFTS]
-            fits += [
-                self._rough_fit(m, _SETTLING) for m in (*shifted, *_sampled_otherwise(fit, effect))
-            ]
+            trials = [*shifted, *_sampled_otherwise(fit, effect)]
+            fits += self._shared(partial(self._rough_fit, iterations=_SETTLING), trials)
         return self.preferred([f for f in fits if f])
 
     def _first_fit(self, model: Model, effect: str) -> ChainFit | None:
@@ -316,14 +325,13 @@ class Bench(Starts):
         if not (fit and further):
             return fit or further
         # rules that made up for the effect hide which is better; neither way always gets out of that
-        settled, further = (
-            min(
-                (self.reshaped(each.model), self.finish(each.model, _SETTLING_FAR)),
-                key=lambda way: way.minimum.cost,
-            )
-            for each in (fit, further)
-        )
-        return further if further.minimum.cost < SEARCH.far_better * settled.minimum.cost else fit
+        ways = [
+            partial(way, f.model)
+            for f in (fit, further)
+            for way in (self.reshaped, partial(self.finish, iterations=_SETTLING_FAR))
+        ]
+        costs = [ended.minimum.cost for ended in self._shared(lambda way: way(), ways)]
+        return further if min(costs[2:]) < SEARCH.far_better * min(costs[:2]) else fit
 
     def preferred(self, fits: Sequence[ChainFit]) -> ChainFit:
         """Return of the fits that are as good as the best one that with the calmest inverse.
@@ -381,9 +389,10 @@ class Bench(Starts):
         kept = EVIDENCE[effect].promising(clues, [t.values for t in trials])
         trials = [trials[i] for i in kept]
         spread = np.unique(np.linspace(0, len(trials) - 1, _ANEW).round().astype(int))
-        fits = [self._with_rules_anew(trials[i], _ANEW_STARTS) for i in spread]
-        fits.sort(key=lambda fit: fit.minimum.cost)
-        return self.preferred([self._settled(fit) for fit in fits[:_ANEW_SETTLED]]) if fits else None
+        anew = partial(self._with_rules_anew, starts=_ANEW_STARTS)
+        fits = sorted(self._shared(anew, [trials[i] for i in spread]), key=lambda f: f.minimum.cost)
+        settled = list(self._shared(self._settled, fits[:_ANEW_SETTLED]))
+        return self.preferred(settled) if settled else None
 
     def _guessed(self, model: Model, effect: str, guesses: Sequence[Mapping]) -> list[Model]:
         return [self._prepared(with_effect(model, effect, g, self.extent), effect) for g in guesses]
@@ -415,7 +424,7 @@ class Bench(Starts):
         if len(trials) > _FOLLOWED:
             costs = self._projected_costs(model, trials, by_shape)
             trials = [trials[i] for i in np.argsort(costs)[:_FOLLOWED]]
-        fits = [self._rough_fit(trial, _SIFTING) for trial in trials]
+        fits = self._shared(partial(self._rough_fit, iterations=_SIFTING), trials)
         fits = [fit for fit in fits if np.isfinite(fit.minimum.cost)]
         if not fits:
             return None
@@ -458,7 +467,7 @@ class Bench(Starts):
             costs.append(cost if np.isfinite(cost) else np.inf)
         return np.array(costs)
 
-    def reshaped(self, model: Model, each: Callable = map) -> ChainFit:
+    def reshaped(self, model: Model, each: Callable | None = None) -> ChainFit:
         """Fit from rules that were sought anew, from many starts, on what the effects leave for them.
 
         A base that was fitted while an effect was missing is a poor start once it is there.
@@ -470,7 +479,7 @@ class Bench(Starts):
         return self._rough_fit(fit.model, _SETTLING_ANEW)
 
     @np.errstate(over="ignore", invalid="ignore")
-    def _with_rules_anew(self, model: Model, starts: int, each: Callable = map) -> ChainFit:
+    def _with_rules_anew(self, model: Model, starts: int, each: Callable | None = None) -> ChainFit:
         """Fit rules that are sought anew, and how records begin, while the effects wait.
 
         While the rules are far off, creep's gains would go to zero and stay there.
@@ -488,7 +497,7 @@ class Bench(Starts):
             # what is set aside at the end has nothing to say here
             seen.append(core.part(slice(0, int(np.flatnonzero(t.weight)[-1]) + 1)))
         if seen:
-            model = self._with_found_rules(model, seen, starts, each)
+            model = self._with_found_rules(model, seen, starts, each or self._shared)
         waiting = self.criterion(model).guarded(1.0).holding(["effects"])
         return minimise(waiting, _SETTLING, waiting.rough_tolerance)
 

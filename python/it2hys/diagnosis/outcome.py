@@ -90,11 +90,20 @@ class Rival:
         All that it has, in the order in which they came.
     parameters : ParameterSet
         As fitted to the records.
+    e_rms, inverse_e_rms : float
+        Errors on what decided, of the free run and of the inverse by the plant's gain, m rms.
     """
 
     own: tuple[str, ...]
     effects: tuple[str, ...]
     parameters: ParameterSet
+    e_rms: float
+    inverse_e_rms: float
+
+    @property
+    def file(self) -> str:
+        """Name of its file in the folder of a diagnosis."""
+        return f"rival_{'_'.join(self.own)}.ssv" if self.own else "parameters.ssv"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -153,8 +162,16 @@ class Diagnosis(Fitted):
 
         Their displacement is then the stage's, which a straight sensor would read.
         """
+        return self._of_the_stage(self.parameters)
+
+    @property
+    def packaged_rivals(self) -> dict[str, ParameterSet]:
+        """The sets that FMUs can carry until a record decides, by their files' names."""
+        return {r.file: self._of_the_stage(r.parameters) for r in self.rivals if r.own}
+
+    def _of_the_stage(self, parameters: ParameterSet) -> ParameterSet:
         known, curves = load_table().parameters(), self.sensor_curves
-        return self.parameters.replace(**{n: v.start for n, v in known.items() if v.effect in curves})
+        return parameters.replace(**{n: v.start for n, v in known.items() if v.effect in curves})
 
     @property
     def sensor_curves(self) -> tuple[str, ...]:

@@ -105,6 +105,11 @@ class Node:
         return _rms(self.errors.free)
 
     @property
+    def inverse_rms(self) -> float:
+        """Error of the inverse on the records that decide, by the records' gain, m."""
+        return _rms(self.errors.band)
+
+    @property
     def effects(self) -> frozenset[str]:
         """Effects that were added."""
         return frozenset(a for a in self.added if a in EFFECTS)
@@ -500,9 +505,11 @@ class Search:
                 if not delays and (known is None or node.rms < known.rms):
                     self._keep(node)
             chosen = self._simplest()
-        for node in (chosen, *self._with_one_less(chosen)):
-            self._keep(self._afresh(node))
-        return self._refined(self._simplest())
+        ended = self._with_fresh_fits([chosen, *self._with_one_less(chosen)])
+        for node in ended:
+            self._keep(node)
+        chosen = self._simplest()
+        return chosen if chosen in ended else _refined(self.bench, chosen, self.each)
 
     def _with_one_less(self, node: Node) -> list[Node]:
         """Return the best model that lacks one of several effects, whose fit decides on that one."""
@@ -510,37 +517,27 @@ class Search:
         known = [n for n in known if len(n.added) == len(node.added) - 1]
         return sorted(known, key=lambda n: n.rms)[:1]
 
-    def _afresh(self, node: Node) -> Node:
-        """Return the model with its effects added to the plain one anew, where that ends better.
+    def _with_fresh_fits(self, nodes: Sequence[Node]) -> list[Node]:
+        """Return models refined, or with their effects added to the plain one anew if that ends better.
 
         What was fitted on the way, while effects were missing, may lead to a poorer optimum. Which one
-        is better, too few elements of an effect may hide.
+        is better, too few elements of an effect may hide. Those that leave but noise are left out.
         """
-        if not node.effects or node.added != node.effects or self.bench.leaves_noise(node.fit):
-            return node
-        effects = {*node.fit.model.effects} - {*self._plain.effects}
-        model, missing = with_effects(self.bench, self._plain, effects, self.each)
-        if missing:
-            return node
-        fit = self.bench.resampled(self.bench.finish(model, FINISHING))
-        other = _sharpened(self.bench, _node(self.bench, node.added, fit), self.each)
-        node, other = self._refined(node), self._refined(other)
-        return other if _ends_better(other, node) else node
-
-    def _refined(self, node: Node) -> Node:
-        """Return the model with more elements of its effects as long as they predict better.
-
-        What fewer of them left has shaped the rules.
-        """
-        begun = None
-        while node is not begun:
-            begun = node = _with_rules_anew(self.bench, node, self.each)
-            for effect in sorted(node.fit.model.effects):
-                while more := extended(node.fit.model, effect, self.bench.extent):
-                    if (better := _better(self.bench, node, more)) is node:
-                        break
-                    node = better
-        return node
+        first: dict[str, ChainFit | None] = {}
+        pieces = []
+        for node in nodes:
+            if not node.effects or node.added != node.effects or self.bench.leaves_noise(node.fit):
+                continue
+            effects = {*node.fit.model.effects} - {*self._plain.effects}
+            fresh, missing = with_effects(self.bench, self._plain, effects, self.each, first=first)
+            if not missing:
+                pieces += [
+                    partial(_refined, self.bench, node),
+                    partial(_refined_from, self.bench, node.added, fresh),
+                ]
+        ended = list(self.each(_called, pieces))
+        pairs = zip(ended[::2], ended[1::2], strict=True)
+        return [other if _ends_better(other, node) else node for node, other in pairs]
 
     def _simplest(self) -> Node:
         nodes = list(self.nodes.values())
@@ -724,6 +721,7 @@ def with_effects(
     effects: Iterable[str],
     each: Callable,
     report: Callable = lambda _: None,
+    first: dict[str, ChainFit | None] | None = None,
 ) -> tuple[Model, list[str]]:
     """Add effects one after the other, those first that explain the most.
 
@@ -736,6 +734,8 @@ def with_effects(
         `map`, or one that has its calls made by several processes.
     report : callable, optional
         Told of every effect once it is added.
+    first : dict of str to ChainFit, optional
+        Fits of the model with one effect that are known; those that are made are added to it.
 
     Returns
     -------
@@ -744,15 +744,17 @@ def with_effects(
         Effects that could not be added: every guess of them diverges.
     """
     missing = [e for e in EFFECTS if e in {*effects}]
+    known = {} if first is None else first
     while missing:
-        found = zip(missing, each(partial(_with_effect, bench, model), missing), strict=True)
-        fits = {effect: fit for effect, fit in found if fit}
+        untried = [e for e in missing if e not in known]
+        known.update(zip(untried, each(partial(_with_effect, bench, model), untried), strict=True))
+        fits = {effect: fit for effect in missing if (fit := known[effect])}
         if not fits:
             break
         best = min(fits, key=lambda e: fits[e].minimum.cost)
         report(best)
         missing.remove(best)
-        model = fits[best].model
+        model, known = fits[best].model, {}
     return model, missing
 
 
@@ -791,7 +793,7 @@ def _finished(
     return node, Gains.of(before, node.errors)
 
 
-def _sharpened(bench: Bench, node: Node, each: Callable = map) -> Node:
+def _sharpened(bench: Bench, node: Node, each: Callable | None = None) -> Node:
     """Return the model with roles exchanged and rules sought anew, unless it leaves but noise."""
     if bench.leaves_noise(node.fit):
         return node
@@ -799,7 +801,33 @@ def _sharpened(bench: Bench, node: Node, each: Callable = map) -> Node:
     return _with_faster_core(bench, _resolved(bench, _with_histories(bench, node)))
 
 
-def _with_rules_anew(bench: Bench, node: Node, each: Callable) -> Node:
+def _called(piece: Callable) -> Node:
+    return piece()
+
+
+def _refined_from(bench: Bench, added: frozenset[str], model: Model) -> Node:
+    """Return a model that no addition has led to, fitted to the end and refined."""
+    fit = bench.resampled(bench.finish(model, FINISHING))
+    return _refined(bench, _sharpened(bench, _node(bench, added, fit)))
+
+
+def _refined(bench: Bench, node: Node, each: Callable | None = None) -> Node:
+    """Return the model with more elements of its effects as long as they predict better.
+
+    What fewer of them left has shaped the rules.
+    """
+    begun = None
+    while node is not begun:
+        begun = node = _with_rules_anew(bench, node, each)
+        for effect in sorted(node.fit.model.effects):
+            while more := extended(node.fit.model, effect, bench.extent):
+                if (better := _better(bench, node, more)) is node:
+                    break
+                node = better
+    return node
+
+
+def _with_rules_anew(bench: Bench, node: Node, each: Callable | None) -> Node:
     """Return the model with rules sought anew where it fits better, unless it leaves but noise."""
     if bench.leaves_noise(node.fit):
         return node
@@ -849,7 +877,7 @@ def _resolved(bench: Bench, node: Node) -> Node:
     return node
 
 
-def refitted(bench: Bench, model: Model, before: Errors, each: Callable) -> Node:
+def refitted(bench: Bench, model: Model, before: Errors, each: Callable | None = None) -> Node:
     """Return a model that was found at another sample time, fitted at that of the bench.
 
     Its rules are sought anew where the fit leads astray: where its errors are larger than before. At

@@ -13,6 +13,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import partial
 
 from it2hys.errors import InputError
 
@@ -31,8 +32,8 @@ def without_threads() -> None:
         os.environ.setdefault(name, "1")
 
 
-#: Threads of this process that share what its processes cannot. They have none themselves, and neither
-#: has a process of a pool.
+#: Threads that share what several processes cannot, of this process or of one of a `parallel_map`. A
+#: single fit that takes longer than the others would else leave the other processors idle.
 _threads: ContextVar[ThreadPoolExecutor | None] = ContextVar("threads", default=None)
 
 
@@ -158,7 +159,7 @@ def check_workers(workers: int) -> None:
 def parallel_map(workers: int) -> Iterator[Callable]:
     """Hand out a `map` that has its calls made by so many processes; by this one if they are 0 or 1.
 
-    While they wait for work, as many threads of this process share that of `thread_map`.
+    Each of them, and this one while they wait for work, has as many threads for that of `thread_map`.
 
     Raises
     ------
@@ -169,7 +170,7 @@ def parallel_map(workers: int) -> Iterator[Callable]:
     if workers <= 1:
         yield map
         return
-    pool = make_pool(workers)
+    pool = make_pool(workers, partial(_begin_threads, workers))
     try:
         with _shared_threads(workers):
             yield pool.map
@@ -190,6 +191,10 @@ def _shared_threads(count: int) -> Iterator[None]:
             yield
         finally:
             _threads.reset(token)
+
+
+def _begin_threads(count: int) -> None:
+    _threads.set(ThreadPoolExecutor(count))
 
 
 def thread_map(function: Callable, *arguments: Iterable) -> Iterator:
