@@ -466,6 +466,11 @@ def run_python(code: str, *arguments: object, timeout: float = 120, **environmen
 def package_models(parameters: ParameterSet, directory: Path, version: int = 2) -> dict[str, Unpacked]:
     """Package a set and unpack both FMUs of a version of FMI; returns them by model."""
     package(parameters, directory, fmi=(version,))
+    return unpacked_models(directory, version)
+
+
+def unpacked_models(directory: Path, version: int = 2) -> dict[str, Unpacked]:
+    """Unpack both FMUs of a version of FMI in a directory; returns them by model."""
     end = "_fmi3" if version == 3 else ""
     return {
         model: Unpacked(directory / f"{identifier}{end}.fmu", directory / f"{identifier}{end}")
@@ -519,13 +524,27 @@ def controller(tmp_path_factory: pytest.TempPathFactory) -> Unpacked:
 
 @pytest.fixture(scope="session")
 def mounted(tmp_path_factory: pytest.TempPathFactory) -> tuple[ParameterSet, dict[str, Unpacked]]:
-    """Return a set with an effect of the user's own, tests/unit/own/mount.py, and its FMUs."""
+    """Return a set with an effect of the user's own, tests/unit/own/mount.py, and its FMUs.
+
+    They are compiled for all platforms, which takes longest: once for all processes of the tests.
+    """
+    import fcntl
+
     from effects import with_effects
     from own_effects import NAMES, in_chain
 
     with in_chain(*NAMES):
         parameters = with_effects(("mount",), 42)
-        return parameters, package_models(parameters, tmp_path_factory.mktemp("mounted"))
+        own = tmp_path_factory.getbasetemp()
+        shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+        with open(shared / "mounted.lock", "w", encoding="utf-8") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not (shared / "mounted").exists():
+                package(parameters, own / "packaged", fmi=(2,))
+                (own / "packaged").rename(shared / "mounted")
+        mine = tmp_path_factory.mktemp("mounted")
+        shutil.copytree(shared / "mounted", mine, dirs_exist_ok=True)
+        return parameters, unpacked_models(mine)
 
 
 @pytest.fixture(params=MODELS)

@@ -12,6 +12,7 @@ from it2hys.diagnosis import diagnose
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.selection import _node, _with_histories
+from it2hys.identification import Options
 from it2hys.identification.criterion import ChainFit, Model, Trace
 from it2hys.identification.inverse import References
 from it2hys.identification.levenberg_marquardt import Minimum
@@ -23,6 +24,8 @@ from it2hys.records import Record
 from it2hys.records.clues import Extent
 
 SAMPLES, NOISE = 1500, 0.005 * UM
+#: A third of the starts of the paper's model, which is no more than where these diagnoses begin.
+FEW_STARTS = Options(starts=12)
 EXTENT = Extent(TS, SAMPLES * TS, (0.0, 100.0), (0.0, 16 * UM))
 PLAY = {
     "play[1].threshold": 3.0, "play[1].weight": 0.1, "play[2].threshold": 12.0, "play[2].weight": 0.15,
@@ -32,6 +35,12 @@ PLAY = {
 SLOW, LOGARITHMIC = np.geomspace(0.02, 30.0, 14), np.full(14, 0.12 / 14)
 #: One full loop, and two small ones near where they rest, in which the second operator never moves.
 LOOPS = ((5.0, 95.0), (44.0, 50.0), (44.0, 50.0))
+
+
+def alone(*effects: str) -> dict:
+    """Return the arguments of a diagnosis that fits these effects and tries no other."""
+    others = [e for e in EFFECTS if e not in effects]
+    return {"declared": effects, "excluded": others, "options": FEW_STARTS}
 
 
 def measured(model: Model, number: int, voltage: np.ndarray | None = None) -> Trace:
@@ -91,17 +100,16 @@ def test_the_initial_curve_of_a_stage_from_0_v_is_fitted():
     """Loops engage operators up to half the voltage's span; on its first way up it is all of it."""
     record = first_loops(300.0, 1.0, 0)
     noise = 5e-4 * np.ptp(record.displacement)
-    others = [e for e in EFFECTS if e != "play"]
-    (judged,) = diagnose([record], declared=["play"], excluded=others).records
+    (judged,) = diagnose([record], **alone("play")).records
     assert judged.e_rms < 2.0 * noise  # 17 without
     assert judged.cold_start < 2.0 * noise
 
 
+@pytest.mark.gate
 def test_a_delay_behind_that_curve_is_no_work_of_the_core():
     """The records hardly tell a slow core from a delay; its inverse does."""
     record = first_loops(1000.0, 10.0 / 3.0, 10)
-    others = [e for e in EFFECTS if e not in ("play", "delay")]
-    found = diagnose([record], declared=["play", "delay"], excluded=others)
+    found = diagnose([record], **alone("play", "delay"))
     (judged,) = found.records
     assert judged.e_rms < 2.0 * 5e-4 * np.ptp(record.displacement)  # 18 before
     assert judged.inverse.e_rms < 5e-3 * np.ptp(record.voltage)  # 3.2e-2 before
@@ -111,8 +119,7 @@ def test_a_delay_behind_that_curve_is_no_work_of_the_core():
 def test_fmus_begin_as_a_stage_does_that_nothing_was_done_to():
     """Of two records that begin at 0 V, the first was driven before; a cold start is from rest."""
     driven, new = from_zero(driven=True), from_zero(driven=False)
-    others = [e for e in EFFECTS if e != "play"]
-    _, judged = diagnose([driven, new], declared=["play"], excluded=others).records
+    _, judged = diagnose([driven, new], **alone("play")).records
     assert judged.cold_start < 1.2 * judged.e_rms
 
 
@@ -130,8 +137,7 @@ def from_zero(driven: bool) -> Record:
 def test_creep_that_has_forgotten_in_part_what_was_before_is_begun_with():
     """What was before a record has left the fast terms of creep, and not the slow ones."""
     records = [creeping(before, seed) for seed, before in enumerate((40.0, 65.0, 15.0, 60.0, 20.0))]
-    others = [e for e in EFFECTS if e != "creep"]
-    found = diagnose(records[:3], [], records[3:], declared=["creep"], excluded=others)
+    found = diagnose(records[:3], [], records[3:], **alone("creep"))
     for record, judged in zip(records, found.records, strict=True):
         assert judged.e_rms < 1.3 * 5e-4 * np.ptp(record.displacement)  # up to 2.8 without its age
 
@@ -139,8 +145,7 @@ def test_creep_that_has_forgotten_in_part_what_was_before_is_begun_with():
 def test_what_the_first_model_made_up_for_by_record_is_left_to_the_effect():
     """A stage at rest at several voltages: constants of records look like creep that they lack."""
     records = [creeping(None, seed, phase) for seed, phase in enumerate((0.0, 1.5, 3.0, 0.7, 2.2))]
-    others = [e for e in EFFECTS if e != "creep"]
-    found = diagnose(records[:3], [], records[3:], declared=["creep"], excluded=others)
+    found = diagnose(records[:3], [], records[3:], **alone("creep"))
     assert found.parameters["initialCreep"] == 0.0
     for record, judged in zip(records, found.records, strict=True):
         assert judged.offset == 0.0  # up to 28 times the noise before
@@ -191,8 +196,7 @@ def test_what_is_missed_in_the_lead_ins_is_not_expected_behind_them():
 def test_creep_of_a_dozen_samples_is_fitted():
     drawn = np.array([0.022, 0.3, 3.0]), np.array([0.06, 0.02, 0.03]), 2.0
     records = [creeping(None, seed, phase, *drawn) for seed, phase in enumerate((0.0, 1.5, 3.0, 0.7))]
-    others = [e for e in EFFECTS if e != "creep"]
-    found = diagnose(records[:3], [], records[3:], declared=["creep"], excluded=others)
+    found = diagnose(records[:3], [], records[3:], **alone("creep"))
     for record, judged in zip(records, found.records, strict=True):
         assert judged.cold_start < 1.2 * 5e-4 * np.ptp(record.displacement)  # up to 3.2 from 20
 
