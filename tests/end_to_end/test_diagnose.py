@@ -7,6 +7,7 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
+import jsonschema
 import matplotlib.image
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ SAMPLES, NOISE = 800, 0.006 * UM
 COMPLIANCE = 2e-8
 ONE_RULE = (5 * UM, 15 * UM, 8 * UM, 0.9, 1.5e-8, 0.1 * UM)
 ROLES = {"a": "train", "b": "train", "v": "validation", "t": "test"}
+SCHEMA = Path(__file__).parents[2] / "docs" / "report.schema.json"
 KEYS = {"effects", "unexplained", "noise_rms_um", "error", "evidence", "parameters"}
 
 
@@ -380,6 +382,38 @@ def test_what_one_tone_cannot_tell_apart_is_said_with_the_record_that_would(tmp_
     # the sentence on what would do stands in for a design, and not beside it
     assert report["experiments"] and report["experiments"][0] not in page
     assert "cannot tell it from delay, play" in evidence_on(report, "lag")["why"]
+
+
+def test_models_that_cannot_be_told_apart_are_written_to_be_used_until_they_are(tmp_path, capsys):
+    """A sine of few amplitudes: a lag was called a delay, whose inverse enlarges less noise."""
+    stage, rng = stage_with(**{"lag.timeConstant": 6e-4}), np.random.default_rng(0)
+    time = np.arange(3 * SAMPLES) * TS
+    amplitude = np.interp(time, [0.06, 0.09, 0.15, 0.18], [50.0, 20.0, 20.0, 35.0])
+    voltage = 50.0 - amplitude * np.cos(2 * np.pi * 40.0 * time)
+    for name in ROLES:
+        displacement = compiled.chain_free_run(stage.replace(initialDisplacement=UM), voltage)[1]
+        noisy = displacement + NOISE * rng.standard_normal(len(time))
+        write_record(tmp_path / f"{name}.csv", Record(name, time, voltage, noisy, TS))
+    others = ",".join(e for e in EFFECTS if e not in ("delay", "lag"))
+    out = tmp_path / "out"
+    assert diagnose(tmp_path, out, "--exclude", others) == 0
+    report = report_of(out)
+    assert report["effects"] == [] and report["indistinguishable"] == [["delay", "lag"]]
+    jsonschema.validate(report, json.loads(SCHEMA.read_text(encoding="utf-8")))
+    none, *rivals = report["rivals"]
+    assert none["file"] == "parameters.ssv" and none["own"] == [] and none["unexplained"]
+    assert not report["unexplained"]  # one of them explains it
+    assert "one of them explains" in capsys.readouterr().out
+    first = read_record(tmp_path / "t.csv").displacement[0]
+    for rival in rivals:
+        assert rival["e_rms_um"] < 1.2 * report["noise_rms_um"] < none["e_rms_um"] / 1.5
+        assert not rival["unexplained"]
+        told = read_ssv(out / rival["file"]).replace(initialDisplacement=first)
+        assert all(EFFECTS[e].is_on(told) for e in rival["own"])
+        reading = compiled.chain_free_run(told, voltage)[1]
+        error = (reading - noisy)[SAMPLES:]
+        assert np.sqrt(np.mean(error**2)) < 1.2 * NOISE
+        assert f"it2hys package {rival['file']} -o DIR" in html_of(out)
 
 
 def stairs(stage: ParameterSet, name: str, rng: np.random.Generator) -> Record:

@@ -379,12 +379,18 @@ class _Session:
         before = self._judgements(base, constants)
         after = self._judgements(fit.model, traces)
         uncertainty = assess(fit)
+        rivals = self._rivals(
+            fit.model,
+            node,
+            [chosen, *search.rivals],
+            lambda m: self._left_over(whole, m, judged, len(self._train)).significant,
+        )
         return Diagnosis(
             parameters=parameters,
             base=self._parameters(base, "before"),
             effects=named,
             declared=self._declared,
-            unexplained=left.significant,
+            unexplained=left.significant and all(r.unexplained for r in rivals),
             left_over=(*left.sentences, *self._seen_in_tests(whole, fit.model, traces)),
             indistinguishable=groups,
             experiments=tuple(deciding_experiment(group) for group in groups),
@@ -403,15 +409,22 @@ class _Session:
                 *self._warnings,
             ),
             seconds=self._seconds,
-            rivals=self._rivals(fit.model, node, [chosen, *search.rivals]),
+            rivals=rivals,
         )
 
-    def _rivals(self, settled: Model, least: Node, nodes: Sequence[Node]) -> tuple[Rival, ...]:
+    def _rivals(
+        self,
+        settled: Model,
+        least: Node,
+        nodes: Sequence[Node],
+        leaves_more: Callable[[Model], bool],
+    ) -> tuple[Rival, ...]:
         """Return the models that the records cannot tell apart, behind the one settled on."""
         if len(nodes) < 2:
             return ()
         parameters = self._parameters(settled, "none of them")
-        found = [Rival((), settled.effects, parameters, least.rms, least.inverse_rms)]
+        errors = least.rms, least.inverse_rms
+        found = [Rival((), settled.effects, parameters, *errors, leaves_more(settled))]
         for node in nodes:
             model = self._usable(self._whole[node])
             own = tuple(e for e in EFFECTS if e in node.effects and e not in settled.effects)
@@ -422,7 +435,8 @@ class _Session:
             except InputError:  # not usable over the whole range of the records: it rivals nothing
                 continue
             effects = tuple(node.fit.model.effects)
-            found.append(Rival(own, effects, parameters, node.rms, node.inverse_rms))
+            errors = node.rms, node.inverse_rms
+            found.append(Rival(own, effects, parameters, *errors, leaves_more(model)))
         return tuple(found)
 
     def _findings(self, after: Sequence[Judgement]) -> list[str]:

@@ -92,6 +92,8 @@ class Rival:
         As fitted to the records.
     e_rms, inverse_e_rms : float
         Errors on what decided, of the free run and of the inverse by the plant's gain, m rms.
+    unexplained : bool
+        Whether a significant residual is left.
     """
 
     own: tuple[str, ...]
@@ -99,6 +101,7 @@ class Rival:
     parameters: ParameterSet
     e_rms: float
     inverse_e_rms: float
+    unexplained: bool
 
     @property
     def file(self) -> str:
@@ -121,7 +124,7 @@ class Diagnosis(Fitted):
     declared : tuple of str
         In the model from the start.
     unexplained : bool
-        Whether a significant residual is left.
+        Whether a significant residual is left that none of `rivals` explains.
     left_over : tuple of str
         The residual that is left, in words.
     indistinguishable : tuple of tuple of str

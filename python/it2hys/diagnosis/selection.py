@@ -285,7 +285,7 @@ class Search:
         ranked = sorted(fits, key=lambda a: fits[a].minimum.cost)
         finish = partial(_finished, self.bench, node.added, node.errors)
         finished = self.each(finish, ranked, [fits[a] for a in ranked], range(len(ranked)))
-        grown = []
+        grown, near = [], []
         for addition, (child, gains) in zip(ranked, finished, strict=True):
             self._report(node, addition)
             model = child.fit.model
@@ -303,11 +303,27 @@ class Search:
             if accepted:
                 self._keep(child)
                 grown.append(child)
-            elif not (sampling or overdriven) and (
-                child.fit.minimum.cost < SEARCH.promising * node.fit.minimum.cost
-            ):
-                self._promising.append(child)
+            elif not (sampling or overdriven):
+                near.append((child, gains))
+                if child.fit.minimum.cost < SEARCH.promising * node.fit.minimum.cost:
+                    self._promising.append(child)
+        for child in self._as_good(grown, near):
+            self._keep(child)
+            grown.append(child)
         return grown
+
+    def _as_good(self, accepted: Sequence[Node], others: Sequence[tuple[Node, Gains]]) -> list[Node]:
+        """Return of the models that were not accepted those that are as good as the best that was.
+
+        A little more chance, or an inverse that enlarges more of the noise of its reference, does not
+        tell which of two effects is there.
+        """
+        if not accepted:
+            return []
+        best = min(accepted, key=lambda n: n.rms)
+        near = [(n, g) for n, g in others if n.rms <= (1.0 + SEARCH.equal) * best.rms]
+        near = [(n, g) for n, g in near if n.effects == n.added and not self._spoils(n, g)]
+        return [n for n, _ in near if not self._predicts_better(best, n)]
 
     def _accepts(self, node: Node, child: Node, addition: str, gains: Gains, fitted: float) -> bool:
         """Return whether a model with an addition is better by more than chance, and by enough."""
@@ -577,7 +593,10 @@ class Search:
             return chosen
         node = self._with_only(chosen, common)
         gains = [(n, Gains.of(node.errors, n.errors)) for n in (chosen, *self.rivals)]
-        if not any(self._predicts(node, n, g) for n, g in gains):
+        if not any(
+            self._predicts(node, n, g) or (self._waits(node, n, g) and g.free.gain > SEARCH.least_gain)
+            for n, g in gains
+        ):
             self.rivals = []
         return node
 

@@ -5,7 +5,7 @@ They come from `report.json` alone, so that a page that is drawn again has the s
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -319,8 +319,11 @@ def unexplained(report: Mapping) -> list[str]:
         f"{', '.join(group)}: these records cannot tell them apart, so none of them is named or added."
         for group in report["indistinguishable"]
     ]
+    texts += _meanwhile(report["rivals"])
     if report["unexplained"]:
         head = "A significant residual remains that no effect of the catalogue explains."
+    elif any(r["unexplained"] for r in report["rivals"]):
+        head = "Without them a significant residual remains, which one of them explains."
     else:
         head = "No significant residual remains on the records that were fitted or decided."
     # the first sentence is the verdict, the details describe it
@@ -328,6 +331,22 @@ def unexplained(report: Mapping) -> list[str]:
     if _tests_show_more(report):
         texts.append("On the test records the residual is more than noise; the details describe it.")
     return [*texts, *_curve(report)]
+
+
+def _meanwhile(rivals: Sequence[Mapping]) -> list[str]:
+    """Return what to do until a record decides between models that these cannot tell apart."""
+    if not rivals:
+        return []
+    errors = [
+        f"{' and '.join(r['own']) or 'none of them'} {micrometres(r['e_rms_um'])}"
+        f" ({micrometres(r['inverse_e_rms_um'])} for the inverse)"
+        for r in rivals
+    ]
+    files = " or ".join(f"`it2hys package {r['file']} -o DIR`" for r in rivals if r["own"])
+    return [
+        f"The error on what decided is, with {', with '.join(errors)}. Until a record decides, "
+        f"{files} writes FMUs that are as good on signals like those of these records."
+    ]
 
 
 def _tests_show_more(report: Mapping) -> bool:

@@ -21,7 +21,7 @@ from it2hys.identification.effect_coordinates import by_record, of_reading
 from it2hys.identification.judgement import Judgement
 from it2hys.identification.result import Identification
 from it2hys.model import compiled
-from it2hys.model.parameters import ParameterSet
+from it2hys.model.parameters import ParameterSet, write_ssv
 from it2hys.records import Record
 from it2hys.records.figures_of_merit import max_relative_error, rms_error
 from it2hys.reports import figures
@@ -120,6 +120,10 @@ def write_report(
     with only_used(result.packaged) as alone:
         package(alone, directory, origin=origin(verb, records, result.records))
     roles = [j.role for j in result.records]
+    if isinstance(result, Diagnosis):
+        for name, parameters in result.packaged_rivals.items():
+            with only_used(parameters) as alone:
+                write_ssv(alone, directory / name)
     report = {
         "title": title or ("Diagnosis" if isinstance(result, Diagnosis) else "Identification"),
         **(provenance or Provenance()).entries(records, roles, directory),

@@ -134,7 +134,15 @@ def _diagnosed(found: Diagnosis, start: str) -> dict:
         "indistinguishable": [list(group) for group in found.indistinguishable],
         "experiments": list(found.experiments),
         "rivals": [
-            {"own": list(r.own), "effects": list(r.effects), "parameters": dict(r.parameters)}
+            {
+                "own": list(r.own),
+                "effects": list(r.effects),
+                "file": r.file,
+                "e_rms_um": r.e_rms * UM,
+                "inverse_e_rms_um": r.inverse_e_rms * UM,
+                "unexplained": r.unexplained,
+                "parameters": dict(r.parameters),
+            }
             for r in found.rivals
         ],
         "evidence": [
