@@ -129,6 +129,14 @@ def test_a_larger_model_that_spoils_the_inverse_hides_no_smaller_one_that_is_bet
     assert search._simplest() is nodes[1]
 
 
+@pytest.mark.parametrize(("free", "rivals"), [(0.9, 1), (1.0, 1), (1.02, 1), (1.1, 0)])
+def test_what_is_as_good_as_a_delay_is_its_rival(free, rivals):
+    """A sine of few amplitudes: the lag, which was there, was refused, and the delay named."""
+    _, (delay, lag) = searched((("delay",), 1.0, 1.0), (("lag",), free, 3.0))
+    assert Search._as_good([delay], [lag]) == [lag][:rivals]
+    assert Search._as_good([], [lag]) == []
+
+
 @pytest.mark.parametrize("ratio", [-10.0, -1.0])
 def test_a_calmer_inverse_is_no_delay_where_the_displacement_moves_at_once(ratio):
     """A long slow walk: a core that was slow, as the stage is, had a delay put beside it."""
@@ -141,10 +149,10 @@ def test_a_delay_with_a_calmer_inverse_does_not_beat_a_lag_that_predicts_as_well
     """Sines about several levels: the lag's inverse erred by what it made of noise, no more."""
     search, (lag, delay) = searched((("lag",), 1.0, 1.0), (("delay",), 1.0, 0.4))
     search.bench = SimpleNamespace(
-        inverts_well=lambda *_: False, deciding=(), noise_of_inverse=lambda _: 0.9
+        inverts_well=lambda *_: False, deciding=(), noise_of_inverse=lambda *_: 0.9
     )
     assert not search._beats(delay, lag)
-    search.bench.noise_of_inverse = lambda _: 0.1
+    search.bench.noise_of_inverse = lambda *_: 0.1
     assert search._beats(delay, lag)
 
 

@@ -574,14 +574,14 @@ class Bench(Starts):
             total += float(np.sum((old[chosen] / noise) ** 2 - (new[chosen] / noise) ** 2))
         return total
 
-    def noise_of_inverse(self, model: Model) -> float:
-        """Return what noise in the references of what decides makes of the inverse, m rms."""
+    def noise_of_inverse(self, model: Model, name: str = "band") -> float:
+        """Return what noise in references of what decides makes of the inverse, m rms."""
         fitted = model if self.parts else self.fit_own(model, self.deciding)
         gain = self.extent.displacement_span / self.extent.voltage_span
         answers = [
-            noise_of_inverse({**model.values, **fitted.start(i), **self._ends}, t.drive, t.references)[
-                t.judged
-            ]
+            noise_of_inverse(
+                {**model.values, **fitted.start(i), **self._ends}, t.drive, t.references, name
+            )[t.judged]
             for i, t in enumerate(self.deciding)
         ]
         return gain * float(np.sqrt(np.mean(np.concatenate(answers) ** 2)))

@@ -79,6 +79,11 @@ def chance_of_a_rival(gain: float) -> float:
     return max(SEARCH.budget / len(EFFECTS), largest_chance(gain))
 
 
+def _tells(comparison: Comparison) -> bool:
+    gain = comparison.gain
+    return gain > SEARCH.telling and comparison.p_value <= chance_of_a_rival(gain)
+
+
 _TINY = np.finfo(float).tiny
 
 
@@ -157,10 +162,12 @@ class Gains:
         the calmer one says nothing of which model is right.
         """
         is_noise = self.band.before <= SEARCH.noisy * noise
-        return any(
-            g.gain > SEARCH.telling and g.p_value <= chance_of_a_rival(g.gain)
-            for g in ((self.free,) if is_noise else (self.free, self.band))
-        )
+        return self.free_tells or (not is_noise and _tells(self.band))
+
+    @property
+    def free_tells(self) -> bool:
+        """Whether of two equally simple models one predicts better by more than chance."""
+        return _tells(self.free)
 
 
 @dataclass(frozen=True)
@@ -304,7 +311,8 @@ class Search:
                 self._keep(child)
                 grown.append(child)
             elif not (sampling or overdriven):
-                near.append((child, gains))
+                if self._accepts(node, child, addition, gains, fitted, likely=True):
+                    near.append(child)
                 if child.fit.minimum.cost < SEARCH.promising * node.fit.minimum.cost:
                     self._promising.append(child)
         for child in self._as_good(grown, near):
@@ -312,23 +320,37 @@ class Search:
             grown.append(child)
         return grown
 
-    def _as_good(self, accepted: Sequence[Node], others: Sequence[tuple[Node, Gains]]) -> list[Node]:
-        """Return of the models that were not accepted those that are as good as the best that was.
+    @staticmethod
+    def _as_good(accepted: Sequence[Node], likely: Sequence[Node]) -> list[Node]:
+        """Return of models that are likely better those that are as good as the best that is for sure.
 
         A little more chance, or an inverse that enlarges more of the noise of its reference, does not
-        tell which of two effects is there.
+        tell which of two effects is there. Inverses are compared once rules have been sought anew.
         """
         if not accepted:
             return []
         best = min(accepted, key=lambda n: n.rms)
-        near = [(n, g) for n, g in others if n.rms <= (1.0 + SEARCH.equal) * best.rms]
-        near = [(n, g) for n, g in near if n.effects == n.added and not self._spoils(n, g)]
-        return [n for n, _ in near if not self._predicts_better(best, n)]
+        near = [n for n in likely if n.rms <= (1.0 + SEARCH.equal) * best.rms and n.effects == n.added]
+        return [n for n in near if not Gains.of(n.errors, best.errors).free_tells]
 
-    def _accepts(self, node: Node, child: Node, addition: str, gains: Gains, fitted: float) -> bool:
-        """Return whether a model with an addition is better by more than chance, and by enough."""
+    def _accepts(
+        self,
+        node: Node,
+        child: Node,
+        addition: str,
+        gains: Gains,
+        fitted: float,
+        likely: bool = False,
+    ) -> bool:
+        """Return whether a model with an addition is better by more than chance, and by enough.
+
+        Or whether it most likely is, at the usual level of one test.
+        """
+        predicts = self._predicts(node, child, gains)
+        if likely and not predicts:
+            predicts = self.is_better(gains.free, SEARCH.likely) and not self._spoils(child, gains)
         return self._waits(node, child, gains) or (
-            self._predicts(node, child, gains)
+            predicts
             and self._fits_better(node, child, fitted, gains.free.gain)
             and self._is_of_its_kind(node, addition, gains.free)
         )
@@ -652,12 +674,14 @@ class Search:
     def _inverts_poorly(self, node: Node) -> bool:
         """Return whether an inverse is off by more than what it makes of the noise of a reference.
 
-        A lag's inverse enlarges noise, and a delay's does not: that tells nothing of what is there.
+        A lag's inverse enlarges noise, and a delay's does not: that tells nothing of what is there. A
+        core that enlarges it by itself is slow, and does the work of a delay.
         """
         error = _rms(node.errors.wide)
         if self.bench.inverts_well(error, self.bench.deciding):
             return False
-        return error > SEARCH.noisy * self.bench.noise_of_inverse(node.fit.model)
+        name = "wide" if any(EVIDENCE[e].smooths for e in node.fit.model.effects) else "band"
+        return error > SEARCH.noisy * self.bench.noise_of_inverse(node.fit.model, name)
 
 
 def _share_of_error(before: Node, after: Node) -> float:

@@ -173,15 +173,17 @@ def inverse_error(values: Mapping, drive: Drive, displacement: np.ndarray) -> np
     return ask_inverse(values, drive, displacement)[0] - applied_voltage(values, drive)
 
 
-def noise_of_inverse(values: Mapping, drive: Drive, references: References) -> np.ndarray:
+def noise_of_inverse(
+    values: Mapping, drive: Drive, references: References, name: str = "band"
+) -> np.ndarray:
     """Return what noise in a reference makes of the inverse's voltage, V, shape (N,).
 
     The inverse is fed with the model's own run, and with that and white noise of the record's size, in
-    the band of its reference.
+    the band of that reference ("band" or "wide").
     """
     free, _ = compiled.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
     noise = references.noise * np.random.default_rng(0).standard_normal(len(free))
-    band = references.band
+    band = getattr(references, name)
     in_band = replace(references, displacement=noise).filtered(band.band)
     noise = np.where(band.whole, noise, in_band)
     with_noise, without = (

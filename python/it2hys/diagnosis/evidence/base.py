@@ -55,6 +55,8 @@ class EffectEvidence(ABC):
         Whether a controller's slow correction looks like it.
     by_its_signature : bool
         Whether it takes a part of any error, so that its signature always has to be there.
+    smooths : bool
+        Whether it takes away what is fast, so that its inverse enlarges the noise of a reference.
     occasional : bool
         Whether few moments of a record may show it, of which those that decide may have none.
     guessed_by_shape : bool
@@ -70,6 +72,7 @@ class EffectEvidence(ABC):
     of_the_core: bool = False
     of_a_controller: bool = False
     by_its_signature: bool = False
+    smooths: bool = False
     occasional: bool = False
     guessed_by_shape: bool = False
 

@@ -33,6 +33,7 @@ class LagEvidence(StepEvidence):
 
     imitated = True
     of_any_loop = True
+    smooths = True
     answer = Answer(_lagging, tuple(np.geomspace(0.7, 60.0, 16)))
 
     def guesses(self, clues: Clues) -> list[dict[str, float]]:

@@ -42,6 +42,7 @@ class OwnEvidence(EffectEvidence):
     """
 
     guessed_by_shape = True  # of a strength there is one guess in most files
+    smooths = True  # it may
 
     def __init__(self, effect: OwnEffect):
         self._effect = effect

@@ -56,6 +56,7 @@ class ResonanceEvidence(StepEvidence):
     experiment = "small steps, or a small chirp through the band (a resonance rings at one frequency)"
 
     occasional = True
+    smooths = True
     answer = Answer(
         _rung, tuple((f, d) for f in np.geomspace(0.015, 0.4, 24) for d in (0.02, 0.06, 0.15))
     )
