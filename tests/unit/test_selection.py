@@ -156,6 +156,17 @@ def test_a_delay_with_a_calmer_inverse_does_not_beat_a_lag_that_predicts_as_well
     assert search._beats(delay, lag)
 
 
+@pytest.mark.parametrize(("effect", "beaten"), [("lag", False), ("resonance", False), ("drift", True)])
+def test_what_smooths_is_not_beaten_for_the_noise_of_the_wide_reference(effect, beaten):
+    """A lag enlarges it; beside a drift only a slow core does, which does the work of a delay."""
+    search, (other, delay) = searched(((effect,), 1.0, 1.0), (("delay",), 1.0, 0.4))
+    noise = {"band": 0.1, "wide": 0.9}
+    search.bench = SimpleNamespace(
+        inverts_well=lambda *_: False, deciding=(), noise_of_inverse=lambda _, name: noise[name]
+    )
+    assert search._beats(delay, other) == beaten
+
+
 @pytest.mark.parametrize(("free", "rivals"), [(1.0, 0), (0.5, 1)])
 def test_effects_without_which_prediction_is_as_good_are_not_told_apart(free, rivals):
     """A measured record: delay and drift beside play and creep, where neither predicted any better."""
