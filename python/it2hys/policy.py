@@ -150,7 +150,8 @@ class Search:
     )  # fmt: skip
     commensurate: float = _number(
         0.2, "share of the gain",
-        "least gain on the training records, as a share of the gain on held-out data",
+        "least gain on the training records, as a share of the gain on held-out data; or "
+        "`search.least_share` of what exceeds their noise",
     )  # fmt: skip
     telling: float = _number(
         0.02, "share of the error",

@@ -10,7 +10,7 @@ from it2hys.diagnosis import selection
 from it2hys.diagnosis.comparison import Comparison
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.base import Signature
-from it2hys.diagnosis.fitting import Errors
+from it2hys.diagnosis.fitting import Errors, excess
 from it2hys.diagnosis.rows import _besides
 from it2hys.diagnosis.selection import Gains, Node, Search, Trial, _ends_better, _follows_noise
 
@@ -143,6 +143,20 @@ def test_a_calmer_inverse_is_no_delay_where_the_displacement_moves_at_once(ratio
     search, nodes = searched((("play",), 1.0, 1.0), (("delay", "play"), 0.98, 0.4))
     search.bench.likelihood_ratio_behind_turns = lambda *_: ratio
     assert search._simplest() is nodes[ratio > -2.0]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "better"),
+    [(1.1, 1.0, True), (1.1, 1.08, False), (2.0, 1.9, False), (2.0, 1.6, True)],
+)
+def test_training_records_that_hardly_show_an_effect_may_show_enough(before, after, better):
+    """A curve that validation records showed at its ends: of 9 % above the noise it took it all."""
+    search, (first, second) = searched(((), before, 1.0), (("nonlinearity",), after, 1.0))
+    for each in (first, second):
+        each.fit.criterion.samples = 4000
+    noise, gain = 1.0, 0.7
+    search.bench.excess_fitted = lambda fit: excess(np.sqrt(fit.minimum.cost), noise)
+    assert search._fits_better(first, second, 1.0 - after / before, gain) == better
 
 
 def test_a_delay_with_a_calmer_inverse_does_not_beat_a_lag_that_predicts_as_well():

@@ -189,6 +189,15 @@ def behind_gain(model: Model, total: float, traces: Sequence[Trace]) -> Model:
     return with_rules(model, moved(model.rules, -distance))
 
 
+def _root_mean_square(values: Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def excess(rms: float, noise: float) -> float:
+    """Return what of an error is not noise; less than a part of the noise cannot be told."""
+    return float(np.sqrt(max(rms**2 - noise**2, (SEARCH.least_excess * noise) ** 2)))
+
+
 @dataclass(frozen=True, eq=False)
 class Errors:
     """Errors of a pair of model and inverse on records, arrays of the judged samples, m.
@@ -224,6 +233,10 @@ class Bench(Starts):
     parts: bool = False
     known: Mapping[str, float] = field(default_factory=dict)
 
+    def excess_fitted(self, fit: ChainFit) -> float:
+        """Return what of a fit's error on the training records is not noise, m rms."""
+        return excess(fit.rms * self.scaling.y_unit, _root_mean_square([t.noise for t in self.traces]))
+
     @property
     def _shared(self) -> Callable:
         """What maps over fits; see `thread_map`."""
@@ -232,7 +245,7 @@ class Bench(Starts):
     @property
     def floor(self) -> float:
         """Noise of the records that decide, m rms."""
-        return float(np.sqrt(np.mean([t.noise**2 for t in self.deciding])))
+        return _root_mean_square([t.noise for t in self.deciding])
 
     def fit(self, model: Model, iterations: int, strength: float = 1.0) -> ChainFit:
         """Fit everything jointly from a model; `strength` is that of the penalties for a poor core."""

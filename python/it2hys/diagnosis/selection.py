@@ -16,6 +16,7 @@ from it2hys.diagnosis.fitting import (
     SHIFTING,
     Bench,
     Errors,
+    excess,
     extended,
     in_other_roles,
     is_delay,
@@ -404,14 +405,16 @@ class Search:
         signature = EVIDENCE[addition].signature(self.bench.clues(node.fit.model))
         return signature is not None and signature.p_value < SEARCH.likely
 
-    @staticmethod
-    def _fits_better(node: Node, child: Node, fitted: float, gain: float) -> bool:
+    def _fits_better(self, node: Node, child: Node, fitted: float, gain: float) -> bool:
         """Return whether an addition lowers the error on the training records, too.
 
         By more than chance (ratio of likelihoods), and by a part at least of what it does where it was
-        not fitted: otherwise it makes up for how those records begin.
+        not fitted: otherwise it makes up for how those records begin. Where they leave little more than
+        noise, a part of that little is enough: others may go where the effect is larger.
         """
-        if fitted < SEARCH.commensurate * gain:
+        before, after = (self.bench.excess_fitted(n.fit) for n in (node, child))
+        share = 1.0 - after / max(before, _TINY)  # 0 of a record that is matched
+        if fitted < SEARCH.commensurate * gain and share < SEARCH.least_share:
             return False
         ratio = node.fit.minimum.cost / child.fit.minimum.cost
         added = len(child.fit.minimum.coordinates) - len(node.fit.minimum.coordinates)
@@ -518,13 +521,8 @@ class Search:
 
     def _share(self, comparison: Comparison) -> float:
         """Return the share of what exceeds the noise that a gain takes away."""
-        return 1.0 - self._excess(comparison.after) / self._excess(comparison.before)
-
-    def _excess(self, rms: float) -> float:
-        """Return what of an error is not noise; less than a part of the noise cannot be told."""
-        return float(
-            np.sqrt(max(rms**2 - self.bench.floor**2, (SEARCH.least_excess * self.bench.floor) ** 2))
-        )
+        before, after = (excess(e, self.bench.floor) for e in (comparison.before, comparison.after))
+        return 1.0 - after / before
 
     def choose(self) -> Node:
         """Return the model with the fewest effects that none is better than.
