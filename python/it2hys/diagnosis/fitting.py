@@ -33,7 +33,7 @@ from it2hys.model.stages import EFFECTS, STAGES
 from it2hys.model.variables import load_table, off_values
 from it2hys.policy import NOISE, SEARCH
 from it2hys.records.clues import Extent
-from it2hys.support.processes import thread_map
+from it2hys.support.processes import called, thread_map
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
@@ -343,7 +343,7 @@ class Bench(Starts):
             for f in (fit, further)
             for way in (self.reshaped, partial(self.finish, iterations=_SETTLING_FAR))
         ]
-        costs = [ended.minimum.cost for ended in self._shared(lambda way: way(), ways)]
+        costs = [ended.minimum.cost for ended in self._shared(called, ways)]
         return further if min(costs[2:]) < SEARCH.far_better * min(costs[:2]) else fit
 
     def preferred(self, fits: Sequence[ChainFit]) -> ChainFit:

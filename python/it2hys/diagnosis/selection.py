@@ -29,6 +29,7 @@ from it2hys.identification.usability import largest_contraction
 from it2hys.model.chain import EFFECTS
 from it2hys.model.variables import load_table
 from it2hys.policy import CORE, SEARCH
+from it2hys.support.processes import called
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"
@@ -571,7 +572,7 @@ class Search:
                     partial(_refined, self.bench, node),
                     partial(_refined_from, self.bench, node.added, fresh),
                 ]
-        ended = list(self.each(_called, pieces))
+        ended = list(self.each(called, pieces))
         pairs = zip(ended[::2], ended[1::2], strict=True)
         return [other if _ends_better(other, node) else node for node, other in pairs]
 
@@ -840,10 +841,6 @@ def _sharpened(bench: Bench, node: Node, each: Callable | None = None) -> Node:
         return node
     node = _with_rules_anew(bench, _with_roles(bench, node), each)
     return _with_faster_core(bench, _resolved(bench, _with_histories(bench, node)))
-
-
-def _called(piece: Callable) -> Node:
-    return piece()
 
 
 def _refined_from(bench: Bench, added: frozenset[str], model: Model) -> Node:

@@ -13,6 +13,7 @@ from it2hys.identification.criterion import ChainFit, Model, with_rules
 from it2hys.identification.scaling import relaxed
 from it2hys.identification.usability import share_of_way
 from it2hys.policy import CORE
+from it2hys.support.processes import called
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +55,8 @@ class Whole:
     ) -> tuple[tuple[Bench, ChainFit], list[Model]]:
         """Return the last fit of a model and, side by side with it, others as `fitted` returns them."""
         pieces = [partial(self.last_fit, model, before), *(partial(self.fitted, m) for m in others)]
-        last, *fitted = each(_call, pieces)
+        last, *fitted = each(called, pieces)
         return last, fitted
-
-
-def _call(piece: Callable) -> object:
-    return piece()
 
 
 def at_sample_time(model: Model, sample_time: float, bench: Bench) -> Model:

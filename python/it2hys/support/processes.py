@@ -14,6 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import partial
+from typing import TypeVar
 
 from it2hys.errors import InputError
 
@@ -21,6 +22,9 @@ from it2hys.errors import InputError
 #: for each other, and most of all where other work wants the processors.
 _LINEAR_ALGEBRA = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 _THREADS = (*_LINEAR_ALGEBRA, "POLARS_MAX_THREADS")
+
+
+Result = TypeVar("Result")
 
 
 def without_threads() -> None:
@@ -205,6 +209,11 @@ def thread_map(function: Callable, *arguments: Iterable) -> Iterator:
     """
     threads = _threads.get()
     return (threads.map if threads else map)(function, *arguments)
+
+
+def called(piece: Callable[[], Result]) -> Result:
+    """Call a piece of work: for a map over pieces that differ."""
+    return piece()
 
 
 def has_threads() -> bool:
