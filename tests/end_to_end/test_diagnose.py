@@ -403,7 +403,8 @@ def test_models_that_cannot_be_told_apart_are_written_to_be_used_until_they_are(
     none, *rivals = report["rivals"]
     assert none["file"] == "parameters.ssv" and none["own"] == [] and none["unexplained"]
     assert not report["unexplained"]  # one of them explains it
-    assert "one of them explains" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "one of them explains" in said and "lacks one of these, but it is open which: " in said
     first = read_record(tmp_path / "t.csv").displacement[0]
     for rival in rivals:
         assert rival["e_rms_um"] < 1.2 * report["noise_rms_um"] < none["e_rms_um"] / 1.5

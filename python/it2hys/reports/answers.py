@@ -146,6 +146,11 @@ def found(report: Mapping) -> list[str]:
     if report["declared"]:
         start += f" with {', '.join(report['declared'])} declared"
     if not report["effects"]:
+        rivals = [" and ".join(r["own"]) for r in report["rivals"] if r["own"]]
+        if rivals:
+            return [
+                f"{start.capitalize()} lacks one of these, but it is open which: {', '.join(rivals)}."
+            ]
         return [f"No effect was found that {start} lacks."]
     *others, last = (f"{effect} ({report['meanings'][effect]})" for effect in report["effects"])
     named = f"{', '.join(others)} and {last}" if others else last
