@@ -152,6 +152,8 @@ class Search:
         0.2, "share of the gain",
         "least gain on the training records, as a share of the gain on held-out data; or "
         "`search.least_share` of what exceeds their noise",
+        "chosen by hand on seeds 0 to 9999; the second on one stage of seeds 280000: a curve took "
+        "9 % of the training records' error, all of their excess, and 71 % of the others'",
     )  # fmt: skip
     telling: float = _number(
         0.02, "share of the error",
@@ -164,7 +166,8 @@ class Search:
     )  # fmt: skip
     likely: float = _number(
         0.05, "probability",
-        "largest p-value of a variant's gain, and of an effect's signature",
+        "largest p-value of a variant's gain, of an effect's signature, and of the gain of what is as "
+        "good as an accepted addition, and so its rival",
         "statistic: the usual level of one test; nothing is named by it alone",
     )  # fmt: skip
     promising: float = _number(

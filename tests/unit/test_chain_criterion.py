@@ -339,7 +339,7 @@ def test_adding_an_effect_and_taking_it_out_gives_the_model_back(seed, effect):
 
 
 def test_threads_change_no_bit(monkeypatch):
-    monkeypatch.setattr(compiled, "_WORTH_SHARING", 1)
+    monkeypatch.setattr(compiled, "LONG", 1)
     model = model_with(ALL, 1, 3)
     criterion = ChainCriterion(traces_of(3), model, fitted_coordinates(model, EXTENT), SCALING)
     point = criterion.pack(model)

@@ -183,7 +183,7 @@ class _Session:
         others = [*self._on_the_way(search, node), *rivals]
         fit, base, models = self._timed("final fit", self._finish, bench, node, base, others)
         self._progress(0.95, "assessment")
-        self._whole = dict(zip(others, models, strict=True))
+        self._of_whole_records = dict(zip(others, models, strict=True))
         return self._timed("assessment", self._assess, base, bench, search, chosen, node, fit)
 
     def _undeclared(self, which: Callable[[EffectEvidence], bool]) -> tuple[str, ...]:
@@ -426,7 +426,7 @@ class _Session:
         errors = least.rms, least.inverse_rms
         found = [Rival((), settled.effects, parameters, *errors, leaves_more(settled))]
         for node in nodes:
-            model = self._usable(self._whole[node])
+            model = self._usable(self._of_whole_records[node])
             own = tuple(e for e in EFFECTS if e in node.effects and e not in settled.effects)
             if model is None or not own:
                 continue
@@ -503,7 +503,7 @@ class _Session:
         stages = [self._stage("before", search.root, before)]
         for best in self._on_the_way(search, node):
             # a model on the way may have a core that makes no pair
-            if usable := self._usable(self._whole[best]):
+            if usable := self._usable(self._of_whole_records[best]):
                 stages.append(self._stage(_label(node, best), best, self._judgements(usable, traces)))
         if node.effects:
             last = Node(node.added, fit, self._judging.errors(fit.model))

@@ -33,7 +33,7 @@ from it2hys.model.stages import EFFECTS, STAGES
 from it2hys.model.variables import load_table, off_values
 from it2hys.policy import NOISE, SEARCH
 from it2hys.records.clues import Extent
-from it2hys.support.processes import called, thread_map
+from it2hys.support.processes import LONG, called, thread_map
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
@@ -49,8 +49,6 @@ _SETTLING_ANEW = 60
 _SETTLING_FAR = 150
 #: Costs of fits that are as good as the best one, as a multiple of its.
 _ALIKE = 1.02
-#: Samples from which on threads share fits: those of long records take their time in C.
-_LONG = 5000
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
 #: No range limits an inverse.
@@ -240,7 +238,7 @@ class Bench(Starts):
     @property
     def _shared(self) -> Callable:
         """What maps over fits; see `thread_map`."""
-        return thread_map if sum(len(t.y) for t in self.traces) >= _LONG else map
+        return thread_map if sum(len(t.y) for t in self.traces) >= LONG else map
 
     @property
     def floor(self) -> float:

@@ -18,12 +18,10 @@ from typing import Any
 import numpy as np
 
 from it2hys.errors import InputError
-from it2hys.support.processes import has_threads, thread_map
+from it2hys.support.processes import LONG, has_threads, thread_map
 
 MAX_RULES = 16
 REST_TEMPERATURE = 293.15
-#: Samples of several records that are worth the while of sharing them among threads.
-_WORTH_SHARING = 5000
 _INTEGERS = np.ctypeslib.ndpointer(np.int32, flags="C_CONTIGUOUS")
 _DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 
@@ -521,7 +519,7 @@ class Drives:
 
     @property
     def _are_shared(self) -> bool:
-        return has_threads() and len(self._drives) > 1 and self.lengths.sum() >= _WORTH_SHARING
+        return has_threads() and len(self._drives) > 1 and self.lengths.sum() >= LONG
 
     def __reduce__(self) -> tuple:
         """Leave the addresses behind when another process gets the channels."""

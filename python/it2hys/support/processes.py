@@ -24,7 +24,10 @@ _LINEAR_ALGEBRA = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 _THREADS = (*_LINEAR_ALGEBRA, "POLARS_MAX_THREADS")
 
 
-Result = TypeVar("Result")
+_Result = TypeVar("_Result")
+
+#: Samples from which on threads share runs and fits: those of long records take their time in C.
+LONG = 5000
 
 
 def without_threads() -> None:
@@ -211,7 +214,7 @@ def thread_map(function: Callable, *arguments: Iterable) -> Iterator:
     return (threads.map if threads else map)(function, *arguments)
 
 
-def called(piece: Callable[[], Result]) -> Result:
+def called(piece: Callable[[], _Result]) -> _Result:
     """Call a piece of work: for a map over pieces that differ."""
     return piece()
 
