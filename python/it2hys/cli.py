@@ -708,7 +708,7 @@ def _diagnose(options: argparse.Namespace) -> int:
     if options.model is not None:
         check_file(options.output / "parameters.ssv", [options.model])
     train, validate, test = _read_records(options)
-    from it2hys.diagnosis import RULES, diagnose
+    from it2hys.diagnosis import RIVAL_FILES, RULES, diagnose
     from it2hys.identification import Options, check_rule_count
     from it2hys.model.parameters import read_ssv
     from it2hys.model.stages import own_effects
@@ -740,7 +740,9 @@ def _diagnose(options: argparse.Namespace) -> int:
     files = [*options.effect, *given]
     provenance = Provenance.of_command(options.typed, options.seed, files)
     promised = None if designed is None else (designed, designed_voltage(options.design, designed))
-    with gathered(options.output) as folder:
+    rivals = options.output.glob(RIVAL_FILES)
+    outdated = [rival for rival in rivals if not any(rival.samefile(path) for path in given)]
+    with gathered(options.output, outdated) as folder:
         start = PAPER if model is None else START
         write_report(diagnosis, records, folder, provenance=provenance, start=start, promised=promised)
     if _tell_report(options):

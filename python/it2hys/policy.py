@@ -99,6 +99,13 @@ class Search:
         "difference of free-run errors that counts as none, so that the inverse decides; as much again "
         "for every further time that its error is halved",
     )  # fmt: skip
+    near: float = _number(
+        0.15, "share of the error",
+        "a model with another effect in place of one that was chosen is fitted anew, too, if its error "
+        "is larger by no more than this",
+        "chosen on beats of a stage with play and a lag (seed 391010), whose lag had ended at an error "
+        "that was larger by 0.033",
+    )  # fmt: skip
     inverse_gain: float = _number(
         0.25, "share of the error",
         "least gain of the inverse by which a delay, or a variant of a model, is accepted although the "

@@ -396,7 +396,11 @@ def test_models_that_cannot_be_told_apart_are_written_to_be_used_until_they_are(
         write_record(tmp_path / f"{name}.csv", Record(name, time, voltage, noisy, TS))
     others = ",".join(e for e in EFFECTS if e not in ("delay", "lag"))
     out = tmp_path / "out"
+    out.mkdir()
+    outdated = out / "rival_drift.ssv"
+    outdated.write_text("of a diagnosis before", encoding="utf-8")
     assert diagnose(tmp_path, out, "--exclude", others) == 0
+    assert not outdated.exists()
     report = report_of(out)
     assert report["effects"] == [] and report["indistinguishable"] == [["delay", "lag"]]
     jsonschema.validate(report, json.loads(SCHEMA.read_text(encoding="utf-8")))

@@ -137,6 +137,29 @@ def test_what_is_as_good_as_a_delay_is_its_rival(free, rivals):
     assert Search._as_good([], [lag]) == []
 
 
+def test_the_search_goes_on_from_all_that_fit_as_well():
+    """Beats, and a long slow walk: a lag fitted as well as a delay, and was not followed."""
+    search, (delay, lag, slew) = searched(
+        (("delay",), 0.70, 1.0), (("lag",), 0.71, 1.0), (("slew",), 0.9, 1.0)
+    )
+    search._promising = [slew, lag, delay]
+    assert search._most_promising() == [lag, delay]
+    search._promising = []
+    assert search._most_promising() == []
+
+
+@pytest.mark.parametrize(("free", "near"), [(1.04, True), (1.3, False)])
+def test_what_comes_near_with_another_effect_is_fitted_anew_before_the_choice(free, near):
+    """Beats: on its way to a delay beside play the search had left the lag at a poorer optimum."""
+    search, (chosen, *others) = searched(
+        (("delay", "play"), 1.0, 1.0),
+        (("lag", "play"), free, 1.0),
+        (("play",), 1.0, 1.0),
+        (("creep", "drift"), 1.0, 1.0),
+    )
+    assert search._with_another(chosen) == others[:near]
+
+
 @pytest.mark.parametrize("ratio", [-10.0, -1.0])
 def test_a_calmer_inverse_is_no_delay_where_the_displacement_moves_at_once(ratio):
     """A long slow walk: a core that was slow, as the stage is, had a delay put beside it."""

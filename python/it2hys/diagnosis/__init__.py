@@ -1,11 +1,12 @@
 """The loop that finds what a model lacks: residual, missing effect, better model.
 
-`diagnose` is the whole; `criterion` fits a chain to records in free run, `fitting` adds effects to it,
-`selection` searches for the set of effects that predicts best, `comparison` tells a gain from chance,
+`diagnose` is the whole; `fitting` adds effects to a model and fits it, `selection` searches for the
+set of effects that predicts best, `evidence` holds what each effect leaves in a residual, `comparison`
+tells a gain from chance, `whole` leads from the searched part of long records to all of them,
 `residuals` says what is left.
 """
 
 from it2hys.diagnosis.diagnose import RULES, diagnose
-from it2hys.diagnosis.outcome import Diagnosis
+from it2hys.diagnosis.outcome import RIVAL_FILES, Diagnosis
 
-__all__ = ["RULES", "Diagnosis", "diagnose"]
+__all__ = ["RIVAL_FILES", "RULES", "Diagnosis", "diagnose"]

@@ -13,6 +13,8 @@ from it2hys.model.stages import EFFECTS
 from it2hys.model.variables import load_table
 
 _CURVE_POINTS = 201
+#: Files of models of which it is open which one is right, see `Rival.file`.
+RIVAL_FILES = "rival_*.ssv"
 #: Beginning of the sentences on test records.
 ON_TEST_RECORDS = "On the test records"
 
@@ -106,7 +108,7 @@ class Rival:
     @property
     def file(self) -> str:
         """Name of its file in the folder of a diagnosis."""
-        return f"rival_{'_'.join(self.own)}.ssv" if self.own else "parameters.ssv"
+        return RIVAL_FILES.replace("*", "_".join(self.own)) if self.own else "parameters.ssv"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -247,7 +247,7 @@ class Search:
         for _ in range(DEPTH):
             self._promising: list[Node] = []
             grown = [child for node in beam for child in self._grow(node, node is beam[0])]
-            grown = grown or sorted(self._promising, key=lambda n: n.fit.minimum.cost)[:1]
+            grown = grown or self._most_promising()
             if not grown:
                 break
             grown.sort(key=lambda n: n.rms)
@@ -262,6 +262,15 @@ class Search:
             beam = [n for n in grown[:BEAM] if n.rms <= SEARCH.beam_ratio * grown[0].rms]
         self._grow_waiting()
         return self.choose()
+
+    def _most_promising(self) -> list[Node]:
+        """Return of the models that are no better by themselves the best, and those that fit as well.
+
+        What hides behind what is still missing may be of either of two kinds that act alike.
+        """
+        costs = [n.fit.minimum.cost for n in self._promising]
+        largest = (1.0 + SEARCH.equal) ** 2 * min(costs, default=0.0)  # costs are squares of errors
+        return [n for n, cost in zip(self._promising, costs, strict=True) if cost <= largest]
 
     def _sharpen(self, nodes: Sequence[Node]) -> list[Node]:
         if len(nodes) == 1:  # its starts are shared: all but one process would be idle
@@ -542,7 +551,8 @@ class Search:
                 if not delays and (known is None or node.rms < known.rms):
                     self._keep(node)
             chosen = self._simplest()
-        ended = self._with_fresh_fits([chosen, *self._with_one_less(chosen)])
+        others = [*self._with_one_less(chosen), *self._with_another(chosen)]
+        ended = self._with_fresh_fits([chosen, *others])
         for node in ended:
             self._keep(node)
         chosen = self._simplest()
@@ -552,6 +562,14 @@ class Search:
         """Return the best model that lacks one of several effects, whose fit decides on that one."""
         known = [n for n in self.nodes.values() if n.added < node.added]
         known = [n for n in known if len(n.added) == len(node.added) - 1]
+        return sorted(known, key=lambda n: n.rms)[:1]
+
+    def _with_another(self, node: Node) -> list[Node]:
+        """Return the best model that has another effect in place of one, if it comes near."""
+        known = [n for n in self.nodes.values() if len(n.added) == len(node.added)]
+        known = [n for n in known if len(n.effects ^ node.effects) == 2]
+        near = (1.0 + SEARCH.near) * node.rms
+        known = [n for n in known if n.rms <= near and not _imitates(n, node)]
         return sorted(known, key=lambda n: n.rms)[:1]
 
     def _with_fresh_fits(self, nodes: Sequence[Node]) -> list[Node]:

@@ -4,7 +4,7 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -137,11 +137,18 @@ def check_file(path: str | Path, inputs: Sequence[str | Path] = ()) -> None:
 
 
 @contextmanager
-def gathered(directory: str | Path) -> Iterator[Path]:
+def gathered(directory: str | Path, outdated: Iterable[Path] = ()) -> Iterator[Path]:
     """Hand out a folder whose files come to `directory` when all are written.
 
     After an error, or an interruption, none of them does: what `directory` held is as it was, and if
     it was not there, it is not.
+
+    Parameters
+    ----------
+    directory : path
+        Created if it does not exist.
+    outdated : iterable of Path
+        Files of `directory` that go when the new ones come, unless they are among those.
 
     Raises
     ------
@@ -157,7 +164,10 @@ def gathered(directory: str | Path) -> Iterator[Path]:
                 yield folder
             except InputError as error:  # names the place that the user knows
                 raise InputError(str(error).replace(str(folder), str(directory))) from None
+            new = {directory / path.relative_to(folder) for path in folder.rglob("*")}
             _bring(folder, directory)
+            for path in {*outdated} - new:
+                path.unlink(missing_ok=True)
     except BaseException:
         for folder in made:
             if folder.is_dir() and not any(folder.iterdir()):
