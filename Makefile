@@ -36,6 +36,9 @@ ifeq ($(shell command -v cc || command -v gcc || command -v clang),)
 WITH_CC := CC='"$(CURDIR)/$(BIN)/python" -m ziglang cc -mcpu=baseline'
 endif
 
+# what Python has compiled is kept for the many processes of the tests
+unexport PYTHONDONTWRITEBYTECODE
+
 # zig builds its own libraries once, for all that compiles here
 export ZIG_GLOBAL_CACHE_DIR ?= $(CURDIR)/build/zig
 

@@ -158,7 +158,7 @@ def test_a_guess_of_another_size_and_a_tenth_off_is_the_one_that_is_followed(giv
     assert found.parameters["second_resonance.frequency"] == pytest.approx(mount.frequency, rel=0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.gate
 def test_without_its_file_it_is_unexplained_and_described(given):
     case = with_physics("second_resonance", LOOKED_AT + 1000)
     found = diagnosed(case, ["resonance"])

@@ -11,7 +11,7 @@ from it2hys.diagnosis.comparison import Comparison
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.base import Signature
 from it2hys.diagnosis.fitting import Errors, excess
-from it2hys.diagnosis.rows import _besides
+from it2hys.diagnosis.rows import _besides, _reason
 from it2hys.diagnosis.selection import Gains, Node, Search, Trial, _ends_better, _follows_noise
 
 GENERATOR = np.random.default_rng(8)
@@ -169,17 +169,19 @@ def test_a_calmer_inverse_is_no_delay_where_the_displacement_moves_at_once(ratio
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "better"),
-    [(1.1, 1.0, True), (1.1, 1.08, False), (2.0, 1.9, False), (2.0, 1.6, True)],
-)
-def test_training_records_that_hardly_show_an_effect_may_show_enough(before, after, better):
+    ("before", "after", "inverse", "better"),
+    [(1.1, 1.0, 0.0, True), (1.1, 1.08, 0.0, False), (1.1, 1.08, 0.7, True), (1.1, 1.1, 0.7, False),
+     (2.0, 1.9, 0.0, False), (2.0, 1.6, 0.0, True)],
+)  # fmt: skip
+def test_training_records_that_hardly_show_an_effect_may_show_enough(before, after, inverse, better):
     """A curve that validation records showed at its ends: of 9 % above the noise it took it all."""
     search, (first, second) = searched(((), before, 1.0), (("nonlinearity",), after, 1.0))
     for each in (first, second):
         each.fit.criterion.samples = 4000
-    noise, gain = 1.0, 0.7
-    search.bench.excess_fitted = lambda fit: excess(np.sqrt(fit.minimum.cost), noise)
-    assert search._fits_better(first, second, 1.0 - after / before, gain) == better
+    free, band = (Comparison(1.0, 1.0 - gain, 0.01, (0.0, 1.0)) for gain in (0.7, inverse))
+    search.bench.excess_fitted = lambda fit: excess(np.sqrt(fit.minimum.cost), 1.0)
+    gains = Gains(free, band, band)
+    assert search._fits_better(first, second, 1.0 - after / before, gains) == better
 
 
 def test_a_delay_with_a_calmer_inverse_does_not_beat_a_lag_that_predicts_as_well():
@@ -397,3 +399,16 @@ def test_a_row_says_what_decided_where_held_out_data_alone_did_not(free_p, wide,
     free = Comparison(1.0, 0.96, free_p, (0.01, 0.07))
     text = _besides(Trial(frozenset(), "delay", free, same, of_wide, True, False, fitted))
     assert text.startswith(said) and bool(text) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("p_value", "fitted", "said"),
+    [(3e-3, 3e-3, "the training records hardly show it"), (0.1, 3e-3, "not significant"),
+     (3e-3, 0.8, "it explains a small part")],
+)  # fmt: skip
+def test_a_large_gain_that_is_refused_is_not_called_chance(p_value, fitted, said):
+    """A slew rate took away 91 % of the error of validation records, p = 0.003."""
+    same = Comparison(1.0, 1.0, 0.5, (-0.1, 0.1))
+    free = Comparison(1.0, 0.1, p_value, (0.8, 0.95))
+    trial = Trial(frozenset(), "slew", free, same, same, False, False, fitted)
+    assert _reason("slew", trial, SimpleNamespace(named=(), groups=())).startswith(said)

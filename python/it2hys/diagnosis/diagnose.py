@@ -152,10 +152,10 @@ class _Session:
         ]
         # one loop, gone through again and again, is any of these, or the core
         one_tone = holds_one_tone(prepared)
-        self._inseparable = self._undeclared(lambda e: e.of_any_loop) if one_tone else ()
-        self._of_the_core = self._undeclared(lambda e: e.of_the_core) if one_tone else ()
+        self._inseparable = self._open(lambda e: e.of_any_loop) if one_tone else ()
+        self._of_the_core = self._open(lambda e: e.of_the_core) if one_tone else ()
         regulated = all(find_feedback(r) for r in validation or train)
-        self._regulated = self._undeclared(lambda e: e.of_a_controller) if regulated else ()
+        self._regulated = self._open(lambda e: e.of_a_controller) if regulated else ()
         self._seconds: dict[str, float] = {}
         searched = searched_text(self._windows, [Window(i, 0, p) for i, p in enumerate(prepared)])
         self._searches_all = not searched
@@ -186,9 +186,10 @@ class _Session:
         self._of_whole_records = dict(zip(others, models, strict=True))
         return self._timed("assessment", self._assess, base, bench, search, chosen, node, fit)
 
-    def _undeclared(self, which: Callable[[EffectEvidence], bool]) -> tuple[str, ...]:
-        """Return the effects of a kind that are not in the model from the start."""
-        return tuple(e for e in EFFECTS if which(EVIDENCE[e]) and e not in self._declared)
+    def _open(self, which: Callable[[EffectEvidence], bool]) -> tuple[str, ...]:
+        """Return the effects of a kind of which the user has not said whether they are there."""
+        settled = (*self._declared, *self._excluded)
+        return tuple(e for e in EFFECTS if which(EVIDENCE[e]) and e not in settled)
 
     def _timed(self, name: str, phase: Callable, *arguments: object):
         start = time.perf_counter()
@@ -356,7 +357,7 @@ class _Session:
         traces = list(self._each(partial(whole.with_lead_in, fit.model), judged))
         named = tuple(e for e in fit.model.effects if e in node.effects)
         groups = indistinguishable(chosen, search.rivals)
-        if self._inseparable:
+        if len(self._inseparable) > 1:
             groups = (*groups, self._inseparable)
         verdict = Verdict(
             search,

@@ -10,7 +10,7 @@ import numpy as np
 from it2hys.diagnosis.comparison import compare, is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.outcome import Evidence
-from it2hys.diagnosis.selection import Node, Search, Trial, level
+from it2hys.diagnosis.selection import Node, Search, Trial, largest_chance, level
 from it2hys.model.chain import EFFECTS
 from it2hys.policy import SEARCH
 from it2hys.records.clues import Clues
@@ -149,10 +149,10 @@ def _untried(effect: str, verdict: Verdict, left: Clues) -> str:
     if channel and getattr(left.extent, channel) is None:
         return f"not tried: no record has a {channel} channel"
     if effect in verdict.inseparable:
-        others = ", ".join(e for e in verdict.inseparable if e != effect)
+        others = [", ".join(e for e in verdict.inseparable if e != effect), "the core's own phase lag"]
         return (
             "not tried: the training records hold one amplitude at one frequency, which cannot "
-            f"tell it from {others} and from the core's own phase lag"
+            f"tell it from {' and from '.join(filter(None, others))}"
         )
     return "not tried: a run with it diverges from every initial guess, or its channel is constant"
 
@@ -174,7 +174,7 @@ def _why(effect: str, trial: Trial, verdict: Verdict, reason: str) -> str:
 
 def _besides(trial: Trial) -> str:
     """Return what else speaks for an effect that held-out data alone do not decide."""
-    if trial.comparison.p_value <= level():
+    if trial.comparison.p_value <= largest_chance(trial.comparison.gain):
         return ""
     for inverse in (trial.band, trial.wide):
         if inverse.gain > 0.0 and inverse.p_value <= level():
@@ -195,13 +195,15 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
     if trial.overdriven:
         return f"it fits only with {' and '.join(trial.overdriven)} pressed against its bounds"
     c = trial.comparison
-    is_chance = c.p_value > level()
+    is_chance = c.p_value > largest_chance(c.gain)
     if trial.accepted and not is_chance:
         return "other effects explain the residual better"
     if not is_chance and trial.sampling:
         return "it acts within a sample, as a delay or another sampling of the signals would"
     if not is_chance and is_worse(trial.band, SEARCH.spoils):
         return "the inverse gets worse by it"
+    if not is_chance and trial.fitted < SEARCH.commensurate * c.gain:
+        return "the training records hardly show it: train with a record that does"
     if not is_chance and c.gain > SEARCH.clear_gain:
         return "it explains a small part of the residual, which lacks this effect's signature"
     reason = "not significant at the level of a search" if is_chance else "below the required gain"

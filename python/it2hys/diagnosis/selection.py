@@ -362,7 +362,7 @@ class Search:
             predicts = self.is_better(gains.free, SEARCH.likely) and not self._spoils(child, gains)
         return self._waits(node, child, gains) or (
             predicts
-            and self._fits_better(node, child, fitted, gains.free.gain)
+            and self._fits_better(node, child, fitted, gains)
             and self._is_of_its_kind(node, addition, gains.free)
         )
 
@@ -415,16 +415,18 @@ class Search:
         signature = EVIDENCE[addition].signature(self.bench.clues(node.fit.model))
         return signature is not None and signature.p_value < SEARCH.likely
 
-    def _fits_better(self, node: Node, child: Node, fitted: float, gain: float) -> bool:
+    def _fits_better(self, node: Node, child: Node, fitted: float, gains: Gains) -> bool:
         """Return whether an addition lowers the error on the training records, too.
 
         By more than chance (ratio of likelihoods), and by a part at least of what it does where it was
         not fitted: otherwise it makes up for how those records begin. Where they leave little more than
-        noise, a part of that little is enough: others may go where the effect is larger.
+        noise, a part of that little is enough: others may go where the effect is larger. No part has to
+        go here where the larger part of both errors goes there.
         """
         before, after = (self.bench.excess_fitted(n.fit) for n in (node, child))
         share = 1.0 - after / max(before, _TINY)  # 0 of a record that is matched
-        if fitted < SEARCH.commensurate * gain and share < SEARCH.least_share:
+        shows = fitted >= SEARCH.commensurate * gains.free.gain or share >= SEARCH.least_share
+        if not shows and min(gains.free.gain, gains.band.gain) <= SEARCH.indispensable:
             return False
         ratio = node.fit.minimum.cost / child.fit.minimum.cost
         added = len(child.fit.minimum.coordinates) - len(node.fit.minimum.coordinates)
@@ -667,7 +669,7 @@ class Search:
         child, gains = _finished(self.bench, node.added, node.errors, effect, fit, 0)
         fitted = _share_of_error(node, child)
         better = self._predicts(node, child, gains)
-        return child if better and self._fits_better(node, child, fitted, gains.free.gain) else None
+        return child if better and self._fits_better(node, child, fitted, gains) else None
 
     def _with_only(self, chosen: Node, effects: frozenset[str]) -> Node:
         """Return the best known model with these of the chosen effects; failing that, fit it."""
