@@ -11,7 +11,7 @@ from effects import signals, surroundings
 from it2hys.diagnosis import diagnose
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench
-from it2hys.diagnosis.selection import _node, _with_histories
+from it2hys.diagnosis.refinement import _with_histories, node_of
 from it2hys.identification import Options
 from it2hys.identification.criterion import ChainFit, Model, Trace
 from it2hys.identification.inverse import References
@@ -69,7 +69,7 @@ def test_a_history_that_a_poorer_model_chose_is_left():
     bench = Bench(traces, Scaling(8 * UM, 8 * UM, 50.0, 50.0), EXTENT, traces, parts=True)
     criterion = bench.criterion(wrong)
     fit = ChainFit(criterion, Minimum(criterion.pack(wrong), 1.0, True, 0, 0, ""))
-    node = _node(bench, frozenset({"play"}), fit)
+    node = node_of(bench, frozenset({"play"}), fit)
     assert node.rms > 10.0 * NOISE
     assert _with_histories(bench, node).rms < 1.05 * NOISE
 

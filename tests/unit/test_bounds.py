@@ -9,7 +9,8 @@ from conftest import TS, UM
 from effects import signals, surroundings
 
 from it2hys.diagnosis.bounds import bound_sentences
-from it2hys.diagnosis.selection import Node, overdriven_by
+from it2hys.diagnosis.refinement import Node
+from it2hys.diagnosis.selection import overdriven_by
 from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
 from it2hys.identification.effect_coordinates import Coordinate
 from it2hys.identification.inverse import References

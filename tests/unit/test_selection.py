@@ -6,13 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from it2hys.diagnosis import selection
+from it2hys.diagnosis import refinement, selection
+from it2hys.diagnosis.chances import Gains
 from it2hys.diagnosis.comparison import Comparison
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.base import Signature
 from it2hys.diagnosis.fitting import Errors, excess
+from it2hys.diagnosis.refinement import Node
 from it2hys.diagnosis.rows import _besides, _reason
-from it2hys.diagnosis.selection import Gains, Node, Search, Trial, _ends_better, _follows_noise
+from it2hys.diagnosis.selection import Search, Trial, _ends_better, _follows_noise
 
 GENERATOR = np.random.default_rng(8)
 
@@ -253,9 +255,9 @@ def grown(monkeypatch, wanted):
         sought.append(node.fit.model.terms)
         return replace(node)  # other rules, as good as those before: not a reason to seek once more
 
-    monkeypatch.setattr(selection, "extended", extended)
-    monkeypatch.setattr(selection, "_better", better)
-    monkeypatch.setattr(selection, "_with_rules_anew", rules_anew)
+    monkeypatch.setattr(refinement, "extended", extended)
+    monkeypatch.setattr(refinement, "_better", better)
+    monkeypatch.setattr(refinement, "_with_rules_anew", rules_anew)
     return sought
 
 
@@ -267,7 +269,7 @@ def of_terms(count, *added):
 def test_rules_are_sought_anew_with_all_terms(monkeypatch):
     """Those that were sought beside too few of them left 1.3 times the noise where 1.0 can be had."""
     sought = grown(monkeypatch, wanted=5)
-    refined = selection._refined(SimpleNamespace(extent=None), of_terms(3))
+    refined = refinement.refined(SimpleNamespace(extent=None), of_terms(3))
     assert refined.fit.model.terms == 5
     assert sought == [3, 5]
 
@@ -282,8 +284,8 @@ def test_a_model_anew_has_the_declared_effects_anew_and_all_terms_before_it_is_j
         return SimpleNamespace(effects=("resonance", "creep")), []
 
     monkeypatch.setattr(selection, "with_effects", with_effects)
-    monkeypatch.setattr(selection, "_node", lambda *_: of_terms(3, "resonance"))
-    monkeypatch.setattr(selection, "_sharpened", lambda bench, node: node)
+    monkeypatch.setattr(refinement, "node_of", lambda *_: of_terms(3, "resonance"))
+    monkeypatch.setattr(refinement, "sharpened", lambda bench, node: node)
     monkeypatch.setattr(
         selection, "_ends_better", lambda *nodes: judged.append([n.fit.model.terms for n in nodes])
     )

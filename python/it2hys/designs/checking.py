@@ -9,9 +9,9 @@ import numpy as np
 
 from it2hys.designs.hypotheses import Hypothesis
 from it2hys.designs.promise import Ground, is_refused
+from it2hys.diagnosis.chances import Gains
 from it2hys.diagnosis.diagnose import diagnose
 from it2hys.diagnosis.fitting import Bench
-from it2hys.diagnosis.selection import Gains
 from it2hys.identification.preparation import prepare
 from it2hys.identification.traces import set_aside, to_trace
 from it2hys.records import Record

@@ -1,9 +1,9 @@
 """The loop that finds what a model lacks: residual, missing effect, better model.
 
 `diagnose` is the whole; `fitting` adds effects to a model and fits it, `selection` searches for the
-set of effects that predicts best, `evidence` holds what each effect leaves in a residual, `comparison`
-tells a gain from chance, `whole` leads from the searched part of long records to all of them,
-`residuals` says what is left.
+set of effects that predicts best, by models that `refinement` makes; `evidence` holds what each effect
+leaves in a residual, `comparison` and `chances` tell a gain from chance, `whole` leads from the
+searched part of long records to all of them, `residuals` says what is left.
 """
 
 from it2hys.diagnosis.diagnose import RULES, diagnose

@@ -17,10 +17,11 @@ from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.last_fit import last_fit, usable_over
 from it2hys.diagnosis.next_experiment import deciding_experiment
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Rival, Stage
+from it2hys.diagnosis.refinement import Node, with_effects
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.rest import begins_at_zero, begun_at_rest, resting
 from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
-from it2hys.diagnosis.selection import Node, Search, with_effects
+from it2hys.diagnosis.selection import Search
 from it2hys.diagnosis.whole import Whole, at_sample_time
 from it2hys.diagnosis.windows import Window, every, searched_text, step_of, windows_of
 from it2hys.errors import InputError

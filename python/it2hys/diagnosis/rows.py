@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from it2hys.diagnosis.chances import largest_chance, level
 from it2hys.diagnosis.comparison import compare, is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.outcome import Evidence
-from it2hys.diagnosis.selection import Node, Search, Trial, largest_chance, level
+from it2hys.diagnosis.refinement import Node
+from it2hys.diagnosis.selection import Search, Trial
 from it2hys.model.chain import EFFECTS
 from it2hys.policy import SEARCH
 from it2hys.records.clues import Clues

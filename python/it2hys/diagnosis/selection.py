@@ -3,173 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 from scipy.stats import chi2, combine_pvalues
 
 from it2hys.diagnosis.bounds import resting_on_bounds, touching_bounds
+from it2hys.diagnosis.chances import BEAM, DEPTH, Gains, largest_chance, level
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.fitting import (
-    SHIFTING,
-    Bench,
-    Errors,
-    excess,
-    extended,
-    in_other_roles,
-    is_delay,
-    is_sampling,
-    without_effect,
+from it2hys.diagnosis.fitting import SHIFTING, Bench, excess, is_delay, is_sampling
+from it2hys.diagnosis.refinement import (
+    FINISHING,
+    Node,
+    first_fit,
+    node_of,
+    refined,
+    refined_from,
+    sharpened,
+    with_addition,
+    with_effect,
+    with_effects,
+    without,
 )
 from it2hys.identification.criterion import ChainFit, Model
-from it2hys.identification.starts import SHIFT, sampling_delay, with_histories
-from it2hys.identification.usability import largest_contraction
+from it2hys.identification.starts import SHIFT, sampling_delay
 from it2hys.model.chain import EFFECTS
 from it2hys.model.variables import load_table
-from it2hys.policy import CORE, SEARCH
+from it2hys.policy import SEARCH
 from it2hys.support.processes import called
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"
 #: The effect that waits as a slow core does.
 WAITING = SHIFTING
-#: Models that are followed side by side.
-BEAM = 3
-#: Effects that are added one after the other.
-DEPTH = 4
-#: Slope |dF/dy| below which a core answers at once.
-AT_ONCE = 0.05
-#: Candidates that are fitted to the end; iterations for that.
-FINALISTS, FINISHING = 4, 60
-
-
-def comparisons(effects: int) -> int:
-    """Return how many comparisons, all on the same samples, share the budget.
-
-    With the 11 effects of the catalogue there are 132 at most on the way, of 10 models with 12
-    additions, a delay by two tests, and a delay anew; the rest is for what is tested again in the end.
-    An effect of the user's own is one addition more.
-    """
-    return DEPTH * BEAM * (effects + 1)
-
-
-def level(effects: int = 0) -> float:
-    """Return the probability by chance up to which one comparison counts; by default of all effects."""
-    return SEARCH.budget / comparisons(effects or len(EFFECTS))
-
-
-def largest_chance(gain: float) -> float:
-    """Return the p-value up to which a gain counts in a search.
-
-    Chance does not take away the larger part of an error, however few stretches are independent. The
-    level rises to that of such gains from a smaller one on, evenly in its logarithm: two fits of one
-    model may gain a little less and a little more.
-    """
-    share = (gain - SEARCH.large) / (SEARCH.indispensable - SEARCH.large)
-    share = min(max(share, 0.0), 1.0)
-    return float(level() ** (1.0 - share) * SEARCH.confirming**share)
-
-
-def chance_of_a_rival(gain: float) -> float:
-    """Return the p-value up to which one of two equally simple models counts as better by a gain.
-
-    A model has at most as many rivals as there are effects: they share a budget as large as that of the
-    search, beside it. What is decided is not whether there is an effect, but which.
-    """
-    return max(SEARCH.budget / len(EFFECTS), largest_chance(gain))
-
-
-def _tells(comparison: Comparison) -> bool:
-    gain = comparison.gain
-    return gain > SEARCH.telling and comparison.p_value <= chance_of_a_rival(gain)
-
-
 _TINY = np.finfo(float).tiny
-
-
-@dataclass(frozen=True, eq=False)
-class Node:
-    """A model of the search.
-
-    Parameters
-    ----------
-    added : frozenset of str
-        What was added to the first model: effects, and rules as "rule", "rule 2".
-    fit : ChainFit
-    errors : Errors
-        On the records that decide.
-    """
-
-    added: frozenset[str]
-    fit: ChainFit
-    errors: Errors
-
-    @property
-    def rms(self) -> float:
-        """Free-run error on the records that decide, m."""
-        return _rms(self.errors.free)
-
-    @property
-    def inverse_rms(self) -> float:
-        """Error of the inverse on the records that decide, by the records' gain, m."""
-        return _rms(self.errors.band)
-
-    @property
-    def effects(self) -> frozenset[str]:
-        """Effects that were added."""
-        return frozenset(a for a in self.added if a in EFFECTS)
-
-
-@dataclass(frozen=True)
-class Gains:
-    """What a pair of model and inverse does better than another, on the records that decide.
-
-    Parameters
-    ----------
-    free : Comparison
-        Of the free run.
-    band, wide : Comparison
-        Of the inverse, with either reference.
-    """
-
-    free: Comparison
-    band: Comparison
-    wide: Comparison
-
-    @classmethod
-    def of(cls, before: Errors, after: Errors) -> Gains:
-        """Compare the errors of two models."""
-        return cls(
-            compare(before.free, after.free),
-            compare(before.band, after.band),
-            compare(before.wide, after.wide),
-        )
-
-    @property
-    def calms(self) -> bool:
-        """Whether the inverse gets better by far, and the free run not worse.
-
-        For every time that its error is halved, the free run's may rise by what counts as equal.
-        """
-        if self.wide.gain <= SEARCH.inverse_gain or self.wide.p_value > largest_chance(self.wide.gain):
-            return False
-        return self.free.gain > -SEARCH.equal * max(1.0, np.log2(self.wide.before / self.wide.after))
-
-    def tell(self, noise: float) -> bool:
-        """Return whether of two equally simple models one is better by more than chance.
-
-        `noise` is what the worse one's inverse makes of that in its reference, m rms: which inverse is
-        the calmer one says nothing of which model is right.
-        """
-        is_noise = self.band.before <= SEARCH.noisy * noise
-        return self.free_tells or (not is_noise and _tells(self.band))
-
-    @property
-    def free_tells(self) -> bool:
-        """Whether of two equally simple models one predicts better by more than chance."""
-        return _tells(self.free)
 
 
 @dataclass(frozen=True)
@@ -239,9 +108,9 @@ class Search:
         first = self.bench.fit(model, FINISHING)
         if not np.isfinite(first.minimum.cost):  # the given core does not contract where records go
             first = self.bench.reshaped(model)
-        self.root = _node(self.bench, frozenset(), first)
+        self.root = node_of(self.bench, frozenset(), first)
         if model.effects:
-            self.root = _sharpened(self.bench, self.root, self.each)
+            self.root = sharpened(self.bench, self.root, self.each)
         self._keep(self.root)
         beam = [self.root]
         for _ in range(DEPTH):
@@ -274,8 +143,8 @@ class Search:
 
     def _sharpen(self, nodes: Sequence[Node]) -> list[Node]:
         if len(nodes) == 1:  # its starts are shared: all but one process would be idle
-            return [_sharpened(self.bench, nodes[0], self.each)]
-        return list(self.each(partial(_sharpened, self.bench), nodes))
+            return [sharpened(self.bench, nodes[0], self.each)]
+        return list(self.each(partial(sharpened, self.bench), nodes))
 
     def _grow_waiting(self) -> None:
         """Try a delay beside what was found: the free run may be as good, and the inverse better.
@@ -283,7 +152,7 @@ class Search:
         A slow core does the work of a delay, and its inverse enlarges the noise of a reference.
         """
         best = min(self.nodes.values(), key=lambda n: n.rms)
-        inverts_well = self.bench.inverts_well(_rms(best.errors.wide), self.bench.deciding)
+        inverts_well = self.bench.inverts_well(best.wide_rms, self.bench.deciding)
         if self.bench.leaves_noise(best.fit) and inverts_well:
             return
         for node in self._grow(best, True, (WAITING,)):
@@ -297,11 +166,11 @@ class Search:
         additions = [a for a in self._additions(node) if node.added | {a} not in self.nodes]
         additions = [a for a in additions if not only or a in only]
         starts = [node.fit.model, *([self.given] if self.given and node is self.root else [])]
-        fits = self._tried("first", node, additions, partial(_extended, self.bench, starts))
+        fits = self._tried("first", node, additions, partial(first_fit, self.bench, starts))
         if thorough:
             fits |= self._with_new_rules(node, fits)
         ranked = sorted(fits, key=lambda a: fits[a].minimum.cost)
-        finish = partial(_finished, self.bench, node.added, node.errors)
+        finish = partial(with_addition, self.bench, node.added, node.errors)
         finished = self.each(finish, ranked, [fits[a] for a in ranked], range(len(ranked)))
         grown, near = [], []
         for addition, (child, gains) in zip(ranked, finished, strict=True):
@@ -498,7 +367,7 @@ class Search:
         if len(other.effects) > len(node.effects) + 1 or len(other.effects - node.effects) != 1:
             return False
         # before the comparison by blocks, which takes longest
-        left = _rms(other.errors.band) / max(_rms(node.errors.band), _TINY)
+        left = other.inverse_rms / max(node.inverse_rms, _TINY)
         if _share_of_error(node, other) < SEARCH.least_share and left > 1.0 - SEARCH.indispensable:
             return False
         gains = Gains.of(node.errors, other.errors)
@@ -547,7 +416,7 @@ class Search:
         while chosen not in tested:
             tested.append(chosen)
             effects = [e for e in EFFECTS if e in chosen.effects]
-            for node in self.each(partial(_without, self.bench, chosen), effects):
+            for node in self.each(partial(without, self.bench, chosen), effects):
                 known = self.nodes.get(node.added)
                 delays = any(is_delay(node.fit.model, e) for e in node.effects)
                 if not delays and (known is None or node.rms < known.rms):
@@ -558,7 +427,7 @@ class Search:
         for node in ended:
             self._keep(node)
         chosen = self._simplest()
-        return chosen if chosen in ended else _refined(self.bench, chosen, self.each)
+        return chosen if chosen in ended else refined(self.bench, chosen, self.each)
 
     def _with_one_less(self, node: Node) -> list[Node]:
         """Return the best model that lacks one of several effects, whose fit decides on that one."""
@@ -589,8 +458,8 @@ class Search:
             fresh, missing = with_effects(self.bench, self._plain, effects, self.each, first=first)
             if not missing:
                 pieces += [
-                    partial(_refined, self.bench, node),
-                    partial(_refined_from, self.bench, node.added, fresh),
+                    partial(refined, self.bench, node),
+                    partial(refined_from, self.bench, node.added, fresh),
                 ]
         ended = list(self.each(called, pieces))
         pairs = zip(ended[::2], ended[1::2], strict=True)
@@ -600,7 +469,7 @@ class Search:
         nodes = list(self.nodes.values())
         best = min(nodes, key=lambda n: n.rms)
         near = [n for n in nodes if n.rms <= (1.0 + SEARCH.equal) * best.rms]
-        calmest = min(near, key=lambda n: _rms(n.errors.wide))
+        calmest = min(near, key=lambda n: n.wide_rms)
         alike = [
             n for n in nodes if not any(self._beats(o, n) for o in (best, calmest, *self._children(n)))
         ]
@@ -651,7 +520,7 @@ class Search:
         if not chosen.effects:
             return chosen
         with_others, _ = with_effects(self.bench, self.root.fit.model, others, self.each)
-        node = _node(self.bench, frozenset(), self.bench.finish(with_others, FINISHING))
+        node = node_of(self.bench, frozenset(), self.bench.finish(with_others, FINISHING))
         while found := [
             child for e in sorted(chosen.effects - node.effects) if (child := self._beside(node, e))
         ]:
@@ -663,10 +532,10 @@ class Search:
 
     def _beside(self, node: Node, effect: str) -> Node | None:
         """Return the model with an effect more if it predicts better by more than chance."""
-        fit = _with_effect(self.bench, node.fit.model, effect)
+        fit = with_effect(self.bench, node.fit.model, effect)
         if fit is None:
             return None
-        child, gains = _finished(self.bench, node.added, node.errors, effect, fit, 0)
+        child, gains = with_addition(self.bench, node.added, node.errors, effect, fit, 0)
         fitted = _share_of_error(node, child)
         better = self._predicts(node, child, gains)
         return child if better and self._fits_better(node, child, fitted, gains) else None
@@ -676,7 +545,7 @@ class Search:
         known = [n for n in self.nodes.values() if n.effects == effects]
         if known:
             return min(known, key=lambda n: n.rms)
-        return _without(self.bench, chosen, *(chosen.effects - effects))
+        return without(self.bench, chosen, *(chosen.effects - effects))
 
     def _predicts_better(self, one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
@@ -696,7 +565,7 @@ class Search:
         A lag's inverse enlarges noise, and a delay's does not: that tells nothing of what is there. A
         core that enlarges it by itself is slow, and does the work of a delay.
         """
-        error = _rms(node.errors.wide)
+        error = node.wide_rms
         if self.bench.inverts_well(error, self.bench.deciding):
             return False
         name = "wide" if any(EVIDENCE[e].smooths for e in node.fit.model.effects) else "band"
@@ -771,222 +640,3 @@ def _delays_beside(node: Node, other: Node) -> bool:
     (effect,) = node.effects - other.effects
     name = sampling_delay(model, effect)
     return bool(name) and model.values[name] > SEARCH.same_delay * other.fit.model.values[SHIFT]
-
-
-def _rms(errors: list[np.ndarray]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
-
-
-def with_effects(
-    bench: Bench,
-    model: Model,
-    effects: Iterable[str],
-    each: Callable,
-    report: Callable = lambda _: None,
-    first: dict[str, ChainFit | None] | None = None,
-) -> tuple[Model, list[str]]:
-    """Add effects one after the other, those first that explain the most.
-
-    Parameters
-    ----------
-    bench : Bench
-    model : Model
-    effects : iterable of str
-    each : callable
-        `map`, or one that has its calls made by several processes.
-    report : callable, optional
-        Told of every effect once it is added.
-    first : dict of str to ChainFit, optional
-        Fits of the model with one effect that are known; those that are made are added to it.
-
-    Returns
-    -------
-    Model
-    list of str
-        Effects that could not be added: every guess of them diverges.
-    """
-    missing = [e for e in EFFECTS if e in {*effects}]
-    known = {} if first is None else first
-    while missing:
-        untried = [e for e in missing if e not in known]
-        known.update(zip(untried, each(partial(_with_effect, bench, model), untried), strict=True))
-        fits = {effect: fit for effect in missing if (fit := known[effect])}
-        if not fits:
-            break
-        best = min(fits, key=lambda e: fits[e].minimum.cost)
-        report(best)
-        missing.remove(best)
-        model, known = fits[best].model, {}
-    return model, missing
-
-
-# --- pieces of work that other processes can do -----------------------------------------------------
-
-
-def _with_effect(bench: Bench, model: Model, effect: str) -> ChainFit | None:
-    """Return the fit of a model with an effect, None where every guess diverges."""
-    fits = [bench.add(model, effect)]
-    if EVIDENCE[effect].imitated:
-        fits.append(bench.add_anew(model, effect))
-    known = [fit for fit in fits if fit]
-    return bench.preferred(known) if known else None
-
-
-def _node(bench: Bench, added: frozenset[str], fit: ChainFit) -> Node:
-    fit = bench.without_unseen(fit)
-    return Node(added, fit, bench.errors(fit.model))
-
-
-def _extended(bench: Bench, models: Sequence[Model], addition: str) -> ChainFit | None:
-    """Return a first fit with an addition, from the best of some models."""
-    if addition not in EFFECTS:
-        return bench.add_rule(models[0])
-    fits = [fit for model in models if (fit := bench.add(model, addition))]
-    return bench.preferred(fits) if fits else None
-
-
-def _finished(
-    bench: Bench, base: frozenset[str], before: Errors, addition: str, fit: ChainFit, rank: int
-) -> tuple[Node, Gains]:
-    """Return the model with an addition, fitted to the end if it ranks high, and what it gains."""
-    if rank < FINALISTS:
-        fit = bench.resampled(bench.finish(fit.model, FINISHING))
-    node = _node(bench, base | {addition}, fit)
-    return node, Gains.of(before, node.errors)
-
-
-def _sharpened(bench: Bench, node: Node, each: Callable | None = None) -> Node:
-    """Return the model with roles exchanged and rules sought anew, unless it leaves but noise."""
-    if bench.leaves_noise(node.fit):
-        return node
-    node = _with_rules_anew(bench, _with_roles(bench, node), each)
-    return _with_faster_core(bench, _resolved(bench, _with_histories(bench, node)))
-
-
-def _refined_from(bench: Bench, added: frozenset[str], model: Model) -> Node:
-    """Return a model that no addition has led to, fitted to the end and refined."""
-    fit = bench.resampled(bench.finish(model, FINISHING))
-    return _refined(bench, _sharpened(bench, _node(bench, added, fit)))
-
-
-def _refined(bench: Bench, node: Node, each: Callable | None = None) -> Node:
-    """Return the model with more elements of its effects as long as they predict better.
-
-    What fewer of them left has shaped the rules.
-    """
-    begun = None
-    while node is not begun:
-        begun = node = _with_rules_anew(bench, node, each)
-        for effect in sorted(node.fit.model.effects):
-            while more := extended(node.fit.model, effect, bench.extent):
-                if (better := _better(bench, node, more)) is node:
-                    break
-                node = better
-    return node
-
-
-def _with_rules_anew(bench: Bench, node: Node, each: Callable | None) -> Node:
-    """Return the model with rules sought anew where it fits better, unless it leaves but noise."""
-    if bench.leaves_noise(node.fit):
-        return node
-    fit = bench.preferred([node.fit, bench.reshaped(node.fit.model, each)])
-    if fit is node.fit:
-        return node
-    reshaped = _node(bench, node.added, fit)
-    # what fits the training records better may do so by how they begin, and fail on others
-    return reshaped if reshaped.rms <= (1.0 + SEARCH.equal) * node.rms else node
-
-
-def _with_histories(bench: Bench, node: Node) -> Node:
-    """Return the model with what was before each record sought anew, where that predicts better.
-
-    It was sought by a model that lacked the addition.
-    """
-    return _better(bench, node, with_histories(node.fit.model, bench.traces))
-
-
-def _with_roles(bench: Bench, node: Node) -> Node:
-    """Return the model with the roles of effects that are alike exchanged where that fits better."""
-    for model in in_other_roles(node.fit.model):
-        fit = bench.preferred([node.fit, bench.fit(model, FINISHING)])
-        if fit is not node.fit:
-            node = _node(bench, node.added, fit)
-    return node
-
-
-def _resolved(bench: Bench, node: Node) -> Node:
-    """Return the model with finer effects, smoother or rougher ones, where it predicts better.
-
-    What they lack would be taken for another effect.
-    """
-    for effect in node.fit.model.effects:
-        if more := extended(node.fit.model, effect, bench.extent):
-            node = _better(bench, node, more)
-        if wider := EVIDENCE[effect].reaching(node.fit.model.values, bench.extent):
-            model = replace(node.fit.model, values={**node.fit.model.values, **wider})
-            farther = _better(bench, node, model)
-            # more than most records show: such operators also fit what other effects leave
-            if farther.fit.minimum.cost < SEARCH.far_better * node.fit.minimum.cost:
-                node = farther
-        if EFFECTS[effect].is_smoothed:
-            # what was missing before may have asked for less of it than there is
-            smoothness = CORE.stiff if node.fit.model.smoothness == CORE.soft else CORE.soft
-            node = _better(bench, node, replace(node.fit.model, smoothness=smoothness))
-    return node
-
-
-def refitted(bench: Bench, model: Model, before: Errors, each: Callable | None = None) -> Node:
-    """Return a model that was found at another sample time, fitted at that of the bench.
-
-    Its rules are sought anew where the fit leads astray: where its errors are larger than before. At
-    its own rate a core may be faster.
-    """
-    # the penalties of the first fit are those of where its core went at the other sample time
-    fit = bench.finish(bench.finish(model, FINISHING).model, FINISHING)
-    node = _node(bench, frozenset(), fit)
-    if node.rms > (1.0 + SEARCH.equal) * _rms(before.free):
-        anew = _node(bench, frozenset(), bench.reshaped(model, each))
-        node = min(node, anew, key=lambda n: n.rms)
-    return _with_faster_core(bench, node)
-
-
-def _with_faster_core(bench: Bench, node: Node) -> Node:
-    """Return the model with a core as fast as is as good, where its inverse is poor.
-
-    A core that is slower than the truth makes up for what a model of a finite number of elements leaves
-    of the records that are fitted, fails on others, and its inverse enlarges noise.
-    """
-    if bench.inverts_well(_rms(node.errors.wide), bench.deciding):
-        return node
-    slope = SEARCH.faster * min(1.0, _slope(bench, node.fit.model))
-    while slope > AT_ONCE:
-        faster = _better(bench, node, replace(node.fit.model, contraction=slope))
-        if faster is node:
-            break
-        node, slope = faster, SEARCH.faster * slope
-    return node
-
-
-def _slope(bench: Bench, model: Model) -> float:
-    """Return the largest slope of the core by its last output, where the records are."""
-    band = bench.criterion(model).data_band(model.offsets)
-    return largest_contraction(bench.scaling.rules(model.rules), band)[0]
-
-
-def _better(bench: Bench, node: Node, variant: Model) -> Node:
-    """Return a variant of the model, fitted, if it predicts better; otherwise the model.
-
-    Or if it predicts as well, and its inverse is far better.
-    """
-    fitted = _node(bench, node.added, bench.fit(variant, FINISHING))
-    gains = Gains.of(node.errors, fitted.errors)
-    better = gains.free.gain >= SEARCH.refined and gains.free.p_value <= SEARCH.likely
-    return fitted if (better and not is_worse(gains.band, SEARCH.spoils)) or gains.calms else node
-
-
-def _without(bench: Bench, node: Node, *effects: str) -> Node:
-    """Return the model without effects, fitted anew."""
-    model = replace(node.fit.model, contraction=CORE.contraction)
-    for effect in effects:
-        model = without_effect(model, effect)
-    return _node(bench, node.added - {*effects}, bench.resampled(bench.fit(model, FINISHING)))

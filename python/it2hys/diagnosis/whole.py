@@ -8,7 +8,7 @@ from functools import partial
 
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.last_fit import last_fit
-from it2hys.diagnosis.selection import refitted
+from it2hys.diagnosis.refinement import refitted
 from it2hys.identification.criterion import ChainFit, Model, with_rules
 from it2hys.identification.scaling import relaxed
 from it2hys.identification.usability import share_of_way

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from it2hys.diagnosis.selection import comparisons, level
+from it2hys.diagnosis.chances import comparisons, level
 from it2hys.model.variables import load_table
 from it2hys.policy import SEARCH
 from it2hys.records.figures_of_merit import change_in_percent

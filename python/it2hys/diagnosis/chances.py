@@ -1,0 +1,108 @@
+"""What may be chance in a search: levels of its comparisons, and gains that are more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from it2hys.diagnosis.comparison import Comparison, compare
+from it2hys.diagnosis.fitting import Errors
+from it2hys.model.chain import EFFECTS
+from it2hys.policy import SEARCH
+
+#: Models that are followed side by side.
+BEAM = 3
+#: Effects that are added one after the other.
+DEPTH = 4
+
+
+def comparisons(effects: int) -> int:
+    """Return how many comparisons, all on the same samples, share the budget.
+
+    With the 11 effects of the catalogue there are 132 at most on the way, of 10 models with 12
+    additions, a delay by two tests, and a delay anew; the rest is for what is tested again in the end.
+    An effect of the user's own is one addition more.
+    """
+    return DEPTH * BEAM * (effects + 1)
+
+
+def level(effects: int = 0) -> float:
+    """Return the probability by chance up to which one comparison counts; by default of all effects."""
+    return SEARCH.budget / comparisons(effects or len(EFFECTS))
+
+
+def largest_chance(gain: float) -> float:
+    """Return the p-value up to which a gain counts in a search.
+
+    Chance does not take away the larger part of an error, however few stretches are independent. The
+    level rises to that of such gains from a smaller one on, evenly in its logarithm: two fits of one
+    model may gain a little less and a little more.
+    """
+    share = (gain - SEARCH.large) / (SEARCH.indispensable - SEARCH.large)
+    share = min(max(share, 0.0), 1.0)
+    return float(level() ** (1.0 - share) * SEARCH.confirming**share)
+
+
+def chance_of_a_rival(gain: float) -> float:
+    """Return the p-value up to which one of two equally simple models counts as better by a gain.
+
+    A model has at most as many rivals as there are effects: they share a budget as large as that of the
+    search, beside it. What is decided is not whether there is an effect, but which.
+    """
+    return max(SEARCH.budget / len(EFFECTS), largest_chance(gain))
+
+
+def _tells(comparison: Comparison) -> bool:
+    gain = comparison.gain
+    return gain > SEARCH.telling and comparison.p_value <= chance_of_a_rival(gain)
+
+
+@dataclass(frozen=True)
+class Gains:
+    """What a pair of model and inverse does better than another, on the records that decide.
+
+    Parameters
+    ----------
+    free : Comparison
+        Of the free run.
+    band, wide : Comparison
+        Of the inverse, with either reference.
+    """
+
+    free: Comparison
+    band: Comparison
+    wide: Comparison
+
+    @classmethod
+    def of(cls, before: Errors, after: Errors) -> Gains:
+        """Compare the errors of two models."""
+        return cls(
+            compare(before.free, after.free),
+            compare(before.band, after.band),
+            compare(before.wide, after.wide),
+        )
+
+    @property
+    def calms(self) -> bool:
+        """Whether the inverse gets better by far, and the free run not worse.
+
+        For every time that its error is halved, the free run's may rise by what counts as equal.
+        """
+        if self.wide.gain <= SEARCH.inverse_gain or self.wide.p_value > largest_chance(self.wide.gain):
+            return False
+        return self.free.gain > -SEARCH.equal * max(1.0, np.log2(self.wide.before / self.wide.after))
+
+    def tell(self, noise: float) -> bool:
+        """Return whether of two equally simple models one is better by more than chance.
+
+        `noise` is what the worse one's inverse makes of that in its reference, m rms: which inverse is
+        the calmer one says nothing of which model is right.
+        """
+        is_noise = self.band.before <= SEARCH.noisy * noise
+        return self.free_tells or (not is_noise and _tells(self.band))
+
+    @property
+    def free_tells(self) -> bool:
+        """Whether of two equally simple models one predicts better by more than chance."""
+        return _tells(self.free)
