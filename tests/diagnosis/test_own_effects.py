@@ -177,7 +177,7 @@ def test_an_effect_that_is_not_there_is_not_named(given):
     assert len(rows) == 2 and all("not significant at the level of a search" in why for why in reasons)
 
 
-@pytest.mark.slow
+@pytest.mark.gate
 def test_one_that_explains_the_same_as_a_built_in_one_is_said_to(given, tmp_path):
     path = tmp_path / "slow_amplifier.py"
     path.write_text(SLOW)
