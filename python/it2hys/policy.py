@@ -65,7 +65,8 @@ class Search:
     indispensable: float = _number(
         0.5, "share of the error",
         "gain above which an addition is accepted though another effect's fit rests on its bounds "
-        "then; above it on fitted and held-out records, its signature and its gain are one test",
+        "then; above it on fitted and held-out records, its signature and its gain are one test; above "
+        "it in both held-out errors, no share of it is asked of the training records",
         "the larger part; 0.2 on a measured stage, where it was an artefact, and 0.94 on seed 63001, "
         "where it was a resonance",
     )  # fmt: skip
@@ -179,8 +180,8 @@ class Search:
     )  # fmt: skip
     promising: float = _number(
         0.7, "share of the cost",
-        "the search continues from an addition that is not accepted, where none is, if it lowers "
-        "the cost on the training records below this share",
+        "where no addition is accepted, the search continues from what lowers the cost on the training "
+        "records most, and from what fits as well, if it falls below this share",
     )  # fmt: skip
     beam_ratio: float = _number(
         2.0, "best error",
