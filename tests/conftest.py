@@ -78,12 +78,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.slow)
 
 
-#: Whole commands whose tests look at the record that a diagnosis designs, at what moves on a page, and
-#: at how figures are laid out.
+#: Whole commands whose tests look at the record that a diagnosis designs; and at what moves on a page
+#: and how its figures are laid out.
 OF_DESIGNS = ("test_design.py", "test_next_experiment.py", "test_run.py")
 OF_VIEWS = ("test_report_page.py", "test_sweep.py")
-OF_FIGURES = (*OF_VIEWS, "test_cli.py", "test_diagnose.py")
-#: matplotlib's settings for the figures of the others.
+#: matplotlib's settings for the figures of the others, which are not laid out.
 PLAIN = {"figure.constrained_layout.use": False, "figure.dpi": 50}
 
 
@@ -105,7 +104,6 @@ def brief_reports(request: pytest.FixtureRequest) -> Iterator[None]:
             patch.setattr(designing, "FAMILIES", {"steps": designing.FAMILIES["steps"]})
         if path.name not in OF_VIEWS:
             patch.setattr("it2hys.reports.pair_report._LOOKED_INTO", 0)
-        if path.name not in OF_FIGURES:
             from it2hys.reports.figures import STYLE  # matplotlib, which few tests need
 
             for name, value in PLAIN.items():
