@@ -61,6 +61,14 @@ def test_a_resonance_with_as_good_an_inverse_stays_a_rival():
     assert not _follows_noise(resonance, delay)
 
 
+@pytest.mark.parametrize(("free", "follows"), [(1.0, True), (0.2, False)])
+def test_what_predicts_far_better_does_not_follow_noise(free, follows):
+    """Held steps: play had a fifth of a slew limit's error, and gave way to its calmer inverse."""
+    slew = node("slew", ["rate"], errors(1.0, 1.0))
+    resonance = node("resonance", ["frequency", "damping"], errors(free, 1.6))
+    assert _follows_noise(resonance, slew) == follows
+
+
 @pytest.mark.parametrize(("damping", "imitates"), [(0.1, False), (0.66, True)])
 def test_a_resonance_that_does_not_ring_is_no_rival_of_a_lag(monkeypatch, damping, imitates):
     """Told by a record of 1200 samples to be as good: it has a parameter more to choose."""

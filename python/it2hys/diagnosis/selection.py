@@ -614,17 +614,21 @@ def _imitates(node: Node, other: Node) -> bool:
 
 
 def _follows_noise(node: Node, other: Node) -> bool:
-    """Return whether a model's effects have more parameters than another's, and a far worse inverse.
+    """Return whether a model has more parameters than another, a far worse inverse, and no less error.
 
     Something damped that waits no less than a delay does predicts as the delay, but its inverse
-    enlarges what noise a reference has: it lowers the one error and raises the other.
+    enlarges what noise a reference has.
     """
     needed, enough = (
         sum(load_table().effect_of(c.name) in n.effects for c in n.fit.criterion.common)
         for n in (node, other)
     )
-    wide = compare(node.errors.wide, other.errors.wide) if needed > enough else None
-    return bool(wide and wide.gain > SEARCH.inverse_gain and wide.p_value <= level())
+    if needed <= enough:
+        return False
+    wide = compare(node.errors.wide, other.errors.wide)
+    if wide.gain <= SEARCH.inverse_gain or wide.p_value > level():
+        return False
+    return not Gains.of(other.errors, node.errors).free_tells
 
 
 def _delays_beside(node: Node, other: Node) -> bool:
