@@ -63,7 +63,7 @@ def test_a_resonance_with_as_good_an_inverse_stays_a_rival():
 
 @pytest.mark.parametrize(("free", "follows"), [(1.0, True), (0.2, False)])
 def test_what_predicts_far_better_does_not_follow_noise(free, follows):
-    """Held steps: play had a fifth of a slew limit's error, and gave way to its calmer inverse."""
+    """Held steps: play had a sixth of a slew limit's error, and gave way to its calmer inverse."""
     slew = node("slew", ["rate"], errors(1.0, 1.0))
     resonance = node("resonance", ["frequency", "damping"], errors(free, 1.6))
     assert _follows_noise(resonance, slew) == follows
