@@ -13,7 +13,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip --disable-pip-version-check
+# what is not compiled at once is compiled when it is first used, which is far less of it
+PIP_INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --no-compile
 # a step that takes a while shows that it is at work
 WATCH := $(BIN)/python tools/watch.py
 # stages of the virtual environment: what it2hys needs to run, it2hys itself, what tests and development need
@@ -73,17 +74,17 @@ $(VENV)/pyvenv.cfg:
 	  exit 1; }
 
 $(RUNTIME): requirements.lock $(VENV)/pyvenv.cfg
-	@$(WATCH) "installing what it2hys needs to run" $(PIP) install -r requirements.lock
+	@$(WATCH) "installing what it2hys needs to run" $(PIP_INSTALL) -r requirements.lock
 	@touch $@
 
 # Compilers and CMake come into an environment that pip removes afterwards, or are those of $(TOOLS).
 $(INSTALLED): $(RUNTIME) pyproject.toml LICENSE $(COMPILED)
 	@$(WATCH) "building it2hys for all platforms" \
-	  $(PIP) install -v --no-deps $$(test ! -e $(TOOLS) || echo --no-build-isolation) --editable .
+	  $(PIP_INSTALL) -v --no-deps $$(test ! -e $(TOOLS) || echo --no-build-isolation) --editable .
 	@touch $@
 
 $(TOOLS): requirements-dev.lock $(RUNTIME)
-	@$(WATCH) "installing what the tests need" $(PIP) install -r requirements.lock -r requirements-dev.lock
+	@$(WATCH) "installing what the tests need" $(PIP_INSTALL) -r requirements.lock -r requirements-dev.lock
 	@touch $@
 
 demo: $(INSTALLED)
@@ -126,7 +127,7 @@ installation: $(TOOLS) $(INSTALLED)
 # beside the tools of the tests, of which some want other versions of the same packages
 $(DOCS_TOOLS)/.installed: requirements-docs.lock $(TOOLS)
 	@$(WATCH) "installing what the documentation needs" \
-	  $(PIP) install --no-deps --upgrade --target $(@D) -r requirements-docs.lock
+	  $(PIP_INSTALL) --no-deps --upgrade --target $(@D) -r requirements-docs.lock
 	@touch $@
 
 docs: $(DOCS_TOOLS)/.installed $(INSTALLED)

@@ -23,7 +23,7 @@ class Environment:
         venv.create(folder, with_pip=True)
         self.folder = folder
         (folder / "tmp").mkdir()
-        self.pip("install", "--upgrade", "pip")
+        self.install("--upgrade", "pip")
 
     def run(self, *command, cwd=None, path=None):
         """Run a program of the environment; return what it prints."""
@@ -46,6 +46,10 @@ class Environment:
 
     def pip(self, *arguments, **options):
         return self.run("python", "-m", "pip", *arguments, **options)
+
+    def install(self, *arguments, **options):
+        """Install packages, of which what is used is compiled once it is: most is not."""
+        self.pip("install", "--no-compile", *arguments, **options)
 
 
 def place():
@@ -89,7 +93,7 @@ def user(fresh, wheel, empty_path):
     To install hundreds of megabytes takes long: that is done once. The tests of other ways to install
     come later, and take the package out of it again.
     """
-    fresh.pip("install", "--constraint", ROOT / "requirements.lock", wheel, path=empty_path)
+    fresh.install("--constraint", ROOT / "requirements.lock", wheel, path=empty_path)
     fresh.pip("check")
     place = fresh.run("python", "-c", "import it2hys; print(it2hys.__file__)").strip()
     assert Path(place).is_relative_to(fresh.folder)

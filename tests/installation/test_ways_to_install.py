@@ -144,7 +144,7 @@ def test_the_wheel_is_installed_and_runs_without_a_compiler(user, folder, empty_
 
 def test_a_checkout_is_installed(user, checkout, folder, empty_path):
     """With a compiler, if there is one."""
-    user.pip("install", "--constraint", ROOT / "requirements.lock", THIS_PLATFORM, ".", cwd=checkout)
+    user.install("--constraint", ROOT / "requirements.lock", THIS_PLATFORM, ".", cwd=checkout)
     user.pip("check")
     assert f"it2hys @ {checkout.as_uri()}" in user.pip("freeze")
     assert_works(user, folder, empty_path)
@@ -152,7 +152,7 @@ def test_a_checkout_is_installed(user, checkout, folder, empty_path):
 
 def test_an_editable_installation_follows_the_checkout(user, checkout, folder, empty_path):
     """Without a compiler; edits and new files of Python need no new installation."""
-    user.pip("install", "--no-deps", THIS_PLATFORM, "--editable", ".", cwd=checkout, path=empty_path)
+    user.install("--no-deps", THIS_PLATFORM, "--editable", ".", cwd=checkout, path=empty_path)
     assert_works(user, folder, empty_path)
     with (checkout / "python" / "it2hys" / "errors.py").open("a", encoding="utf-8") as file:
         file.write('\nEDITED = "seen"\n')

@@ -21,7 +21,7 @@ def named(parts):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("parts", map(named, COMBINATIONS))
+@pytest.mark.parametrize("parts", [named(parts) for parts in COMBINATIONS])
 def test_defaults_begin_in_equilibrium_and_stay_physical(parts):
     assert_physical(parts, run(source_of(parts), 30))
 
