@@ -138,3 +138,24 @@ def test_an_inverse_that_is_judged_keeps_to_the_voltages_of_the_records(plain, e
     error = bench.errors(stage).wide[0] * EXTENT.voltage_span / EXTENT.displacement_span
     asked = error + trace.drive.voltage[trace.references.wide.inside]
     assert -5.1 <= asked.min() < -4.9 and asked.max() < 105.1
+
+
+@pytest.mark.parametrize(
+    ("begins", "counts"),
+    [((2.0, 2.0, 60.0), False), ((2.0, 2.0, 2.0), True), ((2.0, 40.0, 60.0), True)],
+)
+def test_a_constant_that_no_fitted_record_could_show_decides_nothing(plain, empty, begins, counts):
+    """One began after rest at 63 V, all others at 0 V: slow creep decided which effects are there."""
+    slow, traces = 50.0 * NOISE, []
+    for begin in begins:
+        voltage = begin + np.linspace(0.0, 1.0, SAMPLES) * (signals(SAMPLES, 2.0, 98.0) - begin)
+        driven = replace(empty, drive=replace(empty.drive, voltage=voltage))
+        traces += bench_of(driven, plain).traces
+    *fitted, deciding = traces
+    crept = replace(deciding, y=deciding.y + slow)
+    crept = replace(crept, references=References(crept.y, crept.judged, NOISE, TS))
+    bench = replace(bench_of(empty, plain), traces=fitted, deciding=[crept])
+    errors = bench.errors(plain)
+    assert (abs(np.mean(errors.free[0])) > 0.9 * slow) == counts
+    assert (abs(np.mean(errors.band[0])) > 0.5 * slow) == counts
+    assert np.std(errors.free[0][500:]) < 1.2 * NOISE

@@ -458,6 +458,11 @@ class _Session:
         """Judge the residual of records after their lead-ins."""
         seen = clues(bench.fit_own(model, traces, known), traces, self._extent)
         records = [_behind_lead_in(c, t) for c, t in zip(seen.records, traces, strict=True)]
+        if self._not_shown(model):  # as their sentences say, a constant is left of these records
+            records = [
+                _without_mean(c) if bench.begins_elsewhere(t) else c
+                for c, t in zip(records, traces, strict=True)
+            ]
         return left_over(replace(seen, records=records), [t.noise for t in traces])
 
     def _seen_in_tests(self, bench: Bench, model: Model, traces: Sequence[Trace]) -> list[str]:
@@ -593,3 +598,8 @@ def _behind_lead_in(clue: Clue, trace: Trace) -> Clue:
     """Return what is left of a record behind its lead-in, or of all of it where that is too little."""
     used = clue.used & judged_samples(trace)
     return replace(clue, used=used) if np.count_nonzero(used) >= FEWEST else clue
+
+
+def _without_mean(clue: Clue) -> Clue:
+    """Return what is left of a record without its mean."""
+    return replace(clue, residual=clue.residual - np.mean(clue.residual[clue.used]))

@@ -31,7 +31,7 @@ from it2hys.identification.starts import (
 from it2hys.model.compiled import Drive
 from it2hys.model.stages import EFFECTS, STAGES
 from it2hys.model.variables import load_table, off_values
-from it2hys.policy import NOISE, SEARCH
+from it2hys.policy import NOISE, SEARCH, STARTS
 from it2hys.records.clues import Extent
 from it2hys.support.processes import LONG, called, thread_map
 
@@ -531,23 +531,31 @@ class Bench(Starts):
         counts = [np.count_nonzero(t.judged) for t in traces]
         level = np.sqrt(np.average([t.importance**2 for t in traces], weights=counts))
         weights = [t.importance / level for t in traces]
-        free = [
-            w * self._error(fitted, t, i)[t.judged]
-            for i, (w, t) in enumerate(zip(weights, traces, strict=True))
-        ]
-        band, wide = (
-            [
-                w * self._inverse_error(fitted, t, i, name)
-                for i, (w, t) in enumerate(zip(weights, traces, strict=True))
-            ]
-            for name in ("band", "wide")
-        )
-        return Errors(free, band, wide)
+        elsewhere = [not self.parts and self.begins_elsewhere(t) for t in traces]
+
+        def weighted(of_record: Callable) -> list[np.ndarray]:
+            found = [of_record(fitted, t, i) for i, t in enumerate(traces)]
+            found = [e - np.mean(e) if apart else e for e, apart in zip(found, elsewhere, strict=True)]
+            return [w * e for w, e in zip(weights, found, strict=True)]
+
+        band, wide = (partial(self._inverse_error, name=name) for name in ("band", "wide"))
+        return Errors(weighted(self._error), weighted(band), weighted(wide))
+
+    def begins_elsewhere(self, trace: Trace) -> bool:
+        """Return whether all training records begin at one voltage, and a record at another one.
+
+        Creep slower than the records is then in none that is fitted, and all of it in this one, as a
+        constant that no model foretells: it tells nothing of which one is right.
+        """
+        begins = np.array([t.drive.voltage[0] for t in self.traces])
+        little = STARTS.slack * self.extent.voltage_span
+        apart = abs(trace.drive.voltage[0] - np.mean(begins)) > little
+        return bool(np.ptp(begins) <= little and apart)
 
     @np.errstate(over="ignore", invalid="ignore")
     def _error(self, model: Model, trace: Trace, index: int) -> np.ndarray:
         """Return model minus measured; ten times the travel where a run is on its way to infinity."""
-        return self._bounded(model.predict(trace, index) - trace.y)
+        return self._bounded(model.predict(trace, index) - trace.y)[trace.judged]
 
     @np.errstate(over="ignore", invalid="ignore")
     def _inverse_error(self, model: Model, trace: Trace, index: int, name: str) -> np.ndarray:
