@@ -91,9 +91,9 @@ class Search:
         "a new one: 0.02 and 0.1 do as well, 0 and no limit do not",
     )  # fmt: skip
     noisy: float = _number(
-        2.0, "error by noise",
-        "an inverse's error is no fault of the model up to this multiple of what the noise of its "
-        "reference alone causes",
+        2.0, "error by least error",
+        "an inverse's error is no fault of the model up to this multiple of what it would be if the "
+        "stage were the model: of what the noise and the band of its reference alone cause",
     )  # fmt: skip
     equal: float = _number(
         0.03, "share of the error",

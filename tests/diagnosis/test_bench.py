@@ -9,6 +9,7 @@ from effects import signals, surroundings
 
 from it2hys.diagnosis import fitting
 from it2hys.diagnosis.fitting import Bench
+from it2hys.identification import inverse
 from it2hys.identification.criterion import Model, Trace
 from it2hys.identification.inverse import References
 from it2hys.identification.result import IdentificationError
@@ -159,3 +160,18 @@ def test_a_constant_that_no_fitted_record_could_show_decides_nothing(plain, empt
     assert (abs(np.mean(errors.free[0])) > 0.9 * slow) == counts
     assert (abs(np.mean(errors.band[0])) > 0.5 * slow) == counts
     assert np.std(errors.free[0][500:]) < 1.2 * NOISE
+
+
+@pytest.mark.parametrize("name", ["band", "wide"])
+def test_an_inverse_misses_what_its_reference_leaves_out(plain, empty, name):
+    """Reversals from sample to sample: play, the truth, gave way to a delay that missed a bit less."""
+    quick = 0.9 * np.sin(2.0 * np.pi * 0.31 * np.arange(SAMPLES))
+    voltage = signals(SAMPLES, 20.0, 80.0) + quick
+    bench = bench_of(replace(empty, drive=replace(empty.drive, voltage=voltage)), plain)
+    errors, least = bench.errors(plain), bench.least_inverse_error(plain, name)
+    assert np.std(getattr(errors, name)[0]) == pytest.approx(least, rel=0.1)
+    (trace,) = bench.traces
+    noise = inverse.noise_of_inverse(
+        {**plain.values, **plain.start(0)}, trace.drive, trace.references, name
+    )
+    assert least > 1.5 * np.std(noise) * EXTENT.displacement_span / EXTENT.voltage_span

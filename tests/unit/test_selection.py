@@ -122,7 +122,7 @@ def searched(*models):
         floor=0.1,
         deciding=[],
         inverts_well=lambda *_: True,
-        noise_of_inverse=lambda _: 0.01,
+        least_inverse_error=lambda _: 0.01,
         likelihood_ratio_behind_turns=lambda *_: 0.0,
         clues=lambda _: None,
     )
@@ -198,10 +198,10 @@ def test_a_delay_with_a_calmer_inverse_does_not_beat_a_lag_that_predicts_as_well
     """Sines about several levels: the lag's inverse erred by what it made of noise, no more."""
     search, (lag, delay) = searched((("lag",), 1.0, 1.0), (("delay",), 1.0, 0.4))
     search.bench = SimpleNamespace(
-        inverts_well=lambda *_: False, deciding=(), noise_of_inverse=lambda *_: 0.9
+        inverts_well=lambda *_: False, deciding=(), least_inverse_error=lambda *_: 0.9
     )
     assert not search._beats(delay, lag)
-    search.bench.noise_of_inverse = lambda *_: 0.1
+    search.bench.least_inverse_error = lambda *_: 0.1
     assert search._beats(delay, lag)
 
 
@@ -211,7 +211,7 @@ def test_what_smooths_is_not_beaten_for_the_noise_of_the_wide_reference(effect, 
     search, (other, delay) = searched(((effect,), 1.0, 1.0), (("delay",), 1.0, 0.4))
     noise = {"band": 0.1, "wide": 0.9}
     search.bench = SimpleNamespace(
-        inverts_well=lambda *_: False, deciding=(), noise_of_inverse=lambda _, name: noise[name]
+        inverts_well=lambda *_: False, deciding=(), least_inverse_error=lambda _, name: noise[name]
     )
     assert search._beats(delay, other) == beaten
 
@@ -242,8 +242,8 @@ def test_an_inverse_that_enlarges_less_noise_tells_no_effects_apart():
     """At one frequency a lag and a delay do the same; the delay's inverse was the calmer one."""
     same = Comparison(1.0, 1.0, 0.5, (-0.1, 0.1))
     calmer = Comparison(1.0, 0.8, 1e-4, (0.15, 0.25))
-    assert not Gains(same, calmer, same).tell(noise=0.9)
-    assert Gains(same, calmer, same).tell(noise=0.1) and Gains(calmer, same, same).tell(noise=0.9)
+    assert not Gains(same, calmer, same).tell(least=0.9)
+    assert Gains(same, calmer, same).tell(least=0.1) and Gains(calmer, same, same).tell(least=0.9)
 
 
 # --- the model that was chosen, once more ----------------------------------------------------------

@@ -71,7 +71,7 @@ def simulate_pair(
             bench.fit(model, _ITERATIONS).model for model in (ground.start(truth, rival), truth.model)
         )
         gains = Gains.of(bench.errors(other), bench.errors(own))
-        told += is_refused(other, rival) or gains.tell(bench.noise_of_inverse(other))
+        told += is_refused(other, rival) or gains.tell(bench.least_inverse_error(other))
     return Simulated(truth.name, rival.name, told, draws)
 
 

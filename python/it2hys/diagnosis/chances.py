@@ -93,14 +93,14 @@ class Gains:
             return False
         return self.free.gain > -SEARCH.equal * max(1.0, np.log2(self.wide.before / self.wide.after))
 
-    def tell(self, noise: float) -> bool:
+    def tell(self, least: float) -> bool:
         """Return whether of two equally simple models one is better by more than chance.
 
-        `noise` is what the worse one's inverse makes of that in its reference, m rms: which inverse is
-        the calmer one says nothing of which model is right.
+        `least` is the error that the worse one's inverse would have if it were the stage, m rms: which
+        inverse is the calmer one says nothing of which model is right.
         """
-        is_noise = self.band.before <= SEARCH.noisy * noise
-        return self.free_tells or (not is_noise and _tells(self.band))
+        is_least = self.band.before <= SEARCH.noisy * least
+        return self.free_tells or (not is_least and _tells(self.band))
 
     @property
     def free_tells(self) -> bool:

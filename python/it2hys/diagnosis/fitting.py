@@ -16,7 +16,7 @@ from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
 from it2hys.identification.effect_coordinates import by_record
-from it2hys.identification.inverse import inverse_error, noise_of_inverse
+from it2hys.identification.inverse import inverse_error, least_inverse_error
 from it2hys.identification.result import IdentificationError, Options
 from it2hys.identification.rule_search import search_rules
 from it2hys.identification.scaling import moved
@@ -593,17 +593,20 @@ class Bench(Starts):
             total += float(np.sum((old[chosen] / noise) ** 2 - (new[chosen] / noise) ** 2))
         return total
 
-    def noise_of_inverse(self, model: Model, name: str = "band") -> float:
-        """Return what noise in references of what decides makes of the inverse, m rms."""
+    def least_inverse_error(self, model: Model, name: str = "band") -> float:
+        """Return by how much the inverse would miss if the stage were the model, m rms.
+
+        Noise in the references of what decides causes it, and what is beyond their band.
+        """
         fitted = model if self.parts else self.fit_own(model, self.deciding)
         gain = self.extent.displacement_span / self.extent.voltage_span
-        answers = [
-            noise_of_inverse(
+        errors = [
+            least_inverse_error(
                 {**model.values, **fitted.start(i), **self._ends}, t.drive, t.references, name
-            )[t.judged]
+            )[t.judged & getattr(t.references, name).inside]
             for i, t in enumerate(self.deciding)
         ]
-        return gain * float(np.sqrt(np.mean(np.concatenate(answers) ** 2)))
+        return gain * float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
     def _bounded(self, error: np.ndarray) -> np.ndarray:
         return np.clip(np.where(np.isfinite(error), error, self._far), -self._far, self._far)

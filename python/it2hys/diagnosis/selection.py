@@ -374,13 +374,14 @@ class Search:
         return self._shows_itself(node, other, gains) and not self._spoils(other, gains)
 
     def _spoils(self, after: Node, gains: Gains) -> bool:
-        """Return whether the inverse gets worse by more than its answer to the reference's noise.
+        """Return whether the inverse gets worse, and by more than its reference causes.
 
-        The inverse of what smooths, or rings, enlarges noise; that is no fault of the model.
+        The inverse of what smooths, or rings, enlarges noise, and that of all that is quick misses what
+        the reference leaves out; that is no fault of the model.
         """
         if not is_worse(gains.band, SEARCH.spoils):
             return False
-        return gains.band.after > SEARCH.noisy * self.bench.noise_of_inverse(after.fit.model)
+        return gains.band.after > SEARCH.noisy * self.bench.least_inverse_error(after.fit.model)
 
     def _waits(self, before: Node, after: Node, gains: Gains) -> bool:
         """Return whether a delay makes the inverse better, and no record shows that there is none.
@@ -549,8 +550,8 @@ class Search:
 
     def _predicts_better(self, one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
-        noise = self.bench.noise_of_inverse(other.fit.model)
-        return Gains.of(other.errors, one.errors).tell(noise)
+        least = self.bench.least_inverse_error(other.fit.model)
+        return Gains.of(other.errors, one.errors).tell(least)
 
     def _beats(self, one: Node, other: Node) -> bool:
         if one is other:
@@ -560,7 +561,7 @@ class Search:
         return self._inverts_poorly(other) and Gains.of(other.errors, one.errors).calms
 
     def _inverts_poorly(self, node: Node) -> bool:
-        """Return whether an inverse is off by more than what it makes of the noise of a reference.
+        """Return whether an inverse is off by more than its reference causes.
 
         A lag's inverse enlarges noise, and a delay's does not: that tells nothing of what is there. A
         core that enlarges it by itself is slow, and does the work of a delay.
@@ -569,7 +570,7 @@ class Search:
         if self.bench.inverts_well(error, self.bench.deciding):
             return False
         name = "wide" if any(EVIDENCE[e].smooths for e in node.fit.model.effects) else "band"
-        return error > SEARCH.noisy * self.bench.noise_of_inverse(node.fit.model, name)
+        return error > SEARCH.noisy * self.bench.least_inverse_error(node.fit.model, name)
 
 
 def _share_of_error(before: Node, after: Node) -> float:

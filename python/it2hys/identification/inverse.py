@@ -181,13 +181,42 @@ def noise_of_inverse(
     The inverse is fed with the model's own run, and with that and white noise of the record's size, in
     the band of that reference ("band" or "wide").
     """
-    free, _ = compiled.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
-    noise = references.noise * np.random.default_rng(0).standard_normal(len(free))
-    band = getattr(references, name)
-    in_band = replace(references, displacement=noise).filtered(band.band)
-    noise = np.where(band.whole, noise, in_band)
-    with_noise, without = (
-        compiled.chain_inverse_run(values, free + added, drive.force, drive.temperature)[0]
-        for added in (noise, 0.0)
+    free, noise = _own_run(values, drive), _noise(references)
+    return _asked_beyond(values, drive, free, free + _in_band(references, name, noise))
+
+
+def least_inverse_error(
+    values: Mapping, drive: Drive, references: References, name: str = "band"
+) -> np.ndarray:
+    """Return by how much the inverse would miss the voltage of a stage as the model is, V, shape (N,).
+
+    A reference of the model's own run holds noise, and lacks what is beyond the band: neither is a
+    fault of the model.
+    """
+    free, noise = _own_run(values, drive), _noise(references)
+    return _asked_beyond(values, drive, free, _in_band(references, name, free + noise))
+
+
+def _own_run(values: Mapping, drive: Drive) -> np.ndarray:
+    return compiled.chain_free_run(values, drive.voltage, drive.force, drive.temperature)[0]
+
+
+def _noise(references: References) -> np.ndarray:
+    count = len(references.displacement)
+    return references.noise * np.random.default_rng(0).standard_normal(count)
+
+
+def _in_band(references: References, name: str, displacement: np.ndarray) -> np.ndarray:
+    """Return a displacement as a reference ("band" or "wide") holds it."""
+    reference = getattr(references, name)
+    filtered = replace(references, displacement=displacement).filtered(reference.band)
+    return np.where(reference.whole, displacement, filtered)
+
+
+def _asked_beyond(values: Mapping, drive: Drive, free: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Return what the inverse asks for beyond what it asks for of the model's own run, V."""
+    asked, own = (
+        compiled.chain_inverse_run(values, y, drive.force, drive.temperature)[0]
+        for y in (reference, free)
     )
-    return with_noise - without
+    return asked - own
