@@ -171,6 +171,14 @@ def test_creep_slower_than_records_from_one_rest_is_said_with_its_size():
     assert f"begins at {other.voltage[0]:.3g} V: as a training record it may show more" in said
 
 
+def test_creep_that_no_fitted_record_shows_is_not_unexplained():
+    """It is said with its size, and does not count: no model of these records could foretell it."""
+    fitted = [creeping(None, seed, pace=pace) for seed, pace in enumerate((1.0, 2.0))]
+    found = diagnose(fitted, [creeping(None, 2, 1.5)], **alone("creep"))
+    assert any("longest of them" in w for w in found.warnings)
+    assert not found.unexplained, found.left_over
+
+
 def test_a_lead_in_lasts_until_the_voltage_moves():
     """While it is held, creep and what play remembers look alike, and a model's error like both."""
     own = {name: np.zeros(1) for name in ("initialDemagnetisation", "initialExcursion")}

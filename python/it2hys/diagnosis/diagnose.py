@@ -458,9 +458,9 @@ class _Session:
         """Judge the residual of records after their lead-ins."""
         seen = clues(bench.fit_own(model, traces, known), traces, self._extent)
         records = [_behind_lead_in(c, t) for c, t in zip(seen.records, traces, strict=True)]
-        if self._not_shown(model):  # as their sentences say, a constant is left of these records
+        if self._not_shown(model):  # as their sentences say, the model may miss it
             records = [
-                _without_mean(c) if bench.begins_elsewhere(t) else c
+                _without_unshown(c, model) if bench.begins_elsewhere(t) else c
                 for c, t in zip(records, traces, strict=True)
             ]
         return left_over(replace(seen, records=records), [t.noise for t in traces])
@@ -600,6 +600,11 @@ def _behind_lead_in(clue: Clue, trace: Trace) -> Clue:
     return replace(clue, used=used) if np.count_nonzero(used) >= FEWEST else clue
 
 
-def _without_mean(clue: Clue) -> Clue:
-    """Return what is left of a record without its mean."""
-    return replace(clue, residual=clue.residual - np.mean(clue.residual[clue.used]))
+def _without_unshown(clue: Clue, model: Model) -> Clue:
+    """Return what is left of a record without what of the effects no fitted record shows."""
+    time = model.values["sampleTime"] * np.arange(len(clue.residual))
+    shapes = np.column_stack(
+        [s for e in model.effects for s in EVIDENCE[e].unshown(model.values, time)]
+    )
+    sizes = np.linalg.lstsq(shapes[clue.used], clue.residual[clue.used])[0]
+    return replace(clue, residual=clue.residual - shapes @ sizes)

@@ -10,6 +10,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from it2hys.records import Record
 from it2hys.records.clues import Clues, Extent
 
@@ -125,3 +127,7 @@ class EffectEvidence(ABC):
     def not_shown(self, values: Mapping, fitted: Sequence[Record], deciding: Sequence[Record]) -> str:
         """Return a sentence on what of the effect the fitted records cannot show; empty without it."""
         return ""
+
+    def unshown(self, values: Mapping, time: np.ndarray) -> list[np.ndarray]:
+        """Return the shapes, (N,), that this leaves in the residual of a record, over its time, s."""
+        return []

@@ -113,6 +113,12 @@ class CreepEvidence(EffectEvidence):
             f"{1e6 * growth * travel:.2g} µm. {ask}"
         )
 
+    def unshown(self, values: Mapping, time: np.ndarray) -> list[np.ndarray]:
+        """Return a constant, and what the slowest term forgets: it stands for those that are slower."""
+        count = int(values["creepCount"])
+        slowest = max(values[f"creep[{i}].timeConstant"] for i in range(1, count + 1))
+        return [np.ones_like(time), np.exp(-time / slowest)]
+
 
 def _growth(values: Mapping, early: float, late: float) -> float:
     """Return the share of a step by which creep grows between two times after it, s."""
