@@ -22,6 +22,12 @@ def operators(values: dict) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
+def extended(values: dict) -> dict:
+    """Return the values with more operators."""
+    [more] = EVIDENCE.extended(values, EXTENT)
+    return more
+
+
 def coarse(weights: list[float]) -> dict:
     own = {f"play[{j}].weight": w for j, w in enumerate(weights, start=1)}
     return {"playCount": COUNT, **thresholds(EXTENT), **own}
@@ -30,7 +36,7 @@ def coarse(weights: list[float]) -> dict:
 @given(st.lists(st.floats(0.0, 1.0), min_size=COUNT, max_size=COUNT).filter(lambda w: sum(w) > 1e-6))
 def test_more_operators_have_the_same_memory_over_rising_thresholds(weights):
     before = coarse(weights)
-    r, w = operators(EVIDENCE.extended(before, EXTENT))
+    r, w = operators(extended(before))
     _, w_before = operators(before)
     assert len(r) == 16
     assert np.all(np.diff(r) > 0.0)
@@ -42,27 +48,27 @@ def test_more_operators_have_the_same_memory_over_rising_thresholds(weights):
 
 def test_operators_are_close_where_the_density_is_great():
     weights = [0.4, 0.3, 0.1, *([0.0] * (COUNT - 3))]
-    r, _ = operators(EVIDENCE.extended(coarse(weights), EXTENT))
+    r, _ = operators(extended(coarse(weights)))
     r_before, _ = operators(coarse(weights))
     dense = r_before[2]
     assert np.count_nonzero(r <= dense) >= 2 * np.count_nonzero(r_before <= dense)
 
 
 def test_there_is_no_more_of_no_memory_nor_beyond_the_most_operators():
-    assert EVIDENCE.extended(coarse([0.0] * COUNT), EXTENT) is None
-    assert EVIDENCE.extended(most(coarse([0.1] * COUNT)), EXTENT) is None
+    assert EVIDENCE.extended(coarse([0.0] * COUNT), EXTENT) == []
+    assert EVIDENCE.extended(most(coarse([0.1] * COUNT)), EXTENT) == []
 
 
 def test_a_single_operator_becomes_two():
     one = {"playCount": 1, "play[1].threshold": 10.0, "play[1].weight": 0.2}
-    assert EVIDENCE.extended(one, EXTENT)["playCount"] == 2
+    assert extended(one)["playCount"] == 2
 
 
 def most(values: dict) -> dict:
     """Return the values with as many operators as there may be."""
     counts = [values["playCount"]]
     while counts[-1] < load_table().counts["play"]["maximum"]:
-        values = values | EVIDENCE.extended(values, EXTENT)
+        values = values | extended(values)
         counts.append(values["playCount"])
     assert counts == [10, 16, 25, 32]
     return values
@@ -75,7 +81,7 @@ def test_operators_go_as_far_as_an_initial_curve_and_a_fit_of_them_has_that_reac
     r, _ = operators(far)
     assert np.all(np.diff(r) > 0.0)
     assert r[COUNT - 1] < 50.0 <= r[COUNT] and r[-1] < 100.0
-    more, w = operators(EVIDENCE.extended(far, EXTENT))
+    more, w = operators(extended(far))
     assert len(more) == 20 and 50.0 < more[-1] < 100.0
     np.testing.assert_allclose(w.sum(), 0.1 * (COUNT + INITIAL), rtol=1e-12)
 

@@ -254,7 +254,7 @@ def grown(monkeypatch, wanted):
     sought = []
 
     def extended(model, effect, extent):
-        return SimpleNamespace(effects=model.effects, terms=model.terms + 1)
+        return [SimpleNamespace(effects=model.effects, terms=model.terms + 1)]
 
     def better(bench, node, more):
         return replace(node, fit=SimpleNamespace(model=more)) if more.terms <= wanted else node
@@ -271,7 +271,7 @@ def grown(monkeypatch, wanted):
 
 def of_terms(count, *added):
     model = SimpleNamespace(effects=("creep", *added), terms=count)
-    return Node(frozenset(added), SimpleNamespace(model=model), None)
+    return Node(frozenset(added), SimpleNamespace(model=model), errors(1.0, 1.0))
 
 
 def test_rules_are_sought_anew_with_all_terms(monkeypatch):
@@ -280,6 +280,21 @@ def test_rules_are_sought_anew_with_all_terms(monkeypatch):
     refined = refinement.refined(SimpleNamespace(extent=None), of_terms(3))
     assert refined.fit.model.terms == 5
     assert sought == [3, 5]
+
+
+def test_of_several_ways_to_have_more_terms_the_one_that_predicts_best_is_taken(monkeypatch):
+    """Creep: a slower term gained a tenth of the error, all terms spread anew the half."""
+    begun, variants = of_terms(3), [SimpleNamespace(error=e) for e in (0.9, 0.5, 1.1)]
+    monkeypatch.setattr(refinement, "extended", lambda *_: variants)
+
+    def better(bench, node, more):
+        return replace(node, errors=errors(more.error, 1.0)) if more.error < 1.0 else node
+
+    monkeypatch.setattr(refinement, "_better", better)
+    found = refinement._with_more_elements(SimpleNamespace(extent=None), begun, "creep")
+    assert found.rms == pytest.approx(0.5, rel=0.05)
+    variants[:] = variants[2:]
+    assert refinement._with_more_elements(SimpleNamespace(extent=None), begun, "creep") is begun
 
 
 def test_a_model_anew_has_the_declared_effects_anew_and_all_terms_before_it_is_judged(monkeypatch):

@@ -124,10 +124,10 @@ def without_effect(model: Model, effect: str) -> Model:
     return result
 
 
-def extended(model: Model, effect: str, extent: Extent) -> Model | None:
-    """Return the model with more elements of an effect; None where that is no variant of it."""
-    more = EVIDENCE[effect].extended(model.values, extent)
-    return None if more is None else replace(model, values={**model.values, **more})
+def extended(model: Model, effect: str, extent: Extent) -> list[Model]:
+    """Return the model with more elements of an effect, as often as that is a variant of it."""
+    variants = EVIDENCE[effect].extended(model.values, extent)
+    return [replace(model, values={**model.values, **more}) for more in variants]
 
 
 def in_other_roles(model: Model) -> list[Model]:

@@ -161,11 +161,16 @@ def refined(bench: Bench, node: Node, each: Callable | None = None) -> Node:
     while node is not begun:
         begun = node = _with_rules_anew(bench, node, each)
         for effect in sorted(node.fit.model.effects):
-            while more := extended(node.fit.model, effect, bench.extent):
-                if (better := _better(bench, node, more)) is node:
-                    break
+            while (better := _with_more_elements(bench, node, effect)) is not node:
                 node = better
     return node
+
+
+def _with_more_elements(bench: Bench, node: Node, effect: str) -> Node:
+    """Return the model with more elements of an effect, in the way that predicts best, if better."""
+    variants = extended(node.fit.model, effect, bench.extent)
+    nodes = [better for v in variants if (better := _better(bench, node, v)) is not node]
+    return min(nodes, key=lambda n: n.rms, default=node)
 
 
 def _with_rules_anew(bench: Bench, node: Node, each: Callable | None) -> Node:
@@ -203,8 +208,7 @@ def _resolved(bench: Bench, node: Node) -> Node:
     What they lack would be taken for another effect.
     """
     for effect in node.fit.model.effects:
-        if more := extended(node.fit.model, effect, bench.extent):
-            node = _better(bench, node, more)
+        node = _with_more_elements(bench, node, effect)
         if wider := EVIDENCE[effect].reaching(node.fit.model.values, bench.extent):
             model = replace(node.fit.model, values={**node.fit.model.values, **wider})
             farther = _better(bench, node, model)

@@ -102,9 +102,9 @@ class EffectEvidence(ABC):
         """Return the share of the mean stroke that the effect adds to it."""
         return 0.0
 
-    def extended(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
-        """Return the values of more elements; None where that is no variant of the model."""
-        return None
+    def extended(self, values: Mapping, extent: Extent) -> list[dict[str, float]]:
+        """Return the values of more elements, in each way that a fit of them may begin."""
+        return []
 
     def reaching(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
         """Return the values with what `further_guesses` have more; None where there is no more."""

@@ -19,7 +19,7 @@ from it2hys.diagnosis.evidence.statistics import (
 )
 from it2hys.model.effects.creep import COUNT, EFFECT
 from it2hys.model.variables import load_table
-from it2hys.policy import STARTS
+from it2hys.policy import PHYSICS, STARTS
 from it2hys.records import Record
 from it2hys.records.clues import Clues, Extent
 
@@ -44,19 +44,24 @@ class CreepEvidence(EffectEvidence):
 
     def gain_at_rest(self, values: Mapping) -> float:
         """Return the sum of the gains."""
-        return sum(values[f"creep[{i}].gain"] for i in range(1, int(values["creepCount"]) + 1))
+        return sum(_terms(values)[0])
 
-    def extended(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
-        """Return one term more, slower than the others if the records allow."""
-        count = int(values["creepCount"]) + 1
-        if count > load_table().counts["creep"]["maximum"]:
-            return None
-        slowest = max(values[f"creep[{i}].timeConstant"] for i in range(1, count))
-        return {
-            f"creep[{count}].gain": 1e-3,
-            f"creep[{count}].timeConstant": min(3.0 * slowest, extent.duration),
-            "creepCount": count,
-        }
+    def extended(self, values: Mapping, extent: Extent) -> list[dict[str, float]]:
+        """Return one term more: slower than the others if the records allow, or all spread anew.
+
+        Between terms that too few of them have drawn apart, one more does not find its place.
+        """
+        count = int(values["creepCount"])
+        if count >= load_table().counts["creep"]["maximum"]:
+            return []
+        gains, constants = _terms(values)
+        slower = [*constants, min(3.0 * max(constants), extent.duration)]
+        fastest = max(min(constants) / 3.0, PHYSICS.dynamics_longest * extent.sample_time)
+        spread = np.geomspace(fastest, max(constants), count + 1)
+        return [
+            _of_terms([*gains, 1e-3], slower),
+            _of_terms([sum(gains) / (count + 1)] * (count + 1), [float(t) for t in spread]),
+        ]
 
     def signature(self, clues: Clues) -> Signature | None:
         """Return whether the residual goes on after the displacement has moved, over decades of time.
@@ -115,18 +120,29 @@ class CreepEvidence(EffectEvidence):
 
     def unshown(self, values: Mapping, time: np.ndarray) -> list[np.ndarray]:
         """Return a constant, and what the slowest term forgets: it stands for those that are slower."""
-        count = int(values["creepCount"])
-        slowest = max(values[f"creep[{i}].timeConstant"] for i in range(1, count + 1))
-        return [np.ones_like(time), np.exp(-time / slowest)]
+        _, constants = _terms(values)
+        return [np.ones_like(time), np.exp(-time / max(constants))]
 
 
 def _growth(values: Mapping, early: float, late: float) -> float:
     """Return the share of a step by which creep grows between two times after it, s."""
-    growth = 0.0
-    for i in range(1, int(values["creepCount"]) + 1):
-        gain, constant = values[f"creep[{i}].gain"], values[f"creep[{i}].timeConstant"]
-        growth += gain * (np.exp(-early / constant) - np.exp(-late / constant))
-    return growth
+    gains, constants = (np.array(terms) for terms in _terms(values))
+    return float(gains @ (np.exp(-early / constants) - np.exp(-late / constants)))
+
+
+def _terms(values: Mapping) -> tuple[list[float], list[float]]:
+    """Return the gains of a model's terms and their time constants, s."""
+    terms = range(1, int(values["creepCount"]) + 1)
+    gains, constants = ([values[f"creep[{i}].{n}"] for i in terms] for n in ("gain", "timeConstant"))
+    return gains, constants
+
+
+def _of_terms(gains: Sequence[float], constants: Sequence[float]) -> dict[str, float]:
+    """Return the values of terms, given their gains and time constants, s."""
+    values: dict[str, float] = {"creepCount": len(gains)}
+    for i, (gain, constant) in enumerate(zip(gains, constants, strict=True), start=1):
+        values |= {f"creep[{i}].gain": gain, f"creep[{i}].timeConstant": constant}
+    return values
 
 
 EVIDENCE = CreepEvidence()

@@ -68,7 +68,7 @@ class PlayEvidence(EffectEvidence):
             added |= {f"play[{j}].threshold": threshold, f"play[{j}].weight": _LIGHT}
         return added
 
-    def extended(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
+    def extended(self, values: Mapping, extent: Extent) -> list[dict[str, float]]:
         """Return more operators, up to all there may be, close where the density found is great.
 
         A curve of straight pieces comes nearest to one of curvature d if the pieces are as d^(-1/3).
@@ -78,11 +78,11 @@ class PlayEvidence(EffectEvidence):
         ends = np.array([0.0, *(values[f"play[{j}].threshold"] for j in range(1, count + 1))])
         found = np.array([0.0, *(values[f"play[{j}].weight"] for j in range(1, count + 1))])
         if count >= most or found.sum() <= 0.0:
-            return None
+            return []
         half = 0.5 * extent.voltage_span
         ends[-1] = half if ends[-1] < half else reach(extent)
         if np.any(np.diff(ends) <= 0.0):
-            return None
+            return []
         more = min(count + max(1, int(_FINER * count)), most)
         density = found[1:] / np.diff(ends)
         pieces = np.cbrt(density + _LEAST_DENSITY * np.mean(density)) * np.diff(ends)
@@ -93,11 +93,9 @@ class PlayEvidence(EffectEvidence):
         sums = np.interp(finer, ends, total)
         sums[-1] = total[-1]
         weights = np.maximum(np.diff(sums, prepend=0.0), 0.0)  # rounding may leave them below
-        return {
-            "playCount": more,
-            **{f"play[{j}].threshold": float(r) for j, r in enumerate(finer, start=1)},
-            **{f"play[{j}].weight": float(w) for j, w in enumerate(weights, start=1)},
-        }
+        operators = {f"play[{j}].threshold": float(r) for j, r in enumerate(finer, start=1)}
+        operators |= {f"play[{j}].weight": float(w) for j, w in enumerate(weights, start=1)}
+        return [{"playCount": more, **operators}]
 
     def signature(self, clues: Clues) -> Signature | None:
         """Return whether the residual remembers where the voltage turned, however slowly it moves.
