@@ -177,6 +177,9 @@ def test_creep_that_no_fitted_record_shows_is_not_unexplained():
     found = diagnose(fitted, [creeping(None, 2, 1.5)], **alone("creep"))
     assert any("longest of them" in w for w in found.warnings)
     assert not found.unexplained, found.left_over
+    (size,) = re.findall(r"leaves out ([0-9.]+) µm rms of record", found.left_over[0])
+    *_, judged = found.records
+    assert float(size) == pytest.approx(1e6 * judged.e_rms, rel=0.2)
 
 
 def test_a_lead_in_lasts_until_the_voltage_moves():

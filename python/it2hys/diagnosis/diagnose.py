@@ -458,12 +458,26 @@ class _Session:
         """Judge the residual of records after their lead-ins."""
         seen = clues(bench.fit_own(model, traces, known), traces, self._extent)
         records = [_behind_lead_in(c, t) for c, t in zip(seen.records, traces, strict=True)]
-        if self._not_shown(model):  # as their sentences say, the model may miss it
-            records = [
-                _without_unshown(c, model) if bench.begins_elsewhere(t) else c
-                for c, t in zip(records, traces, strict=True)
-            ]
-        return left_over(replace(seen, records=records), [t.noise for t in traces])
+        said = self._leave_out_unshown(bench, model, traces, records)
+        left = left_over(replace(seen, records=records), [t.noise for t in traces])
+        left.sentences[0] += said  # with the verdict, as it is a part of it
+        return left
+
+    def _leave_out_unshown(
+        self, bench: Bench, model: Model, traces: Sequence[Trace], records: list[Clue]
+    ) -> str:
+        """Leave out of the residuals what no fitted record could show; return what that is."""
+        apart = [i for i, t in enumerate(traces) if t.role != "test" and bench.begins_elsewhere(t)]
+        if not (apart and self._not_shown(model)):
+            return ""
+        sizes = []
+        for i in apart:
+            records[i], size = _without_unshown(records[i], model)
+            sizes.append(f"{1e6 * size:.2g} µm rms of record '{traces[i].name}'")
+        return (
+            f" It leaves out {' and '.join(sizes)}, begun at another voltage than all that were "
+            "fitted: creep slower than these leaves that, and no model of these could foretell it."
+        )
 
     def _seen_in_tests(self, bench: Bench, model: Model, traces: Sequence[Trace]) -> list[str]:
         """Describe the residual of the test records where it is more than noise; it decides nothing."""
@@ -600,11 +614,16 @@ def _behind_lead_in(clue: Clue, trace: Trace) -> Clue:
     return replace(clue, used=used) if np.count_nonzero(used) >= FEWEST else clue
 
 
-def _without_unshown(clue: Clue, model: Model) -> Clue:
-    """Return what is left of a record without what of the effects no fitted record shows."""
+def _without_unshown(clue: Clue, model: Model) -> tuple[Clue, float]:
+    """Return what is left of a record without what of the effects no fitted record shows.
+
+    And the size of that, m rms.
+    """
     time = model.values["sampleTime"] * np.arange(len(clue.residual))
     shapes = np.column_stack(
         [s for e in model.effects for s in EVIDENCE[e].unshown(model.values, time)]
     )
     sizes = np.linalg.lstsq(shapes[clue.used], clue.residual[clue.used])[0]
-    return replace(clue, residual=clue.residual - shapes @ sizes)
+    unshown = shapes @ sizes
+    size = float(np.sqrt(np.mean(unshown[clue.used] ** 2)))
+    return replace(clue, residual=clue.residual - unshown), size
