@@ -97,7 +97,7 @@ def test_an_edit_of_a_python_file_installs_nothing_anew(installed):
 def test_an_edit_of_what_is_compiled_or_copied_does(installed, name):
     touch(installed / name)
     assert make(installed, "--question", "install").returncode == 1
-    assert "install -v --no-deps" in make(installed, "--dry-run", "install").stdout
+    assert "--editable ." in make(installed, "--dry-run", "install").stdout
 
 
 def fake_python(folder, script):
