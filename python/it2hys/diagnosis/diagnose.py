@@ -12,7 +12,7 @@ import numpy as np
 from it2hys.diagnosis.bounds import bound_sentences
 from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import EVIDENCE, EffectEvidence
-from it2hys.diagnosis.evidence.statistics import FEWEST
+from it2hys.diagnosis.evidence.statistics import FEWEST, rms
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.last_fit import last_fit, usable_over
 from it2hys.diagnosis.next_experiment import deciding_experiment
@@ -458,26 +458,34 @@ class _Session:
         """Judge the residual of records after their lead-ins."""
         seen = clues(bench.fit_own(model, traces, known), traces, self._extent)
         records = [_behind_lead_in(c, t) for c, t in zip(seen.records, traces, strict=True)]
-        said = self._leave_out_unshown(bench, model, traces, records)
+        unshown = self._unshown(bench, model, traces, records)
+        records = [
+            replace(c, residual=c.residual - unshown[i]) if i in unshown else c
+            for i, c in enumerate(records)
+        ]
         left = left_over(replace(seen, records=records), [t.noise for t in traces])
-        left.sentences[0] += said  # with the verdict, as it is a part of it
+        if unshown:  # with the verdict, as it is a part of it
+            sizes = [
+                f"{1e6 * rms(part[records[i].used]):.2g} µm rms of record '{traces[i].name}'"
+                for i, part in unshown.items()
+            ]
+            left.sentences[0] += (
+                f" It leaves out {' and '.join(sizes)}, begun at another voltage than all that were "
+                "fitted: effects slower than those records cause it, and none of them shows how large."
+            )
         return left
 
-    def _leave_out_unshown(
-        self, bench: Bench, model: Model, traces: Sequence[Trace], records: list[Clue]
-    ) -> str:
-        """Leave out of the residuals what no fitted record could show; return what that is."""
-        apart = [i for i, t in enumerate(traces) if t.role != "test" and bench.begins_elsewhere(t)]
-        if not (apart and self._not_shown(model)):
-            return ""
-        sizes = []
-        for i in apart:
-            records[i], size = _without_unshown(records[i], model)
-            sizes.append(f"{1e6 * size:.2g} µm rms of record '{traces[i].name}'")
-        return (
-            f" It leaves out {' and '.join(sizes)}, begun at another voltage than all that were "
-            "fitted: creep slower than these leaves that, and no model of these could foretell it."
-        )
+    def _unshown(
+        self, bench: Bench, model: Model, traces: Sequence[Trace], records: Sequence[Clue]
+    ) -> dict[int, np.ndarray]:
+        """Return what no fitted record could show of residuals that count, by the record's place."""
+        if not self._not_shown(model):
+            return {}
+        return {
+            i: _unshown_part(c, model)
+            for i, (c, t) in enumerate(zip(records, traces, strict=True))
+            if t.role != "test" and bench.begins_elsewhere(t)
+        }
 
     def _seen_in_tests(self, bench: Bench, model: Model, traces: Sequence[Trace]) -> list[str]:
         """Describe the residual of the test records where it is more than noise; it decides nothing."""
@@ -614,16 +622,9 @@ def _behind_lead_in(clue: Clue, trace: Trace) -> Clue:
     return replace(clue, used=used) if np.count_nonzero(used) >= FEWEST else clue
 
 
-def _without_unshown(clue: Clue, model: Model) -> tuple[Clue, float]:
-    """Return what is left of a record without what of the effects no fitted record shows.
-
-    And the size of that, m rms.
-    """
+def _unshown_part(clue: Clue, model: Model) -> np.ndarray:
+    """Return the part of a residual, (N,), that has the shapes of what no fitted record shows, m."""
     time = model.values["sampleTime"] * np.arange(len(clue.residual))
-    shapes = np.column_stack(
-        [s for e in model.effects for s in EVIDENCE[e].unshown(model.values, time)]
-    )
-    sizes = np.linalg.lstsq(shapes[clue.used], clue.residual[clue.used])[0]
-    unshown = shapes @ sizes
-    size = float(np.sqrt(np.mean(unshown[clue.used] ** 2)))
-    return replace(clue, residual=clue.residual - unshown), size
+    columns = [s for e in model.effects for s in EVIDENCE[e].unshown(model.values, time)]
+    shapes = np.column_stack(columns)
+    return shapes @ np.linalg.lstsq(shapes[clue.used], clue.residual[clue.used])[0]

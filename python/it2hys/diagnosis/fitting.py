@@ -523,7 +523,8 @@ class Bench(Starts):
     def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> Errors:
         """Return the errors on the judged samples of records, by default of those that decide.
 
-        They are weighted as the records are, with a mean square weight of 1.
+        They are weighted as the records are, with a mean square weight of 1. Those of a record that
+        `begins_elsewhere` come without their mean.
         """
         known = self.parts and traces is None
         traces = self.deciding if traces is None else traces
