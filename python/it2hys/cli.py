@@ -176,7 +176,8 @@ def make_parser() -> argparse.ArgumentParser:
         "--design",
         metavar="design.json",
         type=Path,
-        help="that `design` wrote for this record; the report compares its promise with the result",
+        help="that `design` wrote for this record: the effects that it is to tell apart are tested "
+        "first of all, and the report compares its promise with the result",
     )
     diagnose.add_argument("--rules", type=int, metavar="L", help="number of rules (default: 3)")
     diagnose.add_argument("--seed", type=int, default=0, help="seed of the random starts")
@@ -734,6 +735,7 @@ def _diagnose(options: argparse.Namespace) -> int:
             progress=progress,
             workers=options.workers,
             sensor_curve=options.sensor_curve,
+            planned=() if designed is None else designed["names"],
         )
     records = [*train, *validate, *test]
     given = [path for path in (options.model, options.design) if path is not None]

@@ -32,6 +32,12 @@ class Search:
         "probability that a search names anything by chance",
         "statistic: Bonferroni, in equal parts on the most comparisons that a search can make",
     )  # fmt: skip
+    planned: float = _number(
+        0.5, "share of the budget",
+        "what is spent on the effects that a record was designed for, alone beside the model; the rest "
+        "is for all other comparisons",
+        "statistic: comparisons that were fixed before anything was measured, in equal parts on them",
+    )  # fmt: skip
     together: float = _number(
         0.01, "share of the budget",
         "what more may be spent on tests of an effect's signature and its gain together",

@@ -167,15 +167,16 @@ def run_loop(
         loop = replace(loop, design_seconds=time.process_time() - before)
         powers = {"promised": found.separations}
         powers |= {"paper_promised": found.others[PAPER], "chirp_promised": found.others[CHIRP]}
-        told = {n: min(s.power for s in p if s.truth == loop.truth) for n, p in powers.items()}
-        loop = replace(loop, family=found.family, **told)
+        promised = {n: min(s.power for s in p if s.truth == loop.truth) for n, p in powers.items()}
+        loop = replace(loop, family=found.family, **promised)
         voltages = {"designed": found.voltage}
         if compared:
             limits = found.limits
             voltages |= {"paper": paper_signal(limits), "chirp": chirp_signal(limits)}
         for name, voltage in voltages.items():
             record = measured(case, voltage, name, 2, noise_rms)
-            loop = replace(loop, **{name: diagnose([record], model=question.base).effects})
+            told = diagnose([record], model=question.base, planned=rivals)
+            loop = replace(loop, **{name: told.effects})
     except Exception as error:  # whatever it is, the others go on and this one counts as failed
         loop = replace(loop, failure=f"{type(error).__name__}: {error}")
     return replace(loop, seconds=time.process_time() - begin)

@@ -85,7 +85,10 @@ def test_the_record_measured_has_the_name_that_was_promised(folder, tmp_path, ca
     assert report["promised"]["played_off_V"] < 1e-9
     (entry,) = report["promised"]["parameters"]
     assert entry["name"] == "delay.time" and 0.2 < entry["found"] / entry["promised"] < 5.0
-    assert "What the design promised" in html_of(tmp_path / "out")
+    page = html_of(tmp_path / "out")
+    assert "What the design promised" in page and "The record was designed for delay, lag" in page
+    levels = {e["effect"]: e["level"] for e in report["evidence"] if e["effect"] in ("lag", "play")}
+    assert levels["lag"] > 10.0 * levels["play"]
 
 
 def test_what_cannot_decide_is_a_finding(tmp_path, capsys):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from it2hys.diagnosis import refinement, selection
-from it2hys.diagnosis.chances import Gains
+from it2hys.diagnosis.chances import Gains, comparisons
 from it2hys.diagnosis.comparison import Comparison
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.base import Signature
@@ -15,6 +15,8 @@ from it2hys.diagnosis.fitting import Errors, excess
 from it2hys.diagnosis.refinement import Node
 from it2hys.diagnosis.rows import _besides, _reason
 from it2hys.diagnosis.selection import Search, Trial, _ends_better, _follows_noise
+from it2hys.model.chain import EFFECTS
+from it2hys.policy import SEARCH
 
 GENERATOR = np.random.default_rng(8)
 
@@ -406,6 +408,27 @@ def test_what_nearly_halves_the_error_needs_less_certainty(gain, p_value, better
     assert search.is_better(comparison) == better
 
 
+@pytest.mark.parametrize(
+    ("base", "addition", "better"),
+    [((), "lag", True), ((), "play", False), (("creep",), "lag", False)],
+)
+def test_what_a_record_was_designed_for_needs_less_certainty(base, addition, better):
+    """A lag took 40 % of the error of a designed record, p = 0.002: too much in a search of all."""
+    bench = SimpleNamespace(floor=0.1, least_inverse_error=lambda model: 1.0)
+    before, after = (Node(frozenset({*base, *more}), None, None) for more in ((), (addition,)))
+    free = Comparison(1.0, 0.65, 2e-3, (0.25, 0.45))
+    gains = Gains(free, *2 * [Comparison(1.0, 0.9, 0.1, (-0.1, 0.3))])
+    assert Search(bench, planned=("delay", "lag"))._predicts(before, after, gains) == better
+    assert not Search(bench)._predicts(before, after, gains)
+
+
+def test_what_is_planned_is_spent_once():
+    """Planned effects share a part of the budget, and all other comparisons the rest."""
+    search, root = Search(SimpleNamespace(), planned=("delay", "lag")), Node(frozenset(), None, None)
+    planned, other = (search._level(root, Node(frozenset({e}), None, None)) for e in ("lag", "play"))
+    assert 2 * planned + comparisons(len(EFFECTS)) * other == pytest.approx(SEARCH.budget)
+
+
 # --- what a row says of it ------------------------------------------------------------------------
 
 
@@ -437,3 +460,16 @@ def test_a_large_gain_that_is_refused_is_not_called_chance(p_value, fitted, said
     free = Comparison(1.0, 0.1, p_value, (0.8, 0.95))
     trial = Trial(frozenset(), "slew", free, same, same, False, False, fitted)
     assert _reason("slew", trial, SimpleNamespace(named=(), groups=())).startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("effects", "said"), [((), "with the model without it fitted anew"), (("play",), "other effects")]
+)
+def test_what_was_accepted_on_the_way_says_why_it_is_not_in_the_end(effects, said):
+    """It was said that other effects explain the residual better, and none was named."""
+    same = Comparison(1.0, 1.0, 0.5, (-0.1, 0.1))
+    free = Comparison(1.0, 0.5, 1e-4, (0.4, 0.6))
+    trial = Trial(frozenset(), "creep", free, same, same, True, False, 0.5)
+    chosen = SimpleNamespace(effects=frozenset(effects))
+    verdict = SimpleNamespace(named=effects, groups=(), node=chosen)
+    assert _reason("creep", trial, verdict).startswith(said)

@@ -89,6 +89,7 @@ def diagnose_records(
     for i in range(draws):
         each(f"diagnosis of a simulated record of {truth.name}, {i + 1} of {draws}")
         record = record_of(ground, truth, voltage, seed + i)
-        found = diagnose([record], model=ground.neither.parameters)
+        names = [h.name for h in ground.hypotheses]
+        found = diagnose([record], model=ground.neither.parameters, planned=names)
         told += {*found.effects} == {*truth.own}
     return Simulated(truth.name, "all others", told, draws, "diagnosis")

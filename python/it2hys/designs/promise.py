@@ -18,7 +18,7 @@ from scipy.stats import norm
 from it2hys.designs.families import FAMILIES
 from it2hys.designs.hypotheses import Hypothesis, Question, trace_of
 from it2hys.designs.limits import Limits
-from it2hys.diagnosis.chances import chance_of_a_rival, largest_chance
+from it2hys.diagnosis.chances import chance_of_a_rival, largest_chance, level_of_planned
 from it2hys.diagnosis.comparison import block_length, chance_of_sizes
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import is_delay, is_sampling, with_effect
@@ -266,7 +266,8 @@ class Ground:
         needed = floor * (1.0 / (1.0 - least) ** 2 - 1.0)
         by_chance = 2.0 * np.sqrt(len(d) * mean + np.sum((d @ left.spread) ** 2)) / len(d)
         gain = float(1.0 - np.sqrt(floor / (floor + mean)))
-        chance = chance_of_a_rival(gain) if rival.own else largest_chance(gain)
+        planned = level_of_planned(len(self.hypotheses))
+        chance = chance_of_a_rival(gain) if rival.own else largest_chance(gain, planned)
         above, threshold = above_chance(d, left.spread), float(norm.isf(chance))
         by_gain = np.log(mean / (needed + _SURE * by_chance))
         return Separation(

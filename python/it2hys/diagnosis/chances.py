@@ -27,21 +27,40 @@ def comparisons(effects: int) -> int:
     return DEPTH * BEAM * (effects + 1)
 
 
-def level(effects: int = 0) -> float:
-    """Return the probability by chance up to which one comparison counts; by default of all effects."""
-    return SEARCH.budget / comparisons(effects or len(EFFECTS))
+def level(effects: int = 0, planned: int = 0) -> float:
+    """Return the probability by chance up to which one comparison counts; by default of all effects.
+
+    Where a record was designed to show one of some `planned` effects, what these may spend is missing.
+    """
+    budget = SEARCH.budget * (1.0 - SEARCH.planned if planned else 1.0)
+    return budget / comparisons(effects or len(EFFECTS))
 
 
-def largest_chance(gain: float) -> float:
+def level_of_planned(planned: int) -> float:
+    """Return the same for one of the effects that a record was designed for, alone beside the model.
+
+    These comparisons were fixed before the record was measured, and are as few as the effects.
+    """
+    return SEARCH.planned * SEARCH.budget / planned
+
+
+def largest_chance(gain: float, least: float = 0.0) -> float:
     """Return the p-value up to which a gain counts in a search.
 
     Chance does not take away the larger part of an error, however few stretches are independent. The
     level rises to that of such gains from a smaller one on, evenly in its logarithm: two fits of one
     model may gain a little less and a little more.
+
+    Parameters
+    ----------
+    gain : float
+    least : float, optional
+        That of small gains; by default `level`.
     """
+    least = least or level()
     share = (gain - SEARCH.large) / (SEARCH.indispensable - SEARCH.large)
     share = min(max(share, 0.0), 1.0)
-    return float(level() ** (1.0 - share) * SEARCH.confirming**share)
+    return float(least ** (1.0 - share) * SEARCH.confirming**share)
 
 
 def chance_of_a_rival(gain: float) -> float:

@@ -72,6 +72,7 @@ def diagnose(
     workers: int = 1,
     excluded: Sequence[str] = (),
     sensor_curve: bool = False,
+    planned: Sequence[str] = (),
 ) -> Diagnosis:
     """Find the effects that records contain and a model lacks, and add them to it.
 
@@ -99,6 +100,9 @@ def diagnose(
         Effects that are not tried.
     sensor_curve : bool
         That a static curve, where one is found, is the sensor's and no part of the stage.
+    planned : sequence of str
+        Effects between which the records were designed to decide: half of what the search may risk to
+        name by chance is spent on these.
 
     Returns
     -------
@@ -114,7 +118,8 @@ def diagnose(
         raise InputError("no training record is given")
     check_rule_count(rules)
     options = options or Options()
-    session = _Session(train, validation, test, model, declared, excluded, options, progress)
+    roles = (train, validation, test)
+    session = _Session(*roles, model, declared, excluded, planned, options, progress)
     with parallel_map(workers) as each:
         return replace(session.run(rules, each), has_sensor_curve=sensor_curve)
 
@@ -130,6 +135,7 @@ class _Session:
         model: ParameterSet | None,
         declared: Sequence[str],
         excluded: Sequence[str],
+        planned: Sequence[str],
         options: Options,
         progress: Progress | None,
     ):
@@ -139,6 +145,7 @@ class _Session:
         self._extent = extent_of(train)
         self._declared = _checked_effects("declared", declared, self._extent)
         self._excluded = _checked_effects("exclude", excluded, self._extent)
+        self._planned = tuple(e for e in EFFECTS if e in planned)
         if both := {*self._declared} & {*self._excluded}:
             raise InputError(f"{min(both)} is both declared and excluded")
         prepared, deciding = [prepare(r) for r in train], [prepare(r) for r in validation]
@@ -172,9 +179,9 @@ class _Session:
         slower = at_sample_time(base, bench.extent.sample_time, self._judging)
         first = self._timed("declared effects", self._declare, bench, slower)
         not_tried = (*self._inseparable, *self._of_the_core, *self._excluded, *self._regulated)
-        search = Search(
-            bench, self._report_fit, not_tried, each, None if self._model is None else first
-        )
+        given = None if self._model is None else first
+        planned = tuple(e for e in self._planned if e not in (*first.effects, *not_tried))
+        search = Search(bench, self._report_fit, not_tried, each, given, planned)
         self._fits = 0
         chosen = self._timed("search", search.run, first, slower)
         if self._inseparable:

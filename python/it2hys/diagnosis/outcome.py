@@ -43,6 +43,8 @@ class Evidence:
         Effects that the model had when this one was added to it, those of the first model left out.
     error_before, error_after : float
         Free-run error on held-out data, m; NaN if not tried.
+    level : float
+        Probability by chance up to which a small gain counts; NaN if not tried.
     """
 
     effect: str
@@ -57,6 +59,7 @@ class Evidence:
     beside: tuple[str, ...] = ()
     error_before: float = np.nan
     error_after: float = np.nan
+    level: float = np.nan
 
 
 @dataclass(frozen=True, eq=False)

@@ -99,6 +99,7 @@ def _evidence_on(effect: str, verdict: Verdict, left: Clues) -> Evidence:
         beside=tuple(sorted(trial.base)),
         error_before=c.before,
         error_after=c.after,
+        level=trial.level,
     )
 
 
@@ -176,7 +177,7 @@ def _why(effect: str, trial: Trial, verdict: Verdict, reason: str) -> str:
 
 def _besides(trial: Trial) -> str:
     """Return what else speaks for an effect that held-out data alone do not decide."""
-    if trial.comparison.p_value <= largest_chance(trial.comparison.gain):
+    if trial.comparison.p_value <= largest_chance(trial.comparison.gain, trial.level):
         return ""
     for inverse in (trial.band, trial.wide):
         if inverse.gain > 0.0 and inverse.p_value <= level():
@@ -197,7 +198,9 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
     if trial.overdriven:
         return f"it fits only with {' and '.join(trial.overdriven)} pressed against its bounds"
     c = trial.comparison
-    is_chance = c.p_value > largest_chance(c.gain)
+    is_chance = c.p_value > largest_chance(c.gain, trial.level)
+    if trial.accepted and not is_chance and verdict.node.effects <= trial.base:
+        return "with the model without it fitted anew, it is better by no more than chance"
     if trial.accepted and not is_chance:
         return "other effects explain the residual better"
     if not is_chance and trial.sampling:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import chi2, combine_pvalues
 
 from it2hys.diagnosis.bounds import resting_on_bounds, touching_bounds
-from it2hys.diagnosis.chances import BEAM, DEPTH, Gains, largest_chance, level
+from it2hys.diagnosis.chances import BEAM, DEPTH, Gains, largest_chance, level, level_of_planned
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import SHIFTING, Bench, excess, is_delay, is_sampling
@@ -61,6 +61,8 @@ class Trial:
         Share of the error on the training records, which decide nothing, that it takes away.
     overdriven : tuple of str
         Other effects that it would press against their bounds, for which it is not accepted.
+    level : float
+        Probability by chance up to which a small gain of it counts.
     """
 
     base: frozenset[str]
@@ -72,6 +74,7 @@ class Trial:
     sampling: bool
     fitted: float
     overdriven: tuple[str, ...] = ()
+    level: float = field(default_factory=level)
 
 
 @dataclass(eq=False)
@@ -90,6 +93,9 @@ class Search:
     given : Model, optional
         A model of other records to begin with. Fitted to these while it lacks an effect, its rules make
         up for that: the first additions are tried beside the rules that it came with, too.
+    planned : tuple of str
+        Effects between which the records were designed to decide. Which comparisons these are was fixed
+        before anything was measured: they share a part of the budget, and all others the rest.
     """
 
     bench: Bench
@@ -97,6 +103,7 @@ class Search:
     excluded: tuple[str, ...] = ()
     each: Callable[..., Iterable] = map
     given: Model | None = None
+    planned: tuple[str, ...] = ()
     trials: list[Trial] = field(default_factory=list)
     nodes: dict[frozenset[str], Node] = field(default_factory=dict)
     rivals: list[Node] = field(default_factory=list)
@@ -184,7 +191,7 @@ class Search:
             accepted = accepted and not overdriven
             trial = Trial(
                 node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted,
-                overdriven,
+                overdriven, self._level(node, child),
             )  # fmt: skip
             self.trials.append(trial)
             if accepted:
@@ -314,12 +321,19 @@ class Search:
         return self._predicts(before, after, gains) or self._waits(before, after, gains)
 
     def _predicts(self, before: Node, after: Node, gains: Gains) -> bool:
+        chance = largest_chance(gains.free.gain, self._level(before, after))
         better = (
-            self.is_better(gains.free)
+            self.is_better(gains.free, chance)
             or self._both_gain(gains)
             or self._shows_itself(before, after, gains)
         )
         return better and not self._spoils(after, gains)
+
+    def _level(self, before: Node, after: Node) -> float:
+        """Return the probability by chance up to which a model counts as better than another."""
+        if self.planned and not before.added and after.added in [{effect} for effect in self.planned]:
+            return level_of_planned(len(self.planned))
+        return level(planned=len(self.planned))
 
     def _both_gain(self, gains: Gains) -> bool:
         """Return whether the inverse gets better by far, and the free run most likely.

@@ -152,7 +152,9 @@ def change_of(gain_percent: float | None) -> str:
 
 
 def _evidence(report: Mapping) -> Section:
-    effects = len(report["evidence"])
+    rows = report["evidence"]
+    effects = len(rows)
+    planned = [e for e in rows if e["level"] and e["level"] > level(effects)]
     return Section(
         "Evidence on every effect",
         [
@@ -160,14 +162,25 @@ def _evidence(report: Mapping) -> Section:
             "its p-value. Error: of the free run on held-out data, without and with the effect, all "
             "parameters refitted; p is the probability of that change by chance (compared in blocks of "
             "samples). An effect is added only if the change is large enough to matter and p is "
-            f"below {level(effects):.1g}, so that a whole search of up to {comparisons(effects)} "
-            "comparisons names an effect by chance with a probability of at most "
-            f"{100 * SEARCH.budget:.0f} %.",
+            f"below {level(effects, len(planned)):.1g}, so that a whole search of up to "
+            f"{comparisons(effects)} comparisons names an effect by chance with a probability of at "
+            f"most {100 * SEARCH.budget:.0f} %.",
             f"Of a gain that halves the error, p up to {SEARCH.confirming:g} is enough: chance does "
             "that no oftener. A delay, which a slow core imitates in the free run, is added where the "
             "free run stays as good and the inverse becomes far better.",
+            *([_designed_for(planned)] if planned else []),
         ],
         evidence_tables(report),
+    )
+
+
+def _designed_for(planned: Sequence[Mapping]) -> str:
+    """Return what counts for the effects that the record was designed to show."""
+    names = ", ".join(e["effect"] for e in planned)
+    return (
+        f"The record was designed for {names}: where one of them alone is added to the first model, "
+        f"p up to {planned[0]['level']:.1g} is enough, as these comparisons were fixed before it was "
+        "measured."
     )
 
 

@@ -157,6 +157,7 @@ def _diagnosed(found: Diagnosis, start: str) -> dict:
                 "why": e.why,
                 "reason": e.reason,
                 "beside": list(e.beside),
+                "level": finite_or_none(e.level),
                 "error_before_um": finite_or_none(e.error_before * UM),
                 "error_after_um": finite_or_none(e.error_after * UM),
             }
