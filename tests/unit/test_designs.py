@@ -3,6 +3,7 @@
 import itertools
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -384,6 +385,30 @@ def test_a_share_of_all_draws_has_an_error_too():
 def found():
     question = between(table_1(), ["delay", "lag"], NOISE)
     return design(question, SHORT, ("steps", "multisine"), seed=3, draws=2)
+
+
+def worth_of(scores):
+    """Return what a record is worth that tells pairs so well."""
+    search = Search(None, limits(), [], 0, False, silent)
+    search.ground = SimpleNamespace(
+        pairs=[(name, "rival") for name in scores],
+        is_taken=lambda voltage: True,
+        information=lambda voltage: 0.0,
+        left_over=lambda truth, rival, voltage: truth,
+        judged=lambda truth, rival, left: SimpleNamespace(score=scores[left]),
+    )
+    return search.worth(np.linspace(0.0, 110.0, 1200))
+
+
+def test_where_one_pair_is_beyond_all_records_the_others_decide():
+    """Of two records, the one was chosen that told a lag from a resonance by a little above nothing."""
+    assert worth_of({"lag": -6.0, "delay": 1.0}) > worth_of({"lag": -5.0, "delay": -1.0})
+    assert worth_of({"lag": -0.5, "delay": 0.4}) > worth_of({"lag": -0.6, "delay": 3.0})
+    assert worth_of({"lag": 1.0, "delay": 1.0}) > worth_of({"lag": 0.5, "delay": 3.0})
+
+
+def test_a_record_on_which_a_model_runs_away_is_worth_nothing():
+    assert worth_of({"lag": 3.0, "delay": -np.inf}) == -np.inf
 
 
 def test_a_design_decides_by_more_than_the_papers_signal(found):

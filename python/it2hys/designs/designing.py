@@ -32,6 +32,8 @@ _COARSE_REFITS, _COARSE_FEWEST, _COARSE_MOST = 120, 24, 36
 #: Score above which a record decides also where an effect is a fifth of its assumed size, and weight of
 #: a nat of information on parameters.
 _ENOUGH, _OF_PARAMETERS = 2.0 * float(np.log(5.0)), 0.1
+#: Score below which a pair shows less than half of what it would have to.
+_HOPELESS = -2.0 * float(np.log(2.0))
 #: Share of the records that are spread over the families; the rest refines the best ones.
 _SPREAD = 0.6
 #: Records that are refined, and that are promised thoroughly.
@@ -348,10 +350,12 @@ class Search:
         return self.worth(family.voltage(point, self.limits), least)
 
     def worth(self, voltage: np.ndarray, least: float = -np.inf, thorough: bool = False) -> float:
-        """Return how much a record decides: of the pair that it tells least.
+        """Return how much a record decides: of the pair that it tells least, and of all.
 
-        Beyond what decides by far, what it tells of all parameters counts instead: a record that shows
-        nothing but the difference leaves the rest of the model open, and all that may be in its place.
+        Where no record tells one pair, what it tells of the others decides on it: a diagnosis may still
+        name what is there, if a rival has more parameters or lacks its signature. Beyond what decides
+        by far, what it tells of all parameters counts instead: a record that shows nothing but the
+        difference leaves the rest of the model open, and all that may be in its place.
         Of a record that is worth no more than `least` something is returned that is no more, either: it
         is known at the first pair that the record tells too little, and the others are not refitted.
         """
@@ -360,15 +364,19 @@ class Search:
         if not self._pairs:
             return self.ground.information(voltage, of_effects=True)
         of_parameters = _OF_PARAMETERS * self.ground.information(voltage)
-        worth = _ENOUGH + of_parameters
+        scores = np.full(len(self._pairs), _ENOUGH)
         for place, pair in enumerate(self._pairs):
             left = self._left(pair, voltage) if thorough else self.ground.left_over(*pair, voltage)
-            worth = min(worth, self.ground.judged(*pair, left).score + of_parameters)
+            score = self.ground.judged(*pair, left).score
+            if score == -np.inf:  # a run is on its way to infinity
+                return -np.inf
+            scores[place] = np.clip(score, _HOPELESS, _ENOUGH)
+            worth = float(np.min(scores) + np.mean(np.minimum(scores, 0.0))) + of_parameters
             if not worth > least:
                 # what told the last record from a better one soonest is asked for first of the next
                 self._pairs.insert(0, self._pairs.pop(place))
                 break
-        return worth if np.isfinite(worth) else -np.inf
+        return worth
 
     def _left(self, pair: tuple[Hypothesis, Hypothesis], voltage: np.ndarray) -> Left:
         """Return what a thorough refit leaves, kept: of the best record it is asked for again."""
