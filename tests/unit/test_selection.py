@@ -429,6 +429,28 @@ def test_what_is_planned_is_spent_once():
     assert 2 * planned + comparisons(len(EFFECTS)) * other == pytest.approx(SEARCH.budget)
 
 
+def test_each_effect_that_a_record_was_designed_for_has_its_best_fit():
+    """A drift was called creep: rules of the first model had made up for it, and creep explained it."""
+    refitted = []
+    bench = SimpleNamespace(
+        is_near_noise=lambda fit: True,
+        add_anew=lambda model, effect: refitted.append(effect) or fit_of(0.1),
+        preferred=lambda fits: fits[-1],
+    )
+    search = Search(bench, planned=("creep", "drift"))
+    search.root = Node(frozenset(), fit_of(1.0), None)
+    fits = {e: fit_of(0.5) for e in ("creep", "drift", "lag", "play")}
+    assert set(search._with_new_rules(search.root, fits)) == set(refitted) == {"creep", "drift"}
+    refitted.clear()
+    later = Node(frozenset({"creep"}), fit_of(0.2), None)
+    search._with_new_rules(later, {e: fit_of(0.2) for e in ("drift", "lag")})
+    assert not refitted
+
+
+def fit_of(cost):
+    return SimpleNamespace(minimum=SimpleNamespace(cost=cost), model=None)
+
+
 # --- what a row says of it ------------------------------------------------------------------------
 
 

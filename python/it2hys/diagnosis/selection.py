@@ -246,11 +246,16 @@ class Search:
         self.report(" + ".join(["model", *sorted(node.added), addition]))
 
     def _with_new_rules(self, node: Node, fits: Mapping[str, ChainFit]) -> dict[str, ChainFit]:
-        """Return better fits of what the rules can imitate, unless one explains what was left over."""
-        effects = [e for e in fits if e in EFFECTS and EVIDENCE[e].imitated]
+        """Return better fits of what the rules can imitate, unless one explains what was left over.
+
+        Of what the records were designed to tell apart, each has its best fit: the rules of the first
+        model may have made up for it.
+        """
+        planned = self.planned if node is self.root else ()
+        effects = [e for e in fits if e in planned or (e in EFFECTS and EVIDENCE[e].imitated)]
         best = min([node.fit, *fits.values()], key=lambda fit: fit.minimum.cost)
         if self.bench.is_near_noise(best):
-            effects = [e for e in effects if {*fits} == {WAITING}]
+            effects = [e for e in effects if e in planned or {*fits} == {WAITING}]
         found = self._tried("anew", node, effects, partial(self.bench.add_anew, node.fit.model))
         return {effect: self.bench.preferred([fits[effect], fit]) for effect, fit in found.items()}
 
