@@ -177,7 +177,7 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="design.json",
         type=Path,
         help="that `design` wrote for this record: the effects that it is to tell apart are tested "
-        "first of all, and the report compares its promise with the result",
+        "at a level of their own, and the report compares its promise with the result",
     )
     diagnose.add_argument("--rules", type=int, metavar="L", help="number of rules (default: 3)")
     diagnose.add_argument("--seed", type=int, default=0, help="seed of the random starts")

@@ -26,7 +26,7 @@ def clues(amplitude, frequency, held_out, seed=1):
 @pytest.mark.parametrize("frequency", [50.0, 49.94, 16.67])
 @pytest.mark.parametrize("amplitude", [1e-8, 1e-7, 1e-6])
 def test_a_clear_line_is_not_hidden_by_what_it_spreads(amplitude, frequency, held_out):
-    """Of 30 times the noise, on a record of which parts decided, it had a p-value of 0.25."""
+    """Of 14 times the noise, on a record of which parts decided, it had a p-value of 0.25."""
     found = EVIDENCE["hum"].signature(clues(amplitude, frequency, held_out))
     assert found.p_value < 1e-4
     assert float(found.text.split(" at ")[1].split()[0]) == pytest.approx(frequency, rel=2e-3)

@@ -200,7 +200,7 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
     c = trial.comparison
     is_chance = c.p_value > largest_chance(c.gain, trial.level)
     if trial.accepted and not is_chance and verdict.node.effects <= trial.base:
-        return "with the model without it fitted anew, it is better by no more than chance"
+        return "with the model without it fitted anew, it is not accepted any more"
     if trial.accepted and not is_chance:
         return "other effects explain the residual better"
     if not is_chance and trial.sampling:
