@@ -4,6 +4,7 @@ import itertools
 import json
 from dataclasses import replace
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from scipy.optimize import brentq
 from scipy.stats import norm
 
 from it2hys.designs.checking import Simulated, simulate_pair
-from it2hys.designs.designing import PAPER, Search, design, paper_signal
+from it2hys.designs.designing import PAPER, Search, design, paper_signal, probability
 from it2hys.designs.families import FAMILIES
 from it2hys.designs.hypotheses import between, question_of, question_of_report, question_of_set
 from it2hys.designs.limits import Limits, Wanted, limits_of
@@ -317,8 +318,12 @@ def no_spread(count: int) -> np.ndarray:
 def uneven(blocks: np.ndarray, above: float) -> np.ndarray:
     """Return a difference, so large in each block, that is `above` deviations above chance."""
     shape = np.repeat(blocks, 75) * np.tile([1.0, -1.0, 0.5], 25 * len(blocks))
-    known = no_spread(len(shape))
-    return shape * brentq(lambda size: above_chance(size * shape, known) - above, 1e-3, 1e3)
+    return shape * brentq(lambda size: known_above_chance(size * shape) - above, 1e-3, 1e3)
+
+
+def known_above_chance(difference: np.ndarray) -> float:
+    """Return by how much a model is better than one that is off, where nothing had to be fitted."""
+    return above_chance(difference, np.zeros_like(difference), no_spread(len(difference)))
 
 
 @pytest.mark.parametrize(
@@ -350,7 +355,7 @@ def test_a_difference_that_grows_over_a_record_is_no_chance_where_all_blocks_sho
 def test_what_one_block_alone_shows_is_chance_however_large_it_is():
     alone = np.where(np.arange(600) < 75, 1.0, 0.0)
     for size in (1e2, 1e3):
-        assert above_chance(size * alone, no_spread(600)) < 1.5
+        assert known_above_chance(size * alone) < 1.5
     noise = np.random.default_rng(12).standard_normal(600)
     assert compare([noise + 1e3 * alone], [noise]).p_value > 0.05
 
@@ -374,6 +379,25 @@ def test_a_difference_like_what_the_fits_do_not_know_is_not_promised_to_be_seen(
     assert 0.5 < ground.judged(truth, rival, unsure).power < 0.9
 
 
+def test_a_rival_that_is_no_better_than_the_model_without_effects_is_told_apart(ground):
+    """The diagnosis takes none into account that does not come up in its search."""
+    truth, rival = pair(ground, "delay", "lag")
+    deciding, shape = np.arange(1200) < 600, np.tile([1.0, -1.0, 0.5, -0.5], 300) * NOISE
+    near = Left(0.25 * shape, deciding, False, no_spread(600))
+    alone = ground.judged(truth, rival, near)
+    assert alone.rejected == 0.0 and alone.power < 0.5
+    as_near, far = (replace(near, course=factor * shape) for factor in (0.26, 3.0))
+    assert ground.judged(truth, rival, near, far).power == pytest.approx(alone.power, abs=0.01)
+    beside = ground.judged(truth, rival, near, as_near)
+    assert beside.rejected > 0.99 and beside.power > 0.99 and beside.score > alone.score
+
+
+def test_what_is_not_known_of_a_voltage_on_which_a_model_runs_away_is_said_so(ground):
+    truth, rival = pair(ground, "delay", "lag")
+    nothing = ground.judged(truth, rival, Left(None, np.zeros(0, bool), False, np.empty((0, 0))))
+    assert np.isnan(nothing.power) and probability(nothing.power) == "not known"
+
+
 def test_a_share_of_all_draws_has_an_error_too():
     assert 0.0 < Simulated("a", "b", 8, 8).error < Simulated("a", "b", 4, 8).error < 0.25
 
@@ -391,11 +415,11 @@ def worth_of(scores):
     """Return what a record is worth that tells pairs so well."""
     search = Search(None, limits(), [], 0, False, silent)
     search.ground = SimpleNamespace(
-        pairs=[(name, "rival") for name in scores],
+        pairs=[(name, Mock(own=())) for name in scores],
         is_taken=lambda voltage: True,
         information=lambda voltage: 0.0,
         left_over=lambda truth, rival, voltage: truth,
-        judged=lambda truth, rival, left: SimpleNamespace(score=scores[left]),
+        judged=lambda truth, rival, left, *others: SimpleNamespace(score=scores[left]),
     )
     return search.worth(np.linspace(0.0, 110.0, 1200))
 

@@ -10,10 +10,13 @@ import numpy as np
 from it2hys.designs.hypotheses import Hypothesis
 from it2hys.designs.promise import Ground, is_refused
 from it2hys.diagnosis.chances import Gains
+from it2hys.diagnosis.comparison import compare
 from it2hys.diagnosis.diagnose import diagnose
 from it2hys.diagnosis.fitting import Bench
+from it2hys.identification.criterion import Model
 from it2hys.identification.preparation import prepare
 from it2hys.identification.traces import set_aside, to_trace
+from it2hys.policy import SEARCH
 from it2hys.records import Record
 
 #: Iterations of a refit to a noisy record.
@@ -61,7 +64,10 @@ def record_of(ground: Ground, truth: Hypothesis, voltage: np.ndarray, seed: int)
 def simulate_pair(
     ground: Ground, truth: Hypothesis, rival: Hypothesis, voltage: np.ndarray, draws: int, seed: int
 ) -> Simulated:
-    """Refit both models to noisy records of one, and compare them as the diagnosis does."""
+    """Refit both models to noisy records of one, and compare them as the diagnosis does.
+
+    A rival that is no better than the model without the effects is not taken into account.
+    """
     told = 0
     for i in range(draws):
         record = record_of(ground, truth, voltage, seed + i)
@@ -71,8 +77,21 @@ def simulate_pair(
             bench.fit(model, _ITERATIONS).model for model in (ground.start(truth, rival), truth.model)
         )
         gains = Gains.of(bench.errors(other), bench.errors(own))
-        told += is_refused(other, rival) or gains.tell(bench.least_inverse_error(other))
+        told += (
+            is_refused(other, rival)
+            or gains.tell(bench.least_inverse_error(other))
+            or _is_rejected(ground, truth, bench, other)
+        )
     return Simulated(truth.name, rival.name, told, draws)
+
+
+def _is_rejected(ground: Ground, truth: Hypothesis, bench: Bench, other: Model) -> bool:
+    """Return whether a refitted rival predicts no better than the model without the effects."""
+    if ground.neither is None:
+        return False
+    without = bench.fit(ground.start(truth, ground.neither), _ITERATIONS).model
+    gains = compare(bench.errors(without).free, bench.errors(other).free)
+    return gains.gain < SEARCH.least_gain or gains.p_value > ground.chance_beside_neither(gains.gain)
 
 
 def diagnose_records(

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 from scipy.stats import qmc
@@ -115,7 +115,7 @@ class Design:
     @property
     def power(self) -> float:
         """Least probability of telling a pair of models apart; 1 where there is one alone."""
-        return min((s.power for s in self.separations), default=1.0)
+        return worst(self.separations).power if self.separations else 1.0
 
     @property
     def decides(self) -> bool:
@@ -144,8 +144,10 @@ class Design:
         ]
 
 
-def probability(value: float) -> str:
+def probability(value: float | None) -> str:
     """Return a probability as it is said: never more certain than two digits."""
+    if value is None or np.isnan(value):
+        return "not known"
     return "above 0.99" if value > 0.99 else "below 0.01" if value < 0.01 else f"{value:.2f}"
 
 
@@ -364,10 +366,11 @@ class Search:
         if not self._pairs:
             return self.ground.information(voltage, of_effects=True)
         of_parameters = _OF_PARAMETERS * self.ground.information(voltage)
+        quick = cache(partial(self.ground.left_over, voltage=voltage))
+        left = partial(self._left, voltage) if thorough else quick
         scores = np.full(len(self._pairs), _ENOUGH)
         for place, pair in enumerate(self._pairs):
-            left = self._left(pair, voltage) if thorough else self.ground.left_over(*pair, voltage)
-            score = self.ground.judged(*pair, left).score
+            score = self._judged(pair, left).score
             if score == -np.inf:  # a run is on its way to infinity
                 return -np.inf
             scores[place] = np.clip(score, _HOPELESS, _ENOUGH)
@@ -378,20 +381,31 @@ class Search:
                 break
         return worth
 
-    def _left(self, pair: tuple[Hypothesis, Hypothesis], voltage: np.ndarray) -> Left:
+    def _judged(
+        self, pair: tuple[Hypothesis, Hypothesis], left: Callable[..., Left], quieter: float = 1.0
+    ) -> Separation:
+        """Return how well a record tells a pair, from what models leave of the readings of others."""
+        truth, rival = pair
+        neither = self.ground.neither if rival.own else None
+        without = left(truth, neither) if neither else None
+        return self.ground.judged(truth, rival, left(truth, rival), without, quieter)
+
+    def _left(self, voltage: np.ndarray, truth: Hypothesis, rival: Hypothesis) -> Left:
         """Return what a thorough refit leaves, kept: of the best record it is asked for again."""
-        key = (pair[0].name, pair[1].name, voltage.tobytes())
+        key = (truth.name, rival.name, voltage.tobytes())
         if key not in self._lefts:
-            self._lefts[key] = self.ground.left_over(*pair, voltage, thorough=True)
+            self._lefts[key] = self.ground.left_over(truth, rival, voltage, thorough=True)
         return self._lefts[key]
 
-    def _separations(self, voltage: np.ndarray) -> tuple[Separation, ...]:
-        return tuple(self.ground.judged(*p, self._left(p, voltage)) for p in self.ground.pairs)
+    def _separations(self, voltage: np.ndarray, quieter: float = 1.0) -> tuple[Separation, ...]:
+        """Return how well a record tells every pair, at a noise that is so many times smaller."""
+        left = partial(self._left, voltage)
+        return tuple(self._judged(pair, left, quieter) for pair in self.ground.pairs)
 
     def _left_over(self, voltage: np.ndarray) -> dict[str, np.ndarray]:
         """Return what rivals leave of each other's readings."""
         courses = {
-            f"{b.name} refitted, less {a.name}": self._left((a, b), voltage).course
+            f"{b.name} refitted, less {a.name}": self._left(voltage, a, b).course
             for a, b in self.ground.pairs
             if b.own
         }
@@ -418,11 +432,9 @@ class Search:
         if not separations or worst(separations).power >= DESIGN.decides:
             return ()
         self.progress(0.7, "finding what would be needed")
-        lefts = [(pair, self._left(pair, voltage)) for pair in self.ground.pairs]
         texts = []
         for factor in _QUIETER if not self.coarse else ():
-            found = tuple(self.ground.judged(*pair, left, factor) for pair, left in lefts)
-            if worst(found).power >= DESIGN.decides:
+            if worst(self._separations(voltage, factor)).power >= DESIGN.decides:
                 noise = 1e6 * self.question.noise / factor
                 texts.append(
                     f"With {factor:.2g} times less noise ({noise:.2g} µm), by a quieter sensor or "

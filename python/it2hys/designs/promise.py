@@ -7,7 +7,7 @@ Refits are those of the identification, by the exact sensitivities of the compil
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -61,12 +61,16 @@ class Separation:
     gain : float
         Expected share by which the error of the truth is smaller, on the samples that decide.
     power : float
-        Probability that the diagnosis calls the truth the better model.
+        Probability that the diagnosis tells the truth: that it calls it the better model, or does not
+        take the rival into account. Not a number where the run of a model is on its way to infinity.
     score : float
         Log of what is left over, by what is needed for the wanted power; positive where it decides.
     refused : bool
         Whether the refitted rival does no more than a delay, or another sampling, would: the diagnosis
         takes no such effect, however near its readings are.
+    rejected : float
+        Probability that the refitted rival is no better than the model without the effects, by enough
+        and by more than chance: the diagnosis takes none into account that is not.
     """
 
     truth: str
@@ -76,6 +80,33 @@ class Separation:
     power: float
     score: float
     refused: bool = False
+    rejected: float = 0.0
+
+
+@dataclass(frozen=True)
+class Odds:
+    """Whether a diagnosis will call one of two models the better one.
+
+    Parameters
+    ----------
+    gain : float
+        Expected share by which its error is smaller, on the samples that decide.
+    beyond : float
+        Standard deviations by which what is compared is above what is asked for.
+    sure, surely_not : float
+        Log of what is compared, by what makes it certain enough that it is called so, or that it is
+        not; positive where it is certain enough.
+    """
+
+    gain: float
+    beyond: float
+    sure: float
+    surely_not: float
+
+    @property
+    def power(self) -> float:
+        """Probability that it is called the better one."""
+        return float(norm.cdf(self.beyond))
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,40 +275,37 @@ class Ground:
         truth: Hypothesis,
         rival: Hypothesis,
         left: Left,
+        without: Left | None = None,
         quieter: float = 1.0,
     ) -> Separation:
         """Return what the diagnosis would make of a difference that is left, as `left_over` has it.
 
-        It compares mean squares of both errors on the samples that decide, by the signs of blocks,
-        and asks for a gain besides: what is less likely decides. The errors are noise, and what both
-        refits make of the noise of the samples that are fitted. The noise is `quieter` times smaller
-        than the question's.
+        `without` is what the model without the effects leaves, in comparison with which the diagnosis
+        takes a rival into account or not; by default it does. The noise is `quieter` times smaller than
+        the question's.
         """
         if left.course is None:
-            return Separation(truth.name, rival.name, np.inf, 1.0, 0.0, -np.inf)
+            return Separation(truth.name, rival.name, np.inf, np.nan, np.nan, -np.inf)
         noise = self.question.noise / quieter
         distance = float(np.linalg.norm(left.course)) / noise
         if left.refused:
             return Separation(truth.name, rival.name, distance, 0.0, 1.0, np.inf, refused=True)
-        d = left.course[left.deciding] / noise
-        mean = max(float(np.mean(d**2)), np.finfo(float).tiny)
-        floor = 1.0 + float(np.mean(np.sum(left.spread**2, axis=1)))
-        least = SEARCH.telling if rival.own else DESIGN.base_gain
-        needed = floor * (1.0 / (1.0 - least) ** 2 - 1.0)
-        by_chance = 2.0 * np.sqrt(len(d) * mean + np.sum((d @ left.spread) ** 2)) / len(d)
-        gain = float(1.0 - np.sqrt(floor / (floor + mean)))
-        planned = level_of_planned(len(self.hypotheses))
-        chance = chance_of_a_rival(gain) if rival.own else largest_chance(gain, planned)
-        above, threshold = above_chance(d, left.spread), float(norm.isf(chance))
-        by_gain = np.log(mean / (needed + _SURE * by_chance))
-        return Separation(
-            truth.name,
-            rival.name,
-            distance,
-            gain,
-            float(norm.cdf(min((mean - needed) / by_chance, above - threshold))),
-            float(min(by_gain, 2.0 * np.log(above / (threshold + _SURE)))),
-        )
+        off = left.course[left.deciding] / noise
+        least, chance = DESIGN.base_gain, self.chance_beside_neither
+        if rival.own:
+            least, chance = SEARCH.telling, chance_of_a_rival
+        told = odds(off, np.zeros_like(off), left.spread, least, chance)
+        score, rejected = told.sure, 0.0
+        if without is not None and without.course is not None:
+            apart = without.course[left.deciding] / noise
+            taken = odds(apart, off, left.spread, SEARCH.least_gain, self.chance_beside_neither)
+            score, rejected = max(score, taken.surely_not), 1.0 - taken.power
+        power = 1.0 - (1.0 - told.power) * (1.0 - rejected)
+        return Separation(truth.name, rival.name, distance, told.gain, power, score, rejected=rejected)
+
+    def chance_beside_neither(self, gain: float) -> float:
+        """Return the p-value up to which an effect counts by a gain over the model without any."""
+        return largest_chance(gain, level_of_planned(len(self.hypotheses)))
 
     def is_taken(self, voltage: np.ndarray) -> bool:
         """Return whether a diagnosis from the model without effects takes a record of a voltage, (N,).
@@ -393,19 +421,65 @@ def spread_of(jacobian: np.ndarray, fitted: np.ndarray, deciding: np.ndarray) ->
     return solve_triangular(factor, jacobian[:size][deciding].T, trans="T").T
 
 
-def above_chance(difference: np.ndarray, spread: np.ndarray) -> float:
+def odds(
+    worse: np.ndarray,
+    better: np.ndarray,
+    spread: np.ndarray,
+    least: float,
+    chance: Callable[[float], float],
+) -> Odds:
+    """Return whether a diagnosis will call one of two models better than the other.
+
+    It compares mean squares of both errors on the samples that decide, by the signs of blocks, and asks
+    for a gain besides: what is less likely decides. The errors are those without noise, and noise, and
+    what both fits make of the noise of the samples that are fitted.
+
+    Parameters
+    ----------
+    worse, better : ndarray, shape (M,)
+        Errors of both models without noise, in units of the noise.
+    spread : ndarray, shape (M, P)
+        As in `Left`.
+    least : float
+        Gain that is asked for.
+    chance : callable
+        Returns the largest p-value at which a gain counts.
+    """
+    count = len(worse)
+    more, less = float(np.mean(worse**2)), float(np.mean(better**2))
+    floor = less + 1.0 + float(np.mean(np.sum(spread**2, axis=1)))
+    needed, difference = floor * (1.0 / (1.0 - least) ** 2 - 1.0), worse - better
+    by_chance = 2.0 * np.sqrt(np.sum(difference**2) + np.sum((difference @ spread) ** 2)) / count
+    by_chance = max(float(by_chance), _TINY)
+    gain = float(1.0 - np.sqrt(floor / max(floor + more - less, _TINY)))
+    above, threshold = above_chance(worse, better, spread), float(norm.isf(chance(gain)))
+    found = max(more - less, _TINY)
+    return Odds(
+        gain,
+        float(min((more - less - needed) / by_chance, above - threshold)),
+        float(min(np.log(found / (needed + _SURE * by_chance)), _twice_log(above, threshold + _SURE))),
+        float(max(np.log(needed / (found + _SURE * by_chance)), _twice_log(threshold, above + _SURE))),
+    )
+
+
+def _twice_log(deviations: float, needed: float) -> float:
+    """Return the log of squares of deviations, as mean squares of errors are compared."""
+    return 2.0 * float(np.log(deviations / needed))
+
+
+def above_chance(worse: np.ndarray, better: np.ndarray, spread: np.ndarray) -> float:
     """Return by how many standard deviations a comparison by blocks finds a model better, usually.
 
-    The errors of the truth are drawn: noise, and what the fits make of noise. Those of the rival are
-    these and a difference. The differences X of their squares in blocks are given random signs, and it
-    counts how rarely those that are turned sum up to no more than 0: their cumulant generating function
+    Errors are drawn: noise, and what the fits make of noise, to which both models' own errors are
+    added. The differences X of their squares in blocks are given random signs, and it counts how rarely
+    those that are turned sum up to no more than 0: their cumulant generating function
     is K(t) = sum log((1 + exp(X t)) / 2), and the probability about exp(min K) (saddle point). Few
     blocks are compared by their sizes. The median of the draws counts.
 
     Parameters
     ----------
-    difference : ndarray, shape (M,)
-        Of the errors, without noise, in units of the noise.
+    worse, better : ndarray, shape (M,)
+        Errors of both models without noise, in units of the noise.
     spread : ndarray, shape (M, P)
         As in `Left`.
 
@@ -415,11 +489,11 @@ def above_chance(difference: np.ndarray, spread: np.ndarray) -> float:
         Of a normal variable which is exceeded as rarely; positive.
     """
     rng = np.random.default_rng(0)
-    errors = rng.standard_normal((_DRAWS, len(difference)))
+    errors = rng.standard_normal((_DRAWS, len(worse)))
     errors += rng.standard_normal((_DRAWS, spread.shape[1])) @ spread.T
-    length = block_length(difference**2 + 2.0 * errors[0] * difference)
-    whole = len(difference) // length * length
-    squares = np.stack([(errors + difference) ** 2, errors**2], axis=-1)[:, :whole]
+    length = block_length(worse**2 - better**2 + 2.0 * errors[0] * (worse - better))
+    whole = len(worse) // length * length
+    squares = np.stack([(errors + worse) ** 2, (errors + better) ** 2], axis=-1)[:, :whole]
     blocks = squares.reshape(_DRAWS, -1, length, 2).mean(axis=2)
     if blocks.shape[1] <= SEARCH.few_blocks:
         above = norm.isf(chance_of_sizes(blocks))
@@ -437,5 +511,5 @@ def is_refused(model: Model, rival: Hypothesis) -> bool:
 
 
 def worst(separations: Iterable[Separation]) -> Separation:
-    """Return the separation that is least likely to be seen."""
-    return min(separations, key=lambda s: s.score)
+    """Return the separation that is least likely to be seen, or the one that is not known."""
+    return min(separations, key=lambda s: (np.nan_to_num(s.power, nan=-1.0), s.score))

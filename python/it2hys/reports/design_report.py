@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from it2hys.designs.designing import Design, design, probability
-from it2hys.designs.hypotheses import question_of_report
+from it2hys.designs.hypotheses import NEITHER, question_of_report
 from it2hys.designs.promise import Separation
 from it2hys.diagnosis.outcome import Diagnosis
 from it2hys.errors import InputError
@@ -143,9 +143,10 @@ def _pair_json(s: Separation) -> dict:
         "truth": s.truth,
         "rival": s.rival,
         "distance_noise": finite_or_none(s.distance),
-        "gain_percent": 100 * s.gain,
-        "power": s.power,
+        "gain_percent": finite_or_none(100 * s.gain),
+        "power": finite_or_none(s.power),
         "refused": s.refused,
+        "rejected": s.rejected,
     }
 
 
@@ -252,7 +253,10 @@ def _pairs_table(report: Mapping) -> Table:
 def _distance(pair: Mapping) -> str:
     if pair["refused"]:
         return "no more than a delay"
-    return NONE if pair["distance_noise"] is None else f"{pair['distance_noise']:.0f}"
+    if pair["distance_noise"] is None:
+        return NONE
+    beside = f", no better than {NEITHER}" if pair["rejected"] > 0.5 else ""
+    return f"{pair['distance_noise']:.0f}{beside}"
 
 
 def _checked(report: Mapping) -> list[str]:
