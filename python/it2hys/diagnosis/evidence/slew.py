@@ -22,6 +22,11 @@ from it2hys.model.effects.slew import EFFECT
 from it2hys.records.clues import Clues
 from it2hys.support.numerals import plain
 
+#: Share of all changes of the voltage that are smaller than those which a limit holds back at least.
+_FEW = 0.3
+#: Share of the mean swing that a limit lets through at least; slower ones tried for a signature.
+_PASSED, _SLOWER = 0.3, 4
+
 
 class SlewEvidence(EffectEvidence):
     """A residual that is confined to spells in which the voltage changed too fast."""
@@ -33,11 +38,10 @@ class SlewEvidence(EffectEvidence):
 
     def guesses(self, clues: Clues) -> list[dict[str, float]]:
         """Return rates below those that the voltages ask for."""
-        rates = np.concatenate([np.abs(np.diff(c.voltage)) for c in clues.records])
-        rates = rates[rates > 1e-9 * clues.extent.voltage_span] / clues.extent.sample_time
+        rates, sample_time = _changes(clues), clues.extent.sample_time
         fastest = EFFECT.starts(clues.extent)["slew.rate"].high
-        slowest = np.quantile(rates, 0.3)
-        return [{"slew.rate": r} for r in np.geomspace(slowest, min(rates.max(), fastest), 24)[:-1]]
+        highest = min(rates.max() / sample_time, fastest)
+        return [{"slew.rate": r} for r in np.geomspace(_least(clues) / sample_time, highest, 24)[:-1]]
 
     def is_done_within(self, values: Mapping, time: float) -> bool:
         """Return whether steps of the whole range take no more than two such times."""
@@ -51,11 +55,11 @@ class SlewEvidence(EffectEvidence):
         the number of rates. The statistic is the share of the residual's power that the best explains.
         """
         seen = readable(clues)
-        rates = np.concatenate([np.abs(np.diff(c.voltage)) for c in clues.records])
-        rates = rates[rates > 1e-9 * clues.extent.voltage_span]
+        rates = _changes(clues)
         if seen is None or len(np.unique(rates)) < 2:
             return None
-        levels = np.unique(np.quantile(rates, np.linspace(0.3, 0.99, 14)))
+        slower = np.geomspace(_least(clues), np.quantile(rates, _FEW), _SLOWER, endpoint=False)
+        levels = np.unique([*slower, *np.quantile(rates, np.linspace(_FEW, 0.99, 14))])
         start = np.array([np.full(len(levels), c.voltage[0]) for c in seen.records])
         limited = walked(seen, start, lambda y, x: y + np.clip(x - y, -levels, levels))
         cut = [y - c.voltage[:, None] for y, c in zip(limited, seen.records, strict=True)]
@@ -76,6 +80,22 @@ class SlewEvidence(EffectEvidence):
             f"{inside * UM:.2g} µm rms there, {outside * UM:.2g} µm elsewhere."
         )
         return Signature(trial.share, trial.p_value, text)
+
+
+def _changes(clues: Clues) -> np.ndarray:
+    """Return by how much the voltages change from sample to sample, where they do, V."""
+    changes = np.concatenate([np.abs(np.diff(c.voltage)) for c in clues.records])
+    return changes[changes > 1e-9 * clues.extent.voltage_span]
+
+
+def _least(clues: Clues) -> float:
+    """Return the lowest limit that records may show, V a sample.
+
+    Of steps that are held, all are faster than a limit that is not much slower than the mean.
+    """
+    samples = sum(len(c.voltage) for c in clues.records)
+    mean = float(np.sum(_changes(clues))) / samples
+    return min(_PASSED * mean, float(np.quantile(_changes(clues), _FEW)))
 
 
 EVIDENCE = SlewEvidence()
