@@ -282,6 +282,24 @@ def test_every_pair_is_looked_at_both_ways_and_against_neither(ground):
     assert names == {(a, b) for a in ("delay", "lag") for b in ("delay", "lag", "neither") if a != b}
 
 
+def test_a_limit_at_either_end_of_the_voltage_is_as_likely():
+    """What shows one end alone was promised to tell a limit, and the stage had the other one."""
+    question = between(table_1(), ["saturation", "lag"], NOISE)
+    ground = Ground(question, limits(duration=0.12))
+    usual, other = next((h, *h.variants) for h in ground.hypotheses if h.name == "saturation")
+    lower, upper = (p.parameters["saturation.minimum"] > 0.0 for p in (usual, other))
+    assert lower != upper
+    told = {(a.name, b.name) for a, b in ground.pairs}
+    assert {(other.name, "lag"), (other.name, "neither")} < told
+    assert not any(b.name == other.name or {a.own, b.own} == {("saturation",)} for a, b in ground.pairs)
+    # of the middle of the range, none of them tells anything
+    middle = 55.0 + 20.0 * np.sin(np.linspace(0.0, 12.0 * np.pi, ground.limits.samples))
+    assert all(
+        ground.judged(t, ground.neither, ground.left_over(t, ground.neither, middle)).power < 0.2
+        for t in (usual, other)
+    )
+
+
 def test_power_falls_with_the_noise_and_is_a_test_level_without_a_difference(ground):
     truth, rival = pair(ground, "delay", "lag")
     voltage = FAMILIES["steps"].voltage(np.full(5, 0.5), ground.limits)
@@ -416,6 +434,7 @@ def worth_of(scores):
     search = Search(None, limits(), [], 0, False, silent)
     search.ground = SimpleNamespace(
         pairs=[(name, Mock(own=())) for name in scores],
+        neither=None,
         is_taken=lambda voltage: True,
         information=lambda voltage: 0.0,
         left_over=lambda truth, rival, voltage: truth,

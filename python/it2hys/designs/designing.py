@@ -47,6 +47,8 @@ _DRAWS = 10
 _QUIETER = np.geomspace(1.25, 1000.0, 31)
 #: Length of the ramp from rest to the first voltage of a record at hand, samples.
 _RAMP = 100
+#: Point of the chirp that goes once through the band, over the whole range.
+_WHOLE_CHIRP = np.array([0.0, 1.0, 1.0, 0.5, 1.0, 0.0])
 PAPER, CHIRP = "the paper's signal (22)", "a chirp"
 
 
@@ -267,6 +269,11 @@ class Search:
         return list(self.ground.pairs)
 
     @cached_property
+    def _usual_pairs(self) -> list[tuple[Hypothesis, Hypothesis]]:
+        """Pairs whose truth has the parameters that are shown."""
+        return [pair for pair in self.ground.pairs if pair[0] in self.ground.hypotheses]
+
+    @cached_property
     def _lefts(self) -> dict[tuple[str, str, bytes], Left]:
         """What thorough refits left, by pair and voltage."""
         return {}
@@ -316,7 +323,10 @@ class Search:
         tried: list[tuple[float, int, np.ndarray]] = []
         for number, (family, count) in enumerate(zip(self.families, counts, strict=True)):
             sampler = qmc.LatinHypercube(family.size, seed=np.random.default_rng([self.seed, number]))
-            for point in sampler.random(count):
+            points = sampler.random(count)
+            if family is FAMILIES["chirp"]:
+                points[0] = _WHOLE_CHIRP
+            for point in points:
                 least = tried[_REFINED - 1][0] if len(tried) >= _REFINED else -np.inf
                 score = self._score(family, point, f"searching records: {family.name}", least)
                 tried.append((score, number, point))
@@ -384,11 +394,16 @@ class Search:
     def _judged(
         self, pair: tuple[Hypothesis, Hypothesis], left: Callable[..., Left], quieter: float = 1.0
     ) -> Separation:
-        """Return how well a record tells a pair, from what models leave of the readings of others."""
+        """Return how well a record tells a pair, from what models leave of the readings of others.
+
+        Whether the rival comes up at all does not matter where it is told from the truth by far.
+        """
         truth, rival = pair
-        neither = self.ground.neither if rival.own else None
-        without = left(truth, neither) if neither else None
-        return self.ground.judged(truth, rival, left(truth, rival), without, quieter)
+        found = self.ground.judged(truth, rival, left(truth, rival), None, quieter)
+        neither = self.ground.neither
+        if not rival.own or neither is None or not -np.inf < found.score < _ENOUGH:
+            return found
+        return self.ground.judged(truth, rival, left(truth, rival), left(truth, neither), quieter)
 
     def _left(self, voltage: np.ndarray, truth: Hypothesis, rival: Hypothesis) -> Left:
         """Return what a thorough refit leaves, kept: of the best record it is asked for again."""
@@ -398,15 +413,22 @@ class Search:
         return self._lefts[key]
 
     def _separations(self, voltage: np.ndarray, quieter: float = 1.0) -> tuple[Separation, ...]:
-        """Return how well a record tells every pair, at a noise that is so many times smaller."""
+        """Return how well a record tells every pair, at a noise that is so many times smaller.
+
+        Of parameters that are as likely the ones count by which it is told least.
+        """
         left = partial(self._left, voltage)
-        return tuple(self._judged(pair, left, quieter) for pair in self.ground.pairs)
+        found: dict[tuple, list[Separation]] = {}
+        for truth, rival in self.ground.pairs:
+            those = found.setdefault((truth.own, rival.own), [])
+            those.append(self._judged((truth, rival), left, quieter))
+        return tuple(replace(worst(those), truth=those[0].truth) for those in found.values())
 
     def _left_over(self, voltage: np.ndarray) -> dict[str, np.ndarray]:
         """Return what rivals leave of each other's readings."""
         courses = {
             f"{b.name} refitted, less {a.name}": self._left(voltage, a, b).course
-            for a, b in self.ground.pairs
+            for a, b in self._usual_pairs
             if b.own
         }
         return {name: course for name, course in courses.items() if course is not None}
@@ -480,7 +502,7 @@ class Search:
 
     def _simulated(self, voltage: np.ndarray, draws: int, checked: int) -> tuple[Simulated, ...]:
         """Return how often simulated records tell the models apart."""
-        pairs = [(a, b) for a, b in self.ground.pairs if b.own] if draws else []
+        pairs = [(a, b) for a, b in self._usual_pairs if b.own] if draws else []
         results = []
         for i, (a, b) in enumerate(pairs):
             self.progress(0.75 + 0.2 * i / len(pairs), f"simulated records of {a.name}")
@@ -508,7 +530,7 @@ def paper_signal(limits: Limits) -> np.ndarray:
 def chirp_signal(limits: Limits) -> np.ndarray:
     """Return a chirp through the band over the range, V."""
     whole = replace(limits, samples=limits.samples * limits.periods, periods=1)
-    return FAMILIES["chirp"].voltage(np.array([0.0, 1.0, 1.0, 0.5, 1.0, 0.0]), whole)
+    return FAMILIES["chirp"].voltage(_WHOLE_CHIRP, whole)
 
 
 def _from_rest(voltage: np.ndarray, rest: float) -> np.ndarray:

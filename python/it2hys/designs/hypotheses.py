@@ -34,6 +34,9 @@ NEITHER = "neither"
 _USUAL_NOISE = 5e-4
 #: Samples of the voltage on which the size of an effect is measured.
 _PROBE = 4000
+#: Sizes that are as likely are as large up to this factor; correlation from which on two effects act
+#: in the same way.
+_AS_LIKELY, _UNLIKE = 3.0, 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,8 @@ class Hypothesis:
         Where its parameters are from.
     own : tuple of str
         Effects of the name; none of the model without them.
+    variants : tuple of Hypothesis
+        The same with other parameters that are as likely and act otherwise.
     """
 
     name: str
@@ -58,6 +63,7 @@ class Hypothesis:
     parameters: ParameterSet
     said: str = ""
     own: tuple[str, ...] = ()
+    variants: tuple[Hypothesis, ...] = ()
 
     @cached_property
     def model(self) -> Model:
@@ -75,7 +81,8 @@ class Hypothesis:
         """Return the model at long rest at a voltage, V."""
         clear = {n: 0.0 for n in by_record() if n not in of_reading() and n != "initialDisplacement"}
         rested = resting(self.parameters.replace(**clear), voltage)
-        return Hypothesis(self.name, self.effects, rested, self.said, self.own)
+        variants = tuple(v.at_rest(voltage) for v in self.variants)
+        return replace(self, parameters=rested, variants=variants)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,14 +168,19 @@ def between(parameters: ParameterSet, effects: Sequence[str], noise: float | Non
     neither = _hypothesis(NEITHER, model, parameters, "the model without any of them", ())
     hypotheses = []
     for effect in effects:
+        likely: Model | None = None
         if effect in here:
             own = whole.model
             for other in (e for e in effects if e in here and e != effect):
                 own = without_effect(own, other)
             said = f"{effect}: as in the parameter set"
         else:
-            own, said = _typical(neither, effect)
-        hypotheses.append(_hypothesis(effect, own, parameters, said, (effect,)))
+            own, said, likely = _typical(neither, effect)
+        hypothesis = _hypothesis(effect, own, parameters, said, (effect,))
+        if likely:
+            variant = _hypothesis(f"{effect} otherwise", likely, parameters, said, (effect,))
+            hypothesis = replace(hypothesis, variants=(variant,))
+        hypotheses.append(hypothesis)
     told = [h.said for h in hypotheses]
     if noise is None:
         noise, text = _usual_noise(parameters)
@@ -189,11 +201,12 @@ def _set_of(model: Model, name: str) -> ParameterSet:
     return ParameterSet(values, name)
 
 
-def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str]:
-    """Return the model with an effect of a usual size, and what it is.
+def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str, Model | None]:
+    """Return the model with an effect of a usual size, what it is, and one with another such effect.
 
     Of the guesses that a fit would begin with it is the one whose change of the displacement is nearest
-    to a usual share of the travel.
+    to a usual share of the travel. The other one's change is about as large, and the least like it: a
+    voltage is limited at its other end, or something slow is slower.
     """
     model, evidence = neither.model, EVIDENCE[effect]
     if evidence.channel == "force":
@@ -217,7 +230,7 @@ def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str]:
     clue = Clue(voltage, drive.force, drive.temperature, run, np.zeros(_PROBE), np.ones(_PROBE, bool))
     trace = trace_of(voltage, run, 0.0, sample_time)
     wanted = DESIGN.typical * float(np.ptp(run))
-    best, least = None, np.inf
+    found = []
     for guess in [*evidence.guesses(Clues(extent, [clue])), *_from_bounds(effect, extent)]:
         trial = with_effect(model, effect, guess, extent)
         if gain := evidence.gain_at_rest(trial.values):
@@ -225,19 +238,23 @@ def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str]:
             # a core moved beyond what can be inverted is none of a stage
             trial = trial if chain_check(_set_of(moved, effect)) else moved
         with np.errstate(over="ignore", invalid="ignore"):  # of a run on its way to infinity
-            change = float(np.sqrt(np.mean((trial.predict(trace, 0) - run) ** 2)))
-        if change > 0.0 and np.isfinite(change) and abs(np.log(change / wanted)) < least:
-            best, least = (trial, guess, change), abs(np.log(change / wanted))
-    if best is None:
+            change = trial.predict(trace, 0) - run
+            size = float(np.sqrt(np.mean(change**2)))
+        if size > 0.0 and np.isfinite(size):
+            found.append((abs(np.log(size / wanted)), trial, guess, size, change / size))
+    if not found:
         raise InputError(
             f"--between {effect}: no usual size of this effect is known; give a parameter set that has "
             "it"
         )
-    trial, guess, change = best
-    return trial, (
+    _, trial, guess, size, change = min(found, key=lambda f: f[0])
+    said = (
         f"{effect}: {_listed(guess)}, a usual size, which changes the displacement by "
-        f"{1e6 * change:.3g} µm rms"
+        f"{1e6 * size:.3g} µm rms"
     )
+    as_likely = [(abs(np.mean(c * change)), t) for off, t, *_, c in found if off < np.log(_AS_LIKELY)]
+    like, other = min(as_likely, key=lambda f: f[0], default=(1.0, None))
+    return trial, said, other if like < _UNLIKE else None
 
 
 def _from_bounds(effect: str, extent: Extent) -> list[dict[str, float]]:

@@ -43,7 +43,7 @@ _TILTS = -np.geomspace(1e-2, 1e3, 61)
 _DRAWS = 15
 _TINY = np.finfo(float).tiny
 #: Jacobians that are kept: those of the models on the last few voltages.
-_KEPT = 12
+_KEPT = 24
 #: Differences of so many half travels are those of runs on their way to infinity.
 _FAR = 1e3
 
@@ -163,7 +163,8 @@ class Ground:
         if len(self.hypotheses) < 2:
             return []
         others = [*self.hypotheses, *([self.neither] if self.neither else [])]
-        return [(a, b) for a in self.hypotheses for b in others if a is not b]
+        truths = [(h, t) for h in self.hypotheses for t in (h, *h.variants)]
+        return [(truth, b) for h, truth in truths for b in others if b is not h]
 
     @cached_property
     def probe(self) -> np.ndarray:
