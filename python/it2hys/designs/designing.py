@@ -324,7 +324,7 @@ class Search:
         for number, (family, count) in enumerate(zip(self.families, counts, strict=True)):
             sampler = qmc.LatinHypercube(family.size, seed=np.random.default_rng([self.seed, number]))
             points = sampler.random(count)
-            if family is FAMILIES["chirp"]:
+            if family.name == "chirp":
                 points[0] = _WHOLE_CHIRP
             for point in points:
                 least = tried[_REFINED - 1][0] if len(tried) >= _REFINED else -np.inf
