@@ -208,7 +208,8 @@ _TOLD = (
     "level. Every model is refitted to the prediction of every other; the distance is the difference "
     "that remains over the whole record, in units of the noise. A model that, refitted, does no more "
     "than a delay or another sampling would is one that the diagnosis refuses. Neither: the model with "
-    "none of these effects."
+    "none of these effects; one that is no better than that is told apart, too, for the diagnosis does "
+    "not consider it."
 )
 _DETERMINED = "Expected 95 % intervals, if the model is the right one."
 _WHITE = "The noise is assumed to be white, stationary and independent of the motion."
