@@ -289,6 +289,7 @@ def test_a_limit_at_either_end_of_the_voltage_is_as_likely():
     usual, other = next((h, *h.variants) for h in ground.hypotheses if h.name == "saturation")
     lower, upper = (p.parameters["saturation.minimum"] > 0.0 for p in (usual, other))
     assert lower != upper
+    assert "saturation.maximum" in usual.said.partition("is as likely")[0].rpartition("; ")[2]
     told = {(a.name, b.name) for a, b in ground.pairs}
     assert {(other.name, "lag"), (other.name, "neither")} < told
     assert not any(b.name == other.name or {a.own, b.own} == {("saturation",)} for a, b in ground.pairs)
@@ -414,6 +415,13 @@ def test_what_is_not_known_of_a_voltage_on_which_a_model_runs_away_is_said_so(gr
     truth, rival = pair(ground, "delay", "lag")
     nothing = ground.judged(truth, rival, Left(None, np.zeros(0, bool), False, np.empty((0, 0))))
     assert np.isnan(nothing.power) and probability(nothing.power) == "not known"
+
+
+def test_a_design_of_which_nothing_is_known_promises_nothing(found):
+    """Its file is JSON all the same."""
+    nothing = replace(found.separations[0], power=np.nan, score=-np.inf)
+    unknown = replace(found, separations=(nothing, *found.separations[1:]))
+    assert unknown.power == 0.0 and not unknown.decides
 
 
 def test_a_share_of_all_draws_has_an_error_too():

@@ -116,8 +116,11 @@ class Design:
 
     @property
     def power(self) -> float:
-        """Least probability of telling a pair of models apart; 1 where there is one alone."""
-        return worst(self.separations).power if self.separations else 1.0
+        """Least probability of telling a pair of models apart, 0 of one on which nothing is known.
+
+        Of one model alone it is 1.
+        """
+        return float(np.nan_to_num(worst(self.separations).power)) if self.separations else 1.0
 
     @property
     def decides(self) -> bool:

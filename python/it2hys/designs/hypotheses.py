@@ -36,7 +36,7 @@ _USUAL_NOISE = 5e-4
 _PROBE = 4000
 #: Sizes that are as likely are as large up to this factor; correlation from which on two effects act
 #: in the same way.
-_AS_LIKELY, _UNLIKE = 3.0, 0.9
+_AS_LIKELY, _ALIKE = 3.0, 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,9 +252,12 @@ def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str, Model | None
         f"{effect}: {_listed(guess)}, a usual size, which changes the displacement by "
         f"{1e6 * size:.3g} µm rms"
     )
-    as_likely = [(abs(np.mean(c * change)), t) for off, t, *_, c in found if off < np.log(_AS_LIKELY)]
-    like, other = min(as_likely, key=lambda f: f[0], default=(1.0, None))
-    return trial, said, other if like < _UNLIKE else None
+    as_likely = [f for f in found if f[0] < np.log(_AS_LIKELY)]
+    others = [(abs(np.mean(c * change)), t, g) for _, t, g, _, c in as_likely]
+    alike, other, guess = min(others, key=lambda f: f[0], default=(1.0, None, {}))
+    if alike >= _ALIKE:
+        return trial, said, None
+    return trial, f"{said}; {_listed(guess)} is as likely, and has to be told, too", other
 
 
 def _from_bounds(effect: str, extent: Extent) -> list[dict[str, float]]:

@@ -479,10 +479,8 @@ def above_chance(worse: np.ndarray, better: np.ndarray, spread: np.ndarray) -> f
 
     Parameters
     ----------
-    worse, better : ndarray, shape (M,)
-        Errors of both models without noise, in units of the noise.
-    spread : ndarray, shape (M, P)
-        As in `Left`.
+    worse, better, spread
+        As in `odds`.
 
     Returns
     -------

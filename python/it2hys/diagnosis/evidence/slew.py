@@ -22,10 +22,12 @@ from it2hys.model.effects.slew import EFFECT
 from it2hys.records.clues import Clues
 from it2hys.support.numerals import plain
 
-#: Share of all changes of the voltage that are smaller than those which a limit holds back at least.
+#: Share of all changes of the voltage that pass limits which hold back what is fast.
 _FEW = 0.3
-#: Share of the mean swing that a limit lets through at least; slower ones tried for a signature.
-_PASSED, _SLOWER = 0.3, 4
+#: Lowest limit that is tried, by the mean change of the voltage: less lets hardly any swing through.
+_PASSED = 0.3
+#: Limits below all of these changes that are tried for a signature.
+_SLOWER = 4
 
 
 class SlewEvidence(EffectEvidence):
@@ -91,7 +93,8 @@ def _changes(clues: Clues) -> np.ndarray:
 def _least(clues: Clues) -> float:
     """Return the lowest limit that records may show, V a sample.
 
-    Of steps that are held, all are faster than a limit that is not much slower than the mean.
+    A limit may be below all changes: where the voltage is held between its steps, the displacement then
+    takes several samples to follow each. Samples at which it is held count in the mean.
     """
     samples = sum(len(c.voltage) for c in clues.records)
     mean = float(np.sum(_changes(clues))) / samples
