@@ -70,9 +70,9 @@ class Search:
     )  # fmt: skip
     indispensable: float = _number(
         0.5, "share of the error",
-        "gain above which an addition is accepted though another effect's fit rests on its bounds "
-        "then; above it on fitted and held-out records, its signature and its gain are one test; above "
-        "it in both held-out errors, no share of it is asked of the training records",
+        "gain above which an addition is accepted though its own fit or another effect's rests on its "
+        "bounds then; above it on fitted and held-out records, its signature and its gain are one "
+        "test; above it in both held-out errors, no share of it is asked of the training records",
         "the larger part; 0.2 on a measured stage, where it was an artefact, and 0.94 on seed 63001, "
         "where it was a resonance",
     )  # fmt: skip

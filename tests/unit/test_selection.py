@@ -493,5 +493,6 @@ def test_what_was_accepted_on_the_way_says_why_it_is_not_in_the_end(effects, sai
     free = Comparison(1.0, 0.5, 1e-4, (0.4, 0.6))
     trial = Trial(frozenset(), "creep", free, same, same, True, False, 0.5)
     chosen = SimpleNamespace(effects=frozenset(effects))
-    verdict = SimpleNamespace(named=effects, groups=(), node=chosen)
+    search = SimpleNamespace(beyond={})
+    verdict = SimpleNamespace(named=effects, groups=(), node=chosen, search=search)
     assert _reason("creep", trial, verdict).startswith(said)

@@ -69,14 +69,18 @@ def bound_sentences(fit: ChainFit, effects: Sequence[str]) -> list[str]:
     effects : sequence of str
         Those that were named.
     """
-    values = fit.model.values
     return [
-        f"The fit of {effect} rests on the bound{'' if len(names) == 1 else 's'} of "
-        f"{_listed([_text(n, values[n]) for n in names])}: the records ask for more than this "
+        f"The fit of {effect} rests on the bound of {names}: the records ask for more than this "
         "effect may be, or do not determine it. Do not read its parameters as the stage's: they may "
         "make up for something else that the model lacks."
-        for effect, names in resting_on_bounds(fit, effects).items()
+        for effect, names in pressed_with_values(fit, effects).items()
     ]
+
+
+def pressed_with_values(fit: ChainFit, effects: Sequence[str]) -> dict[str, str]:
+    """Return by effect what rests on bounds, see `resting_on_bounds`, with the values, to be read."""
+    values, resting = fit.model.values, resting_on_bounds(fit, effects)
+    return {e: _listed([_text(n, values[n]) for n in names]) for e, names in resting.items()}
 
 
 def _text(name: str, value: float) -> str:

@@ -182,17 +182,29 @@ class _Session:
         given = None if self._model is None else first
         planned = tuple(e for e in self._planned if e not in (*first.effects, *not_tried))
         search = Search(bench, self._report_fit, not_tried, each, given, planned)
-        self._fits = 0
+        self._fits, begun = 0, (self._judging, self._has_offset)
+        chosen, node, fit, before = self._found(search, first, slower, base)
+        while beyond := search.beyond_bounds(node, fit):
+            search = search.anew_without(beyond)
+            self._judging, self._has_offset = begun
+            chosen, node, fit, before = self._found(search, first, slower, base)
+        self._progress(0.95, "assessment")
+        return self._timed("assessment", self._assess, before, bench, search, chosen, node, fit)
+
+    def _found(
+        self, search: Search, first: Model, slower: Model, base: Model
+    ) -> tuple[Node, Node, ChainFit, Model]:
+        """Return what a search chose and settled on, and the last fits of that and of the base."""
         chosen = self._timed("search", search.run, first, slower)
         if self._inseparable:
             chosen = search.shown_beside(chosen, self._inseparable)
         node = search.settled(chosen)
         rivals = [chosen, *search.rivals] if search.rivals else []
         others = [*self._on_the_way(search, node), *rivals]
-        fit, base, models = self._timed("final fit", self._finish, bench, node, base, others)
-        self._progress(0.95, "assessment")
+        ends = self._timed("final fit", self._finish, search.bench, node, base, others)
+        fit, before, models = ends
         self._of_whole_records = dict(zip(others, models, strict=True))
-        return self._timed("assessment", self._assess, base, bench, search, chosen, node, fit)
+        return chosen, node, fit, before
 
     def _open(self, which: Callable[[EffectEvidence], bool]) -> tuple[str, ...]:
         """Return the effects of a kind of which the user has not said whether they are there."""
@@ -202,7 +214,7 @@ class _Session:
     def _timed(self, name: str, phase: Callable, *arguments: object):
         start = time.perf_counter()
         result = phase(*arguments)
-        self._seconds[name] = time.perf_counter() - start
+        self._seconds[name] = self._seconds.get(name, 0.0) + time.perf_counter() - start
         return result
 
     # --- the model to start from -----------------------------------------------------------------

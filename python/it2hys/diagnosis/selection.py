@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 from scipy.stats import chi2, combine_pvalues
 
-from it2hys.diagnosis.bounds import resting_on_bounds, touching_bounds
+from it2hys.diagnosis.bounds import pressed_with_values, resting_on_bounds, touching_bounds
 from it2hys.diagnosis.chances import BEAM, DEPTH, Gains, largest_chance, level, level_of_planned
 from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
@@ -96,6 +96,8 @@ class Search:
     planned : tuple of str
         Effects between which the records were designed to decide. Which comparisons these are was fixed
         before anything was measured: they share a part of the budget, and all others the rest.
+    beyond : mapping of str to str
+        Effects that are not tried any more, and why, see `beyond_bounds`.
     """
 
     bench: Bench
@@ -104,6 +106,7 @@ class Search:
     each: Callable[..., Iterable] = map
     given: Model | None = None
     planned: tuple[str, ...] = ()
+    beyond: Mapping[str, str] = field(default_factory=dict)
     trials: list[Trial] = field(default_factory=list)
     nodes: dict[frozenset[str], Node] = field(default_factory=dict)
     rivals: list[Node] = field(default_factory=list)
@@ -279,7 +282,7 @@ class Search:
     def _additions(self, node: Node) -> list[str]:
         rules = sum(a.startswith(RULE) for a in node.added)
         return [
-            *(e for e in EFFECTS if e not in (*node.fit.model.effects, *self.excluded)),
+            *(e for e in EFFECTS if e not in (*node.fit.model.effects, *self.excluded, *self.beyond)),
             *([RULE if rules == 0 else f"{RULE} {rules + 1}"] if rules < 2 else []),
         ]
 
@@ -529,6 +532,28 @@ class Search:
         ):
             self.rivals = []
         return node
+
+    def beyond_bounds(self, node: Node, last: ChainFit) -> dict[str, str]:
+        """Return the least effect found that the last fit presses against bounds, with its parameters.
+
+        At such a size it is not in a stage, and makes up for something else. One without which most of
+        the error stays is there. Others may be pressed because of the least: one goes at a time.
+        """
+        pressed = pressed_with_values(last, sorted(node.effects))
+        gains = {}
+        for effect in pressed:
+            other = Gains.of(self._with_only(node, node.effects - {effect}).errors, node.errors)
+            gains[effect] = max(other.free.gain, other.band.gain)
+        least = min(gains, key=lambda e: gains[e], default="")
+        if not least or gains[least] > SEARCH.indispensable:
+            return {}
+        return {least: pressed[least]}
+
+    def anew_without(self, beyond: Mapping[str, str]) -> Search:
+        """Return a search of the same kind without effects; how they were tried is kept."""
+        beyond = {**self.beyond, **beyond}
+        trials = [t for t in self.trials if t.addition in beyond]
+        return replace(self, beyond=beyond, trials=trials, nodes={}, rivals=[])
 
     def shown_beside(self, chosen: Node, others: Sequence[str]) -> Node:
         """Return the chosen model without the effects that it needs in place of others.
