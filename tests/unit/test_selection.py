@@ -481,7 +481,9 @@ def test_a_large_gain_that_is_refused_is_not_called_chance(p_value, fitted, said
     same = Comparison(1.0, 1.0, 0.5, (-0.1, 0.1))
     free = Comparison(1.0, 0.1, p_value, (0.8, 0.95))
     trial = Trial(frozenset(), "slew", free, same, same, False, False, fitted)
-    assert _reason("slew", trial, SimpleNamespace(named=(), groups=())).startswith(said)
+    assert _reason(
+        "slew", trial, SimpleNamespace(named=(), groups=(), search=SimpleNamespace(beyond={}))
+    ).startswith(said)
 
 
 @pytest.mark.parametrize(
