@@ -284,6 +284,22 @@ def test_rules_are_sought_anew_with_all_terms(monkeypatch):
     assert sought == [3, 5]
 
 
+def test_rules_are_sought_anew_at_the_noise_too(monkeypatch):
+    """A fit within 2 % of the noise was a poorer optimum, at twice the noise on some test records."""
+    poorer, better = (
+        SimpleNamespace(minimum=SimpleNamespace(cost=c), model=SimpleNamespace(effects=()))
+        for c in (1.02, 1.0)
+    )
+    left = errors(1.0, 1.0)
+    bench = SimpleNamespace(
+        leaves_noise=lambda fit: True,
+        reshaped=lambda model, each: better,
+        preferred=lambda fits: min(fits, key=lambda f: f.minimum.cost),
+    )
+    monkeypatch.setattr(refinement, "node_of", lambda bench, added, fit: Node(added, fit, left))
+    assert refinement.refined(bench, Node(frozenset(), poorer, left)).fit is better
+
+
 def test_of_several_ways_to_have_more_terms_the_one_that_predicts_best_is_taken(monkeypatch):
     """Creep: a slower term gained a tenth of the error, all terms spread anew the half."""
     begun, variants = of_terms(3), [SimpleNamespace(error=e) for e in (0.9, 0.5, 1.1)]

@@ -174,9 +174,7 @@ def _with_more_elements(bench: Bench, node: Node, effect: str) -> Node:
 
 
 def _with_rules_anew(bench: Bench, node: Node, each: Callable | None) -> Node:
-    """Return the model with rules sought anew where it fits better, unless it leaves but noise."""
-    if bench.leaves_noise(node.fit):
-        return node
+    """Return the model with rules sought anew where it fits better."""
     fit = bench.preferred([node.fit, bench.reshaped(node.fit.model, each)])
     if fit is node.fit:
         return node
