@@ -14,7 +14,7 @@ SCENARIO = Path(__file__).parents[2] / "scenarios" / "next_experiment.toml"
 
 def shortened(text: str) -> str:
     """Return the scenario with shorter records."""
-    short = text.replace("duration = 0.3", "duration = 0.15")
+    short = text.replace("duration = 0.4", "duration = 0.15")
     short = short.replace("duration = 0.2\n\n", "duration = 0.12\n\n", 1)
     assert short.count("\n") == text.count("\n") and short != text
     return short

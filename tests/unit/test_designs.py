@@ -3,6 +3,7 @@
 import itertools
 import json
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 from unittest.mock import Mock
 
@@ -15,7 +16,7 @@ from scipy.optimize import brentq
 from scipy.stats import norm
 
 from it2hys.designs.checking import Simulated, simulate_pair
-from it2hys.designs.designing import PAPER, Search, design, paper_signal, probability
+from it2hys.designs.designing import CHIRP, PAPER, Search, design, paper_signal, probability
 from it2hys.designs.families import FAMILIES
 from it2hys.designs.hypotheses import between, question_of, question_of_report, question_of_set
 from it2hys.designs.limits import Limits, Wanted, limits_of
@@ -290,15 +291,57 @@ def test_a_limit_at_either_end_of_the_voltage_is_as_likely():
     lower, upper = (p.parameters["saturation.minimum"] > 0.0 for p in (usual, other))
     assert lower != upper
     assert "saturation.maximum" in usual.said.partition("is as likely")[0].rpartition("; ")[2]
-    told = {(a.name, b.name) for a, b in ground.pairs}
+    told = {(a.name, b.name) for a, b in ground.sought}
     assert {(other.name, "lag"), (other.name, "neither")} < told
-    assert not any(b.name == other.name or {a.own, b.own} == {("saturation",)} for a, b in ground.pairs)
+    assert not any(
+        b.name == other.name or {a.own, b.own} == {("saturation",)} for a, b in ground.sought
+    )
     # of the middle of the range, none of them tells anything
     middle = 55.0 + 20.0 * np.sin(np.linspace(0.0, 12.0 * np.pi, ground.limits.samples))
     assert all(
         ground.judged(t, ground.neither, ground.left_over(t, ground.neither, middle)).power < 0.2
         for t in (usual, other)
     )
+
+
+def test_half_and_twice_of_a_usual_size_are_truths_too(ground):
+    """A delay of half of what was assumed was promised to be told, and stayed open with a lag."""
+    delay = next(h for h in ground.hypotheses if h.name == "delay")
+    half, twice = (s.parameters["delay.time"] / delay.parameters["delay.time"] for s in delay.sizes)
+    assert 0.35 < half < 0.75 and 1.4 < twice < 2.9
+    assert {a.name for a, _ in ground.sought} > {delay.name, delay.sizes[0].name}
+    assert " and ".join(s.name.removeprefix("delay of ") for s in delay.sizes) in delay.said
+
+
+@pytest.mark.parametrize("effect", ["play", "creep"])
+def test_what_has_terms_has_sizes_too(effect):
+    """All strengths change together, none beyond what there may be of it."""
+    usual = next(h for h in between(table_1(), [effect, "lag"], NOISE).hypotheses if h.name == effect)
+    strengths = {"play": "play[%d].weight", "creep": "creep[%d].gain"}[effect]
+    ratios = [
+        {s.parameters[strengths % i] / usual.parameters[strengths % i] for i in (1, 2, 3)}
+        for s in usual.sizes
+    ]
+    assert ratios and all(max(r) == pytest.approx(min(r)) for r in ratios)
+    assert min(ratios[0]) == pytest.approx(0.5, rel=0.2)
+
+
+def test_a_size_within_a_sample_is_no_truth():
+    slow = table_1().replace(sampleTime=1e-3)
+    delay = between(slow, ["delay", "lag"], NOISE).hypotheses[0]
+    assert all(s.parameters["delay.time"] > 1e-3 for s in delay.sizes)
+
+
+def test_a_promise_is_the_mean_of_those_for_all_sizes(ground):
+    loud = Ground(replace(ground.question, noise=12.0 * NOISE), ground.limits)
+    search = Search(loud.question, loud.limits, [FAMILIES["steps"]], 0, True, silent)
+    voltage = FAMILIES["steps"].voltage(np.array([0.3, 0.6, 0.5, 0.5, 0.0]), loud.limits)
+    (promised,) = (s for s in search._separations(voltage) if (s.truth, s.rival) == ("delay", "lag"))
+    usual, rival = pair(loud, "delay", "lag")
+    powers = [
+        search._judged((t, rival), partial(search._left, voltage)).power for t in (usual, *usual.sizes)
+    ]
+    assert powers[1] < powers[2] and promised.power == pytest.approx(np.mean(powers))
 
 
 def test_power_falls_with_the_noise_and_is_a_test_level_without_a_difference(ground):
@@ -441,7 +484,7 @@ def worth_of(scores):
     """Return what a record is worth that tells pairs so well."""
     search = Search(None, limits(), [], 0, False, silent)
     search.ground = SimpleNamespace(
-        pairs=[(name, Mock(own=())) for name in scores],
+        sought=[(name, Mock(own=())) for name in scores],
         neither=None,
         is_taken=lambda voltage: True,
         information=lambda voltage: 0.0,
@@ -468,6 +511,14 @@ def test_a_design_decides_by_more_than_the_papers_signal(found):
     assert len(found.voltage) == 1200 and found.limits.holds(found.voltage)
     assert "delay from lag" in found.sentences[0] and "Play this record" in found.sentences[0]
     assert all(s.told == s.draws == 2 for s in found.simulated)
+
+
+@pytest.mark.parametrize(("power", "said"), [(0.95, True), (0.5, False), (np.nan, False)])
+def test_a_usual_signal_that_decides_too_is_said(found, power, said):
+    """Where noise is small a chirp tells as much, and is simpler to play."""
+    chirp = tuple(replace(s, power=power) for s in found.others[CHIRP])
+    text = replace(found, others={CHIRP: chirp}).sentences[0]
+    assert ("Of the same length, a chirp (0.95) would decide, too." in text) == said
 
 
 def test_a_design_says_what_its_parameters_will_be_known_to(found):

@@ -62,14 +62,16 @@ def record_of(ground: Ground, truth: Hypothesis, voltage: np.ndarray, seed: int)
 
 
 def simulate_pair(
-    ground: Ground, truth: Hypothesis, rival: Hypothesis, voltage: np.ndarray, draws: int, seed: int
+    ground: Ground, usual: Hypothesis, rival: Hypothesis, voltage: np.ndarray, draws: int, seed: int
 ) -> Simulated:
     """Refit both models to noisy records of one, and compare them as the diagnosis does.
 
-    A rival that is no better than the model without the effects is not taken into account.
+    The records are in turn of all sizes of its effect that are as likely. A rival that is no better
+    than the model without the effects is not taken into account.
     """
-    told = 0
+    told, sizes = 0, (usual, *usual.sizes)
     for i in range(draws):
+        truth = sizes[i % len(sizes)]
         record = record_of(ground, truth, voltage, seed + i)
         traces, deciding = set_aside([to_trace(prepare(record), "train", False)])
         bench = Bench(traces, ground.scaling, ground.extent, deciding, True)
@@ -82,7 +84,7 @@ def simulate_pair(
             or gains.tell(bench.least_inverse_error(other))
             or _is_rejected(ground, truth, bench, other)
         )
-    return Simulated(truth.name, rival.name, told, draws)
+    return Simulated(usual.name, rival.name, told, draws)
 
 
 def _is_rejected(ground: Ground, truth: Hypothesis, bench: Bench, other: Model) -> bool:
@@ -96,19 +98,22 @@ def _is_rejected(ground: Ground, truth: Hypothesis, bench: Bench, other: Model) 
 
 def diagnose_records(
     ground: Ground,
-    truth: Hypothesis,
+    usual: Hypothesis,
     voltage: np.ndarray,
     draws: int,
     seed: int,
     each: Callable[[str], None] = lambda text: None,
 ) -> Simulated:
-    """Diagnose noisy records of a model from the one without the effects; count its name alone."""
+    """Diagnose noisy records of a model from the one without the effects; count its name alone.
+
+    The records are in turn of all sizes of its effect that are as likely.
+    """
     assert ground.neither is not None
-    told = 0
+    told, sizes = 0, (usual, *usual.sizes)
     for i in range(draws):
-        each(f"diagnosis of a simulated record of {truth.name}, {i + 1} of {draws}")
-        record = record_of(ground, truth, voltage, seed + i)
+        each(f"diagnosis of a simulated record of {usual.name}, {i + 1} of {draws}")
+        record = record_of(ground, sizes[i % len(sizes)], voltage, seed + i)
         names = [h.name for h in ground.hypotheses]
         found = diagnose([record], model=ground.neither.parameters, planned=names)
-        told += {*found.effects} == {*truth.own}
-    return Simulated(truth.name, "all others", told, draws, "diagnosis")
+        told += {*found.effects} == {*usual.own}
+    return Simulated(usual.name, "all others", told, draws, "diagnosis")

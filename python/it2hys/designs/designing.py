@@ -138,7 +138,8 @@ class Design:
             ]
         told = f"{told_apart(self.names)} with probability {probability(self.power)}"
         if self.decides:
-            return [f"Play this record: {self.words}. It tells {told} at a noise of {noise}."]
+            found = f"Play this record: {self.words}. It tells {told} at a noise of {noise}."
+            return [" ".join([found, *self._as_good])]
         bad = worst(self.separations)
         rival = "the model with none of them" if bad.rival == NEITHER else bad.rival
         return [
@@ -147,6 +148,13 @@ class Design:
             f"{bad.truth} by {bad.distance:.3g} times the noise over the whole record.",
             *self.needed,
         ]
+
+    @property
+    def _as_good(self) -> list[str]:
+        """Return a sentence on the usual signals that decide, too, if there are any."""
+        known = {n: worst(self.others[n]).power for n in (CHIRP, PAPER) if n in self.others}
+        decide = [f"{n} ({probability(p)})" for n, p in known.items() if p >= DESIGN.decides]
+        return [f"Of the same length, {' or '.join(decide)} would decide, too."] if decide else []
 
 
 def probability(value: float | None) -> str:
@@ -268,13 +276,8 @@ class Search:
 
     @cached_property
     def _pairs(self) -> list[tuple[Hypothesis, Hypothesis]]:
-        """All pairs, first the one that the record before told least."""
-        return list(self.ground.pairs)
-
-    @cached_property
-    def _usual_pairs(self) -> list[tuple[Hypothesis, Hypothesis]]:
-        """Pairs whose truth has the parameters that are shown."""
-        return [pair for pair in self.ground.pairs if pair[0] in self.ground.hypotheses]
+        """All pairs that a record is sought for, first the one that the record before told least."""
+        return list(self.ground.sought)
 
     @cached_property
     def _lefts(self) -> dict[tuple[str, str, bytes], Left]:
@@ -418,20 +421,23 @@ class Search:
     def _separations(self, voltage: np.ndarray, quieter: float = 1.0) -> tuple[Separation, ...]:
         """Return how well a record tells every pair, at a noise that is so many times smaller.
 
-        Of parameters that are as likely the ones count by which it is told least.
+        The probability is the mean of those of all sizes that are as likely; of other parameters that
+        are, the ones count by which it is told least.
         """
         left = partial(self._left, voltage)
-        found: dict[tuple, list[Separation]] = {}
+        found = []
         for truth, rival in self.ground.pairs:
-            those = found.setdefault((truth.own, rival.own), [])
-            those.append(self._judged((truth, rival), left, quieter))
-        return tuple(replace(worst(those), truth=those[0].truth) for those in found.values())
+            usual, *others = (self._judged((t, rival), left, quieter) for t in (truth, *truth.sizes))
+            mean = float(np.mean([s.power for s in (usual, *others)]))
+            kinds = [self._judged((t, rival), left, quieter) for t in truth.variants]
+            found.append(replace(worst([replace(usual, power=mean), *kinds]), truth=truth.name))
+        return tuple(found)
 
     def _left_over(self, voltage: np.ndarray) -> dict[str, np.ndarray]:
         """Return what rivals leave of each other's readings."""
         courses = {
             f"{b.name} refitted, less {a.name}": self._left(voltage, a, b).course
-            for a, b in self._usual_pairs
+            for a, b in self.ground.pairs
             if b.own
         }
         return {name: course for name, course in courses.items() if course is not None}
@@ -505,7 +511,7 @@ class Search:
 
     def _simulated(self, voltage: np.ndarray, draws: int, checked: int) -> tuple[Simulated, ...]:
         """Return how often simulated records tell the models apart."""
-        pairs = [(a, b) for a, b in self._usual_pairs if b.own] if draws else []
+        pairs = [(a, b) for a, b in self.ground.pairs if b.own] if draws else []
         results = []
         for i, (a, b) in enumerate(pairs):
             self.progress(0.75 + 0.2 * i / len(pairs), f"simulated records of {a.name}")

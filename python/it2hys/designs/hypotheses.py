@@ -37,6 +37,13 @@ _PROBE = 4000
 #: Sizes that are as likely are as large up to this factor; correlation from which on two effects act
 #: in the same way.
 _AS_LIKELY, _ALIKE = 3.0, 0.9
+#: Factors by which guesses are made weaker or stronger.
+_SCALES = (0.25, 0.5, 2.0)
+#: Shares of the bound that are guessed of what a fit begins with at none.
+_SHARES = 0.1 * np.geomspace(0.01, 1.0, 7)
+#: Other sizes for which a promise is made, by the usual one; log of the ratio by which
+#: one may differ from that.
+_OTHER_SIZES, _NEAR = (0.5, 2.0), float(np.log(1.4))
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +63,8 @@ class Hypothesis:
         Effects of the name; none of the model without them.
     variants : tuple of Hypothesis
         The same with other parameters that are as likely and act otherwise.
+    sizes : tuple of Hypothesis
+        The same of about half the size, and of twice, where they are as likely.
     """
 
     name: str
@@ -64,6 +73,7 @@ class Hypothesis:
     said: str = ""
     own: tuple[str, ...] = ()
     variants: tuple[Hypothesis, ...] = ()
+    sizes: tuple[Hypothesis, ...] = ()
 
     @cached_property
     def model(self) -> Model:
@@ -81,8 +91,10 @@ class Hypothesis:
         """Return the model at long rest at a voltage, V."""
         clear = {n: 0.0 for n in by_record() if n not in of_reading() and n != "initialDisplacement"}
         rested = resting(self.parameters.replace(**clear), voltage)
-        variants = tuple(v.at_rest(voltage) for v in self.variants)
-        return replace(self, parameters=rested, variants=variants)
+        variants, sizes = (
+            tuple(other.at_rest(voltage) for other in others) for others in (self.variants, self.sizes)
+        )
+        return replace(self, parameters=rested, variants=variants, sizes=sizes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,22 +177,17 @@ def between(parameters: ParameterSet, effects: Sequence[str], noise: float | Non
     model = whole.model
     for effect in (e for e in effects if e in here):
         model = without_effect(model, effect)
-    neither = _hypothesis(NEITHER, model, parameters, "the model without any of them", ())
+    neither = _hypothesis(NEITHER, model, "the model without any of them", ())
     hypotheses = []
     for effect in effects:
-        likely: Model | None = None
         if effect in here:
             own = whole.model
             for other in (e for e in effects if e in here and e != effect):
                 own = without_effect(own, other)
             said = f"{effect}: as in the parameter set"
+            hypotheses.append(_hypothesis(effect, own, said, (effect,)))
         else:
-            own, said, likely = _typical(neither, effect)
-        hypothesis = _hypothesis(effect, own, parameters, said, (effect,))
-        if likely:
-            variant = _hypothesis(f"{effect} otherwise", likely, parameters, said, (effect,))
-            hypothesis = replace(hypothesis, variants=(variant,))
-        hypotheses.append(hypothesis)
+            hypotheses.append(_typical(neither, effect))
     told = [h.said for h in hypotheses]
     if noise is None:
         noise, text = _usual_noise(parameters)
@@ -188,9 +195,7 @@ def between(parameters: ParameterSet, effects: Sequence[str], noise: float | Non
     return Question(tuple(hypotheses), neither, noise, said=tuple(told))
 
 
-def _hypothesis(
-    name: str, model: Model, parameters: ParameterSet, said: str, own: tuple[str, ...]
-) -> Hypothesis:
+def _hypothesis(name: str, model: Model, said: str, own: tuple[str, ...]) -> Hypothesis:
     return Hypothesis(name, tuple(model.effects), _set_of(model, name).validate(), said, own)
 
 
@@ -201,19 +206,82 @@ def _set_of(model: Model, name: str) -> ParameterSet:
     return ParameterSet(values, name)
 
 
-def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str, Model | None]:
-    """Return the model with an effect of a usual size, what it is, and one with another such effect.
+def _typical(neither: Hypothesis, effect: str) -> Hypothesis:
+    """Return the model with an effect of a usual size, and with others that are as likely.
 
     Of the guesses that a fit would begin with it is the one whose change of the displacement is nearest
-    to a usual share of the travel. The other one's change is about as large, and the least like it: a
-    voltage is limited at its other end, or something slow is slower.
+    to a usual share of the travel. Others change it alike, by about half of that or twice. The change
+    of one more is about as large, and the least like it: a voltage is limited at its other end, or
+    something slow is slower.
     """
-    model, evidence = neither.model, EVIDENCE[effect]
+    evidence = EVIDENCE[effect]
     if evidence.channel == "force":
         raise InputError(
             f"--between {effect}: it shows only in records with a {evidence.channel} column; no "
             "voltage decides it"
         )
+    wanted, guessed = _guessed(neither, effect)
+    if not guessed:
+        raise InputError(
+            f"--between {effect}: no usual size of this effect is known; give a parameter set that has "
+            "it"
+        )
+    usual = min(guessed, key=lambda g: g.beyond(wanted))
+    said = (
+        f"{effect}: {_listed(usual.values)}, a usual size, which changes the displacement by "
+        f"{1e6 * usual.size:.3g} µm rms"
+    )
+    alike = [g for g in guessed if g.is_like(usual) >= _ALIKE]
+    seen = [g for g in alike if not evidence.is_within_a_sample(g.model.values)]
+    sizes = [g for factor in _OTHER_SIZES for g in _nearest(seen, factor * usual.size)]
+    if sizes:
+        said += f"; it has to be told at {' and '.join(f'{1e6 * g.size:.3g} µm' for g in sizes)}, too"
+    as_likely = [g for g in guessed if g.beyond(wanted) < np.log(_AS_LIKELY)]
+    other = min([usual, *as_likely], key=lambda g: g.is_like(usual))
+    kinds = [] if other.is_like(usual) >= _ALIKE else [other]
+    if kinds:
+        said += f"; {_listed(other.values)} is as likely, and has to be told, too"
+    found = _hypothesis(effect, usual.model, said, (effect,))
+    return replace(
+        found,
+        variants=tuple(_hypothesis(f"{effect} otherwise", g.model, said, (effect,)) for g in kinds),
+        sizes=tuple(
+            _hypothesis(f"{effect} of {1e6 * g.size:.3g} µm", g.model, said, (effect,)) for g in sizes
+        ),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Guess:
+    """A model with an effect, the values it was given, and by what it changes the displacement.
+
+    Parameters
+    ----------
+    model : Model
+    values : Mapping
+    size : float
+        Root of the mean square of the change, m.
+    change : ndarray, shape (N,)
+        In units of that.
+    """
+
+    model: Model
+    values: Mapping[str, float]
+    size: float
+    change: np.ndarray
+
+    def is_like(self, other: _Guess) -> float:
+        """Return how alike two changes are, from 0 to 1: their correlation, whatever the sign."""
+        return abs(float(np.mean(self.change * other.change)))
+
+    def beyond(self, wanted: float) -> float:
+        """Return the log of the ratio to a wanted size, m, whichever is larger."""
+        return abs(float(np.log(self.size / wanted)))
+
+
+def _guessed(neither: Hypothesis, effect: str) -> tuple[float, list[_Guess]]:
+    """Return a usual size, m, and models with what a fit of an effect begins with."""
+    model, evidence = neither.model, EVIDENCE[effect]
     low, high = neither.parameters.voltage_range
     sample_time = neither.parameters["sampleTime"]
     shape = identification(np.arange(_PROBE) * 1e-4)
@@ -228,11 +296,11 @@ def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str, Model | None
         zero=neither.parameters["displacementZero"],
     )
     clue = Clue(voltage, drive.force, drive.temperature, run, np.zeros(_PROBE), np.ones(_PROBE, bool))
-    trace = trace_of(voltage, run, 0.0, sample_time)
-    wanted = DESIGN.typical * float(np.ptp(run))
-    found = []
-    for guess in [*evidence.guesses(Clues(extent, [clue])), *_from_bounds(effect, extent)]:
-        trial = with_effect(model, effect, guess, extent)
+    trace, found = trace_of(voltage, run, 0.0, sample_time), []
+    guesses = evidence.guesses(Clues(extent, [clue]))
+    guesses = [*guesses, *_scaled(effect, guesses, extent), *_from_bounds(effect, extent)]
+    for values in guesses:
+        trial = with_effect(model, effect, values, extent)
         if gain := evidence.gain_at_rest(trial.values):
             moved = behind_gain(trial, gain, [trace])
             # a core moved beyond what can be inverted is none of a stage
@@ -241,30 +309,36 @@ def _typical(neither: Hypothesis, effect: str) -> tuple[Model, str, Model | None
             change = trial.predict(trace, 0) - run
             size = float(np.sqrt(np.mean(change**2)))
         if size > 0.0 and np.isfinite(size):
-            found.append((abs(np.log(size / wanted)), trial, guess, size, change / size))
-    if not found:
-        raise InputError(
-            f"--between {effect}: no usual size of this effect is known; give a parameter set that has "
-            "it"
-        )
-    _, trial, guess, size, change = min(found, key=lambda f: f[0])
-    said = (
-        f"{effect}: {_listed(guess)}, a usual size, which changes the displacement by "
-        f"{1e6 * size:.3g} µm rms"
-    )
-    as_likely = [f for f in found if f[0] < np.log(_AS_LIKELY)]
-    others = [(abs(np.mean(c * change)), t, g) for _, t, g, _, c in as_likely]
-    alike, other, guess = min(others, key=lambda f: f[0], default=(1.0, None, {}))
-    if alike >= _ALIKE:
-        return trial, said, None
-    return trial, f"{said}; {_listed(guess)} is as likely, and has to be told, too", other
+            found.append(_Guess(trial, values, size, change / size))
+    return DESIGN.typical * float(np.ptp(run)), found
+
+
+def _nearest(guesses: Sequence[_Guess], wanted: float) -> list[_Guess]:
+    """Return the guess whose size is nearest to a wanted one, m; none where it is not near."""
+    near = [g for g in guesses if g.beyond(wanted) < _NEAR]
+    return sorted(near, key=lambda g: g.beyond(wanted))[:1]
+
+
+def _scaled(
+    effect: str, guesses: Sequence[Mapping[str, float]], extent: Extent
+) -> list[dict[str, float]]:
+    """Return guesses with other strengths: of what makes no effect at 0, which is its least value."""
+    starts = EFFECTS[effect].starts(extent)
+    most = {n: s.high for n, s in starts.items() if s.low == 0.0 < s.value and not s.of_sampling}
+    return [
+        {**guess, **scaled}
+        for guess in guesses
+        for factor in _SCALES
+        if (scaled := {n: factor * guess[n] for n in most if n in guess})
+        and all(value <= most[n] for n, value in scaled.items())
+    ]
 
 
 def _from_bounds(effect: str, extent: Extent) -> list[dict[str, float]]:
-    """Return values a twentieth of the way to their bound, of what a fit begins with at none."""
+    """Return values a little of the way to their bound, of what a fit begins with at none."""
     starts = EFFECTS[effect].starts(extent)
     names = [n for n, s in starts.items() if s.value == 0.0 and n not in by_record()]
-    return [{n: share * starts[n].high for n in names} for share in (0.01, 0.02, 0.05)] if names else []
+    return [{n: share * starts[n].high for n in names} for share in _SHARES] if names else []
 
 
 def _listed(values: Mapping[str, float]) -> str:
@@ -273,7 +347,7 @@ def _listed(values: Mapping[str, float]) -> str:
     shown = [
         f"{n} = {v:.3g}" + ("" if known[n].type.unit == "1" else f" {known[n].type.unit}")
         for n, v in values.items()
-        if known[n].group is None and known[n].type.base == "Real"
+        if v and known[n].group is None and known[n].type.base == "Real"
     ] or [f"{n} = {v:.3g}" for n, v in list(values.items())[:4]]
     return ", ".join(shown[:3])
 

@@ -159,12 +159,19 @@ class Ground:
 
     @cached_property
     def pairs(self) -> list[tuple[Hypothesis, Hypothesis]]:
-        """Those that may be the truth, each with all others that it has to be told from."""
+        """The rivals, each with all others that it has to be told from."""
         if len(self.hypotheses) < 2:
             return []
         others = [*self.hypotheses, *([self.neither] if self.neither else [])]
-        truths = [(h, t) for h in self.hypotheses for t in (h, *h.variants)]
-        return [(truth, b) for h, truth in truths for b in others if b is not h]
+        return [(truth, rival) for truth in self.hypotheses for rival in others if rival is not truth]
+
+    @cached_property
+    def sought(self) -> list[tuple[Hypothesis, Hypothesis]]:
+        """The pairs that a record is to tell: the rivals smaller and of other kinds are truths, too.
+
+        What is twice as large as usual is told the best.
+        """
+        return [(t, rival) for h, rival in self.pairs for t in (h, *h.sizes[:1], *h.variants)]
 
     @cached_property
     def probe(self) -> np.ndarray:
@@ -196,12 +203,14 @@ class Ground:
 
     @cached_property
     def _starts(self) -> dict[tuple[str, str], Model]:
-        """Of every pair the rival refitted to what the truth makes of the probe."""
-        return {(a.name, b.name): self._imitation(a, b) for a, b in self.pairs}
+        return {}
 
     def start(self, truth: Hypothesis, rival: Hypothesis) -> Model:
         """Return a rival as it is when refitted to what the truth makes of the probe."""
-        return self._starts[truth.name, rival.name]
+        key = truth.name, rival.name
+        if key not in self._starts:
+            self._starts[key] = self._imitation(truth, rival)
+        return self._starts[key]
 
     def reading(self, hypothesis: Hypothesis, voltage: np.ndarray) -> np.ndarray:
         """Return what a model reads on a voltage, (N,), without noise, m."""
