@@ -34,6 +34,8 @@ _COARSE_REFITS, _COARSE_FEWEST, _COARSE_MOST = 120, 24, 36
 _ENOUGH, _OF_PARAMETERS = 2.0 * float(np.log(5.0)), 0.1
 #: Score below which a pair shows less than half of what it would have to.
 _HOPELESS = -2.0 * float(np.log(2.0))
+#: Power that is no less for a larger effect.
+_CERTAIN = 0.999
 #: Share of the records that are spread over the families; the rest refines the best ones.
 _SPREAD = 0.6
 #: Records that are refined, and that are promised thoroughly.
@@ -427,11 +429,25 @@ class Search:
         left = partial(self._left, voltage)
         found = []
         for truth, rival in self.ground.pairs:
-            usual, *others = (self._judged((t, rival), left, quieter) for t in (truth, *truth.sizes))
+            usual, *others = self._of_sizes(truth, rival, left, quieter)
             mean = float(np.mean([s.power for s in (usual, *others)]))
             kinds = [self._judged((t, rival), left, quieter) for t in truth.variants]
             found.append(replace(worst([replace(usual, power=mean), *kinds]), truth=truth.name))
         return tuple(found)
+
+    def _of_sizes(
+        self, truth: Hypothesis, rival: Hypothesis, left: Callable[..., Left], quieter: float
+    ) -> list[Separation]:
+        """Return how well a record tells an effect of the usual size, and of the others.
+
+        Where it tells the smaller one for certain, it tells the larger one.
+        """
+        found = [self._judged((truth, rival), left, quieter)]
+        for other in truth.sizes:
+            if len(found) > 1 and min(s.power for s in found) > _CERTAIN:
+                break
+            found.append(self._judged((other, rival), left, quieter))
+        return found
 
     def _left_over(self, voltage: np.ndarray) -> dict[str, np.ndarray]:
         """Return what rivals leave of each other's readings."""
