@@ -67,6 +67,7 @@ def test_the_page_says_first_what_to_play(folder):
     first = page[page.index("<h3>") :]
     assert first.index("What to play") < first.index("Play this record") < first.index("What it tells")
     assert "tells delay from lag with probability" in first
+    assert "at other sizes of its effect" in first and "it has to be told at" in page
 
 
 def test_the_record_measured_has_the_name_that_was_promised(folder, tmp_path, capsys):

@@ -209,7 +209,8 @@ _TOLD = (
     "that remains over the whole record, in units of the noise. A model that, refitted, does no more "
     "than a delay or another sampling would is one that the diagnosis refuses. Neither: the model with "
     "none of these effects; one that is no better than that is told apart, too, for the diagnosis does "
-    "not consider it."
+    "not consider it. Where a model is to be told at other sizes of its effect, too, this is the mean "
+    "for all of them."
 )
 _DETERMINED = "Expected 95 % intervals, if the model is the right one."
 _WHITE = "The noise is assumed to be white, stationary and independent of the motion."
