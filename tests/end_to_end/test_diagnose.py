@@ -379,7 +379,8 @@ def test_what_one_tone_cannot_tell_apart_is_said_with_the_record_that_would(tmp_
     assert group == ["delay", "lag", "play"]
     assert not {*group} & {*report["effects"]}
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert report["next"]["promise"][0].startswith("Play this record: ")
+    # within the rate of a slow sine a delay of half the usual size may be beyond any record
+    assert "tells delay, lag and play apart with probability" in report["next"]["promise"][0]
     assert "delay, lag and play apart with probability" in page
     assert report["next"]["command"] in page and (tmp_path / "out" / "next.png").is_file()
     # the sentence on what would do stands in for a design, and not beside it

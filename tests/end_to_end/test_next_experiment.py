@@ -33,9 +33,9 @@ def report_of(out):
 
 
 def test_the_effect_that_the_first_record_left_open_is_named_alone(out):
-    """The stand has hysteresis, which is play, and a curve, to which three rules bend the core."""
+    """The stand has hysteresis, which is play, and a curve, for which the core may bend enough."""
     report = report_of(out)
-    assert report["effects"] == ["play"]
+    assert {"play"} <= {*report["effects"]} <= {"play", "nonlinearity"}
     assert report["promised"]["told"] and report["promised"]["power"] >= 0.9
     assert set(report["promised"]["names"]) > {"play"}
     assert "could not decide between " in report["lead"]["texts"][0]
