@@ -32,8 +32,8 @@ def report_of(out):
     return json.loads((out / "report.json").read_text(encoding="utf-8"))
 
 
-def test_the_effect_that_the_first_record_left_open_is_named_alone(out):
-    """The stand has hysteresis, which is play, and a curve, for which the core may bend enough."""
+def test_the_effect_that_the_first_record_left_open_is_named_and_no_rival_of_it(out):
+    """The stand has hysteresis, which is play, and bends (`saturation`), for which the core may do."""
     report = report_of(out)
     assert {"play"} <= {*report["effects"]} <= {"play", "nonlinearity"}
     assert report["promised"]["told"] and report["promised"]["power"] >= 0.9

@@ -201,8 +201,7 @@ class _Session:
         node = search.settled(chosen)
         rivals = [chosen, *search.rivals] if search.rivals else []
         others = [*self._on_the_way(search, node), *rivals]
-        ends = self._timed("final fit", self._finish, search.bench, node, base, others)
-        fit, before, models = ends
+        fit, before, models = self._timed("final fit", self._finish, search.bench, node, base, others)
         self._of_whole_records = dict(zip(others, models, strict=True))
         return chosen, node, fit, before
 
