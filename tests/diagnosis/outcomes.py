@@ -123,21 +123,26 @@ def _rms(values: Sequence[float]) -> float:
 
 def run_case(case: Case, first: int) -> Outcome:
     """Diagnose one case, and fit a model told the truth; a failure of either is its outcome."""
+    outcome = diagnosed(case, first)
+    if outcome.failure or case.outside:
+        return outcome
+    try:
+        return replace(outcome, **_told_the_truth(case))
+    except Exception as error:
+        return replace(outcome, failure_of_truth=f"{type(error).__name__}: {error}")
+
+
+def diagnosed(case: Case, first: int) -> Outcome:
+    """Diagnose one case; a failure is its outcome."""
     kind = "outside" if case.outside else "+".join(case.undeclared) or "none"
     outcome = Outcome(case.name, kind, first, case.undeclared)
     try:
         outcome = replace(outcome, noise=case.noise_rms, cold=_from_cold_start(case))
         start = time.process_time()
         found = diagnose(case.train, case.validation, case.test, declared=case.declared)
-        outcome = replace(outcome, **_measured(case, found), cpu=time.process_time() - start)
+        return replace(outcome, **_measured(case, found), cpu=time.process_time() - start)
     except Exception as error:  # whatever it is, the suite goes on and the case counts as failed
         return replace(outcome, failure=f"{type(error).__name__}: {error}")
-    if case.outside:
-        return outcome
-    try:
-        return replace(outcome, **_told_the_truth(case))
-    except Exception as error:
-        return replace(outcome, failure_of_truth=f"{type(error).__name__}: {error}")
 
 
 def _from_cold_start(case: Case) -> tuple[bool, ...]:

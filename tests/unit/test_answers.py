@@ -71,6 +71,15 @@ def test_an_inverse_that_enlarges_noise_is_used_with_care():
     assert feedforward(report("test", (1.1, 0.5), (2.0, 2.0), noise=0.05))[0].startswith("Yes, ")
 
 
+@pytest.mark.parametrize(("latency", "told"), [(0.016, True), (1e-7, False)])
+def test_a_dead_time_is_told_where_it_shows_within_the_band(latency, told):
+    """A fit that ends at its least shift, a thousandth of a sample, waits for nothing."""
+    late = report("test", (1.1, 0.5), (0.9, 0.4))
+    late["error"]["after"]["one"]["inverse_delay_s"] = latency
+    said = any("no inverse makes up for that dead time" in text for text in feedforward(late))
+    assert said is told
+
+
 def test_the_pair_is_driven_no_farther_than_the_voltage_moves_the_stage():
     """A measured record of three axes: its inverse FMU refused to begin so far outside its range."""
     reading = 1e-5 * np.sin(np.arange(400))

@@ -76,6 +76,7 @@ def save(tmp_path):
         lambda text: text.replace(",", ";"),
         lambda text: text.replace(",", "\t"),
         lambda text: text.replace(",", ";").replace(".", ","),
+        lambda text: text.replace("\n0,", "\n0.0,").replace(",", ";").replace(".", ","),
         lambda text: text.replace("time_s,voltage_V", '"time_s","voltage_V"'),
         lambda text: text.replace(",", " , "),
         lambda text: text.replace("\n", ",ok\n").replace("um,ok", "um,remark"),
@@ -89,6 +90,7 @@ def save(tmp_path):
         "semicolon",
         "tab",
         "decimal comma",
+        "decimal comma in the first line",
         "quotes",
         "spaces",
         "text column",
@@ -212,6 +214,12 @@ BAD_FILES = {
         to_text(make_rows(), "time_s,Vin,displacement_um"),
         "line 1: no column for voltage; the header has 'time_s', 'Vin', 'displacement_um'. Name "
         "it voltage_V, or map it by --column voltage=NAME:V",
+    ),
+    "names of a rig's own": (
+        to_text(make_rows(), "t [s],u [V],x [um]"),
+        "line 1: no column for time, voltage, displacement; the header has 't [s]', 'u [V]', "
+        "'x [um]'. Name them time_s, voltage_V, displacement_um, or map them by "
+        "--column 'time=t [s]' --column 'voltage=u [V]' --column 'displacement=x [um]'",
     ),
     "duplicated name": (
         to_text(make_rows(), "time_s,voltage_V,voltage_V"),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
 import numpy as np
@@ -127,8 +127,8 @@ class Model:
     effects: tuple[str, ...]
     offsets: np.ndarray
     own: Mapping[str, np.ndarray]
-    smoothness: float = CORE.stiff
-    contraction: float = CORE.contraction
+    smoothness: float = field(default_factory=lambda: CORE.stiff)
+    contraction: float = field(default_factory=lambda: CORE.contraction)
 
     @property
     def rules(self) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
@@ -66,6 +67,42 @@ def choose_columns(
             if column is not None:
                 chosen[quantity] = column
     return {q: chosen[q] for q in quantities if q in chosen}
+
+
+def no_columns(source: Source, missing: Collection[str], taken: Collection[str]) -> InputError:
+    """Return the error that quantities have no column; it proposes those whose unit tells them.
+
+    Parameters
+    ----------
+    source : Source
+    missing : collection of str
+        The quantities.
+    taken : collection of str
+        Names of columns that hold others.
+    """
+    them = "it" if len(missing) == 1 else "them"
+    wanted = ", ".join(f"{quantity}_{_first_unit(quantity)}" for quantity in missing)
+    options = " ".join(
+        f"--column {shlex.quote(_proposed(source, quantity, taken))}" for quantity in missing
+    )
+    return source.fault(
+        f"no column for {', '.join(missing)}; the header has {listed(source.names)}. Name {them} "
+        f"{wanted}, or map {them} by {options}",
+        HEADER,
+    )
+
+
+def _proposed(source: Source, quantity: str, taken: Collection[str]) -> str:
+    """Return a mapping to the one column that has such a unit, or how one is written."""
+    free = [name for name in source.names if name not in taken]
+    fitting = [name for name in free if _written_unit(source, name) in UNITS[quantity]]
+    if len(fitting) == 1:
+        return f"{quantity}={fitting[0]}"
+    return f"{quantity}=NAME:{_first_unit(quantity)}"
+
+
+def _first_unit(quantity: str) -> str:
+    return next(iter(UNITS[quantity]))
 
 
 def listed(names: Collection[str]) -> str:

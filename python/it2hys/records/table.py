@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from it2hys.errors import InputError
-from it2hys.records.columns import Column, ColumnChoice, choose_columns, listed
-from it2hys.records.text import HEADER, Source, open_source, read_numbers
-from it2hys.records.units import UNITS, to_si
+from it2hys.records.columns import Column, ColumnChoice, choose_columns, no_columns
+from it2hys.records.text import Source, open_source, read_numbers
+from it2hys.records.units import to_si
 
 
 @dataclass(frozen=True)
@@ -83,14 +83,9 @@ def read_table(
     """
     source = open_source(Path(path))
     columns = choose_columns(source, [*required, *optional], choices or {})
-    for quantity in required:
-        if quantity not in columns:
-            unit = next(iter(UNITS[quantity]))
-            raise source.fault(
-                f"no column for {quantity}; the header has {listed(source.names)}. Name it "
-                f"{quantity}_{unit}, or map it by --column {quantity}=NAME:{unit}",
-                HEADER,
-            )
+    missing = [quantity for quantity in required if quantity not in columns]
+    if missing:
+        raise no_columns(source, missing, {column.name for column in columns.values()})
     numbers = read_numbers(source, [column.index for column in columns.values()])
     values = {
         quantity: to_si(numbers[:, i], column.unit)

@@ -67,11 +67,11 @@ def open_source(path: Path) -> Source:
     names = tuple(name.strip() for name in next(csv.reader([header], delimiter=delimiter)))
     source = Source(path, names, delimiter, header_line, body.rstrip("\n "))
     _check_header(source)
+    if delimiter != "," and "," in body and "." not in body:  # decimal commas
+        source = replace(source, body=source.body.replace(",", "."))
     source = _without_units(source)
     if not source.body:
         raise source.fault("there is only a header, no samples")
-    if delimiter != "," and "," in body and "." not in body:  # decimal commas
-        source = replace(source, body=source.body.replace(",", "."))
     return source
 
 

@@ -46,6 +46,8 @@ _NO_MEMORY = (
 _PLAYED = 0.01
 #: An inverse is called worse than another from this ratio of their errors on.
 _WORSE = 1.05
+#: A dead time is told that moves a sine at the end of the reference's band by more than this, rad: 1 %.
+_LATE = 0.01
 
 
 def answers(report: Mapping) -> list[Answer]:
@@ -268,7 +270,7 @@ def feedforward(report: Mapping) -> list[str]:
         *cautions,
     ]
     latency = max(after[n]["inverse_delay_s"] for n in names)
-    if latency > 0.0:
+    if 2.0 * np.pi * band * latency > _LATE:
         texts.append(
             f"The stage follows {1e3 * latency:.3g} ms after the voltage; no inverse makes up for that "
             "dead time, and the figures leave it out."
