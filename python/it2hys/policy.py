@@ -245,7 +245,8 @@ class Noise:
     )  # fmt: skip
     nearly: float = _number(
         1.1, "noise",
-        "rms residual at which a search ends if the residual is indistinguishable from noise",
+        "rms residual at which a search ends if the residual is indistinguishable from noise; and by "
+        "how much an estimate of the noise may be above what a model leaves",
     )  # fmt: skip
     short_memory: float = _number(
         0.6, "1",

@@ -65,3 +65,17 @@ def test_the_report_says_how_many_samples_of_a_record_are_beyond_the_model():
     within = record_of(table_1(), 100.0)
     (result,) = evaluate(parameters, [within])
     assert record_json(within, result, parameters)["out_of_range"] is None
+
+
+def test_what_a_model_follows_of_a_fast_record_is_no_noise():
+    """A designed record of steps to every second sample: its differences are those of the stage."""
+    rng, noise = np.random.default_rng(7), 5e-9
+    voltage = np.concatenate([np.zeros(50), np.repeat(rng.uniform(5.0, 95.0, SAMPLES // 2), 2)])
+    parameters = with_effects(("delay",), 5)
+    reading = compiled.chain_free_run(parameters, voltage)[1]
+    reading = reading + noise * rng.standard_normal(len(voltage))
+    record = Record("fast", np.arange(len(voltage)) * TS, voltage, reading, TS)
+    (result,) = evaluate(parameters, [record])
+    assert result.noise == pytest.approx(noise, rel=0.2)
+    assert result.noise_method.endswith("of what the model leaves")
+    assert result.e_rms == pytest.approx(noise, rel=0.2)

@@ -30,7 +30,8 @@ from it2hys.identification.coverage import holds_one_tone
 from it2hys.identification.criterion import ChainFit, Model, Trace
 from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.findings import coarse_readings, record_findings
-from it2hys.identification.judgement import Judgement, judge_records, judged_samples
+from it2hys.identification.judgement import Judgement, judge_records, judged_samples, with_noise
+from it2hys.identification.noise import NoiseEstimate
 from it2hys.identification.preparation import (
     check_rule_count,
     check_sample_times,
@@ -389,6 +390,12 @@ class _Session:
             self._regulated,
             self._of_the_core,
         )
+        after = self._judgements(fit.model, traces)
+        # what the model follows of a record is no noise, whatever was estimated before
+        traces = [
+            with_noise(t, NoiseEstimate(j.noise, j.noise_method))
+            for t, j in zip(traces, after, strict=True)
+        ]
         judged = [within(t, self._extent.voltage) for t in traces if t.role != "test"]
         if self._declared:  # fitted since its range was found
             base = self._usable(base) or base
@@ -397,7 +404,6 @@ class _Session:
             replace(t, has_offset=self._base_has_offset and i > 0) for i, t in enumerate(traces)
         ]
         before = self._judgements(base, constants)
-        after = self._judgements(fit.model, traces)
         uncertainty = assess(fit)
         rivals = self._rivals(
             fit.model,

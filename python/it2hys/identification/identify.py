@@ -266,7 +266,7 @@ class _Session:
         identification = Identification(
             parameters=parameters,
             records=results,
-            noise_rms=self._noise(),
+            noise_rms=float(np.sqrt(np.mean([r.noise**2 for r in results if r.role == "train"]))),
             intervals={**uncertainty.intervals, **uncertainty.starts},
             condition=uncertainty.condition,
             undetermined=uncertainty.undetermined,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -12,10 +12,12 @@ from it2hys.identification.criterion import Model, Trace
 from it2hys.identification.effect_coordinates import of_reading
 from it2hys.identification.explained import explained_by_model, explained_by_voltage
 from it2hys.identification.inverse import applied_voltage, ask_inverse, noise_of_inverse
+from it2hys.identification.noise import NoiseEstimate, estimate_noise, noise_floor
 from it2hys.identification.starts import Starts
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS, active_effects
 from it2hys.model.parameters import ParameterSet
+from it2hys.policy import NOISE
 from it2hys.records.figures_of_merit import max_relative_error, rms_error
 
 
@@ -158,6 +160,8 @@ def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) ->
     """Return the errors of both FMUs on a record, begun with a start."""
     begun = parameters.replace(**start)
     e_mr, e_rms, y = _errors(trace, begun, offset)
+    if e_rms * NOISE.nearly < trace.noise:
+        trace = with_noise(trace, _noise_left(trace, y))
     # the phase of what is picked up is nothing that a stage or its model could be told
     told = parameters.replace(
         **{n: v for n, v in start.items() if n in of_reading()},
@@ -184,6 +188,27 @@ def judge(trace: Trace, parameters: ParameterSet, start: dict, offset: float) ->
         ),
         noise_method=trace.noise_method,
         one_step=None if active_effects(parameters) else _one_step(trace, begun, offset),
+    )
+
+
+def _noise_left(trace: Trace, y: np.ndarray) -> NoiseEstimate:
+    """Return the noise of a record of which a model leaves less than what was estimated.
+
+    That was motion, then: a model that follows it leaves the noise.
+    """
+    used = judged_samples(trace)
+    left = estimate_noise(trace.drive.voltage, trace.y - y, used)
+    rms = max(left.rms, noise_floor(trace.y[used]))
+    return NoiseEstimate(min(rms, trace.noise), f"{left.method}, of what the model leaves")
+
+
+def with_noise(trace: Trace, noise: NoiseEstimate) -> Trace:
+    """Return a record with another estimate of its noise."""
+    return replace(
+        trace,
+        noise=noise.rms,
+        noise_method=noise.method,
+        references=replace(trace.references, noise=noise.rms),
     )
 
 
