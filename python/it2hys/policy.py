@@ -537,7 +537,7 @@ class Coverage:
     )  # fmt: skip
     trusted: float = _number(
         0.5, "share of a record",
-        "least share of usable samples",
+        "least share of usable samples; also of a lead-in, within the range that was fitted",
         _CONVENTION,
     )  # fmt: skip
     samples_per_parameter: int = _number(

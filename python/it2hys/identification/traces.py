@@ -14,7 +14,7 @@ from it2hys.identification.preparation import Prepared
 from it2hys.identification.scaling import Scaling
 from it2hys.identification.weights import repetitions
 from it2hys.model.compiled import Drive
-from it2hys.policy import STARTS
+from it2hys.policy import COVERAGE, STARTS
 from it2hys.records import Record
 from it2hys.records.clues import Extent
 
@@ -131,7 +131,8 @@ def within(trace: Trace, voltage: tuple[float, float]) -> Trace:
     """Return the trace used and judged only where the voltage is within a range.
 
     Beyond what the models were fitted to they extrapolate, each in its own way: how they do there tells
-    nothing of which effect is missing. A trace that is hardly ever within it stays as it is.
+    nothing of which effect is missing. A trace that is hardly ever within it stays as it is, and so
+    does a lead-in of which half is not: nothing else tells how the record begins.
     """
     low, high = voltage
     slack = STARTS.beyond * (high - low)
@@ -139,6 +140,9 @@ def within(trace: Trace, voltage: tuple[float, float]) -> Trace:
     judged = trace.judged & inside
     if np.count_nonzero(judged) < STARTS.fewest_deciding:
         return trace
+    begin = trace.weight[: trace.lead] > 0.0
+    if np.count_nonzero(begin & inside[: trace.lead]) < COVERAGE.trusted * np.count_nonzero(begin):
+        inside[: trace.lead] = True
     return replace(trace, judged=judged, weight=np.where(inside, trace.weight, 0.0))
 
 
