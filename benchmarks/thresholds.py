@@ -162,7 +162,8 @@ def chosen(
     """Yield thresholds, half or double, and a few of the cases that ask for them, in turns."""
     for number, name in enumerate(n for n, *_, source in thresholds() if _acts_on_fits(n, source)):
         cases = [(case, outcome) for case, outcome, names in usual if name in names]
-        picked = [cases[(number + i * len(cases) // each) % len(cases)] for i in range(each) if cases]
+        count = min(each, len(cases))
+        picked = [cases[(number + i * len(cases) // count) % len(cases)] for i in range(count)]
         for label in FACTORS:
             yield from ((name, label, *pair) for pair in picked)
 
@@ -237,9 +238,9 @@ def page(counted: dict) -> str:
         f"{counts['residual noise'] + counts['residual not noise']} residuals called "
         f"{counts['residual not noise']} more than noise. Every decision was made again with one "
         "threshold changed; nothing was fitted anew. Thresholds that were chosen by hand and act on "
-        f"what is fitted were halved and doubled for {counted['each']} whole diagnoses each, of stages "
-        "whose diagnosis asks for them: in how many something was no longer named, something else "
-        "was, or what is left was called unexplained, and the packaged FMU's error on the test "
+        f"what is fitted were halved and doubled for up to {counted['each']} whole diagnoses each, of "
+        "stages whose diagnosis asks for them: in how many something was no longer named, something "
+        "else was, or what is left was called unexplained, and the packaged FMU's error on the test "
         f"records over that of before, where it changed by {TOLD:.0%} or more. “not asked for”: no "
         "diagnosis of these stages does. “–”: not counted, because the threshold follows from what "
         "its source says, or decides on words alone.",
