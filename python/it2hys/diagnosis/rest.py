@@ -43,9 +43,9 @@ def begun_at_rest(
 ) -> ParameterSet:
     """Return a set begun as records begin at zero voltage; at rest where none does.
 
-    Where there is one such record, its start is taken. Of several a stage that was still moving there
-    by more than noise was driven shortly before: its record does not count. Of the others those nearest
-    to a new stage at rest do, and of their starts the one that suits all of them is taken.
+    A stage that was still moving there by more than noise was driven shortly before: its record does
+    not count, unless it is the only one. Of the others those nearest to a new stage at rest do, and of
+    their starts the one that suits all of them is taken.
 
     Parameters
     ----------
@@ -58,8 +58,8 @@ def begun_at_rest(
         The constant of each record, m.
     """
     begun = {i: rest.replace(**_within_range(s, rest.displacement_range)) for i, s in starts.items()}
-    if len(begun) == 1:
-        return next(iter(begun.values()))
+    if len(begun) == len(traces) == 1:
+        return begun[0]
     little = STARTS.still * max(t.noise for t in traces)
     still = np.full(len(traces[0].y), np.clip(0.0, *rest.voltage_range))
     at_rest = compiled.chain_free_run(rest, still)[0]
