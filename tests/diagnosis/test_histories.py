@@ -12,14 +12,16 @@ from it2hys.diagnosis import diagnose
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.refinement import _with_histories, node_of
+from it2hys.diagnosis.rest import begun_at_rest, resting
 from it2hys.identification import Options
 from it2hys.identification.criterion import ChainFit, Model, Trace
 from it2hys.identification.inverse import References
 from it2hys.identification.levenberg_marquardt import Minimum
 from it2hys.identification.scaling import Scaling
+from it2hys.identification.starts import _forgotten
 from it2hys.model import compiled
 from it2hys.model.chain import EFFECTS
-from it2hys.model.parameters import table_1
+from it2hys.model.parameters import ParameterSet, table_1
 from it2hys.records import Record
 from it2hys.records.clues import Extent
 
@@ -123,6 +125,21 @@ def test_fmus_begin_as_a_stage_does_that_nothing_was_done_to():
     assert judged.cold_start < 1.2 * judged.e_rms
 
 
+def test_the_only_record_from_0_v_is_no_rest_where_the_stage_was_moving():
+    """Creep of what was before goes on in it: a stage at rest would be off by all of that."""
+    creep = {"creepCount": 1, "creep[1].gain": 0.05, "creep[1].timeConstant": 1.0}
+    rest = resting(ParameterSet({**table_1(), **creep, "sampleTime": TS}, "creep").validate())
+    own = {n: np.zeros(3) for n in ("initialCreep", "initialCreepAge", "initialDisplacement")}
+    model = Model({**rest}, ("creep",), np.zeros(3), own)
+    traces = [measured(model, i) for i in range(3)]
+    start = {"initialDisplacement": rest["initialDisplacement"], "initialCreep": 5 * UM}
+    assert begun_at_rest(rest, {1: start}, traces, model.offsets) == rest
+    settled = {**start, "initialCreep": 0.01 * UM}
+    assert begun_at_rest(rest, {1: settled}, traces, model.offsets) == rest.replace(**settled)
+    # of one record alone nothing else is known
+    assert begun_at_rest(rest, {0: start}, traces[:1], model.offsets) == rest.replace(**start)
+
+
 def from_zero(driven: bool) -> Record:
     """Return a record that begins at 0 V, of a stage that is new or was driven to 90 V before."""
     t = np.arange(1500) / 500.0
@@ -192,6 +209,17 @@ def test_a_lead_in_lasts_until_the_voltage_moves():
     trace = measured(model, 0, held)
     bench = Bench([trace], Scaling(8 * UM, 8 * UM, 50.0, 50.0), EXTENT, [trace], parts=True)
     assert bench.with_lead_in(model, trace).lead > 400
+
+
+def test_a_slow_error_late_in_a_lead_in_tells_that_the_past_is_not_forgotten():
+    """It is far less than what a mean square shows, and goes on behind the lead-in."""
+    for seed in range(20):
+        late = NOISE * np.random.default_rng(seed).standard_normal(400)
+        assert _forgotten(late, NOISE**2, 0.0)
+        assert not _forgotten(late + 0.6 * NOISE, NOISE**2, 0.0)
+        assert not _forgotten(late + NOISE * np.linspace(-1.2, 1.2, 400), NOISE**2, 0.0)
+        # as much as the model misses anyhow
+        assert _forgotten(late + 0.6 * NOISE, NOISE**2, 0.36 * NOISE**2)
 
 
 def test_what_is_missed_in_the_lead_ins_is_not_expected_behind_them():

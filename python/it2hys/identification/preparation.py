@@ -9,6 +9,7 @@ import numpy as np
 
 from it2hys.errors import InputError
 from it2hys.identification.noise import NoiseEstimate, estimate_noise
+from it2hys.identification.ringing import ringing_out
 from it2hys.identification.rule_coordinates import RULE_SIZE
 from it2hys.identification.scaling import Scaling
 from it2hys.model.variables import load_table
@@ -57,7 +58,9 @@ def prepare(record: Record) -> Prepared:
             "displacements measured"
         )
     skip = _falling_in(x)
-    return Prepared(record, skip, estimate_noise(x[skip:], y[skip:], trusted[skip:]))
+    noise = estimate_noise(x[skip:], y[skip:], trusted[skip:])
+    skip = max(skip, ringing_out(x, y, noise.rms))
+    return Prepared(record, skip, noise)
 
 
 def _falling_in(voltage: np.ndarray) -> int:

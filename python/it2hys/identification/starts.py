@@ -22,7 +22,9 @@ from it2hys.records.clues import Clue, Clues, Extent
 #: The effect that shifts the voltage, up to a sample of which goes with sampled ones; its parameter.
 SHIFTING, SHIFT = next((name, e.shift) for name, e in EFFECTS.items() if e.shift)
 #: Histories from which what belongs to a record is fitted, and those that a lead-in has to tell apart.
-_HISTORIES, _COMPARED = 3, 7
+_HISTORIES = 7
+#: Parts of the second half of a lead-in whose means tell what is slow of an error.
+_BLOCKS = 4
 
 
 def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
@@ -113,12 +115,12 @@ class Starts:
 
     def _determines(self, model: Model, trace: Trace, error: float) -> bool:
         """Return whether a lead-in determines the start, where an error, m^2, is usual behind it."""
-        best, *others = self._starts(model, trace, most=_COMPARED)
+        best, *others = self._starts(model, trace)
         run = best.predict(trace, 0)
         behind, late = trace.weight > 0.0, trace.weight > 0.0
         behind[: trace.lead] = late[trace.lead :] = late[: trace.lead // 2] = False
-        if np.mean((run - trace.y)[late] ** 2) > STARTS.late * error:
-            return False  # what was before the record is not yet forgotten
+        if not _forgotten((run - trace.y)[late], trace.noise**2, error - trace.noise**2):
+            return False
         squares = [np.mean((other.predict(trace, 0) - run)[behind] ** 2) for other in others]
         return float(max(squares, default=0.0)) <= error
 
@@ -142,9 +144,7 @@ class Starts:
         """Return the model of one record, its start fitted on the lead-in."""
         return self._starts(model, trace)[0]
 
-    def _starts(
-        self, model: Model, trace: Trace, most: int = _HISTORIES, rested: bool = True
-    ) -> list[Model]:
+    def _starts(self, model: Model, trace: Trace, rested: bool = True) -> list[Model]:
         """Return the model of one record with starts fitted on the lead-in from likely histories.
 
         The likeliest comes first, and with it those that the lead-in cannot tell from it. One of them
@@ -152,7 +152,7 @@ class Starts:
         """
         whole, trace = trace, lead_in(trace)
         start = with_starts(model, [trace])
-        histories = likely_histories(start, trace, 0, whole.drive.voltage)[:most]
+        histories = likely_histories(start, trace, 0, whole.drive.voltage)[:_HISTORIES]
         starts = [_as_trained(model, start), *(_with_history(start, h) for h in histories)]
         fits = [minimise(self._of_start(s, trace), 30, 1e-8).model for s in starts]
         handicaps = [0.0, *(PHYSICS.excursion * h.has_to_show for h in histories)]
@@ -166,6 +166,20 @@ class Starts:
         unlikely = _unlikeliness(errors, handicaps)
         order = np.argsort(unlikely, kind="stable")
         return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * PHYSICS.excursion]
+
+
+def _forgotten(late: np.ndarray, noise: float, misfit: float) -> bool:
+    """Return whether the errors late in a lead-in, m, tell that what was before is forgotten.
+
+    Beyond the squares of the noise and of what the model misses, m^2, a slow error counts for more than
+    a fast one: it goes on behind the lead-in.
+    """
+    if not len(late):
+        return True
+    means = [np.mean(block) for block in np.array_split(late, min(_BLOCKS, len(late)))]
+    by_chance = noise * len(means) / len(late)
+    slow = np.mean(np.square(means)) - STARTS.late * misfit - by_chance
+    return bool(np.mean(late**2) <= STARTS.late * (noise + misfit) and slow <= STARTS.slow**2 * noise)
 
 
 def _moves(model: Model, trace: Trace, lead: int, extent: Extent) -> bool:
