@@ -329,6 +329,11 @@ class Physics:
         "makers: 1 to 2 % of a step per decade of time, up to 5 % without preload; a term covers "
         "two decades",
     )  # fmt: skip
+    goes_on: float = _number(
+        3.0, "durations of the longest record",
+        "time constant with which creep goes on behind records that all begin at one voltage",
+        "statistic: within a record such a term forgets as much as the decade behind it on average",
+    )  # fmt: skip
     unseen: float = _number(
         0.3, "e-folds",
         "standard deviation of a time constant of creep beyond the longest record, which shows no "

@@ -188,8 +188,20 @@ def test_creep_slower_than_records_from_one_rest_is_said_with_its_size():
     assert f"begins at {other.voltage[0]:.3g} V: as a training record it may show more" in said
 
 
-def test_creep_that_no_fitted_record_shows_is_not_unexplained():
-    """It is said with its size, and does not count: no model of these records could foretell it."""
+def test_creep_goes_on_behind_records_of_one_rest_as_at_their_end():
+    """No record shows it, and one that rested at another voltage moves by all of it."""
+    fitted = [creeping(None, seed, pace=pace) for seed, pace in enumerate((1.0, 2.0))]
+    found = diagnose(fitted, [], [creeping(None, 2, 1.5)], **alone("creep"))
+    assert any("takes it to go on as creep does" in w for w in found.warnings)
+    *_, judged = found.after
+    noise = 5e-4 * np.ptp(creeping(None, 2, 1.5).displacement)
+    assert judged.cold_start < 5.0 * noise  # 11.7 before, 3.7 now
+    assert judged.e_rms < 1.2 * noise  # 5.6 before
+
+
+def test_creep_that_no_fitted_record_shows_is_not_unexplained(monkeypatch: pytest.MonkeyPatch):
+    """Where it does not go on so, it is said with its size, and does not count."""
+    monkeypatch.setattr(type(EVIDENCE["creep"]), "going_on", lambda self, values, extent: {})
     fitted = [creeping(None, seed, pace=pace) for seed, pace in enumerate((1.0, 2.0))]
     found = diagnose(fitted, [creeping(None, 2, 1.5)], **alone("creep"))
     assert any("longest of them" in w for w in found.warnings)

@@ -542,16 +542,27 @@ class Bench(Starts):
         band, wide = (partial(self._inverse_error, name=name) for name in ("band", "wide"))
         return Errors(weighted(self._error), weighted(band), weighted(wide))
 
+    @property
+    def _begins(self) -> tuple[np.ndarray, float]:
+        """The first voltages of the training records, and what little apart such ones are."""
+        begins = np.array([t.drive.voltage[0] for t in self.traces])
+        return begins, STARTS.slack * self.extent.voltage_span
+
+    @property
+    def begins_alike(self) -> bool:
+        """Whether all training records begin at one voltage."""
+        begins, little = self._begins
+        return bool(np.ptp(begins) <= little)
+
     def begins_elsewhere(self, trace: Trace) -> bool:
         """Return whether all training records begin at one voltage, and a record at another one.
 
         Creep slower than the records is then in none that is fitted, and all of it in this one, as a
         constant that no model foretells: it tells nothing of which one is right.
         """
-        begins = np.array([t.drive.voltage[0] for t in self.traces])
-        little = STARTS.slack * self.extent.voltage_span
+        begins, little = self._begins
         apart = abs(trace.drive.voltage[0] - np.mean(begins)) > little
-        return bool(np.ptp(begins) <= little and apart)
+        return self.begins_alike and bool(apart)
 
     @np.errstate(over="ignore", invalid="ignore")
     def _error(self, model: Model, trace: Trace, index: int) -> np.ndarray:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import chi2
 
+from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench
 from it2hys.errors import InputError
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
@@ -14,8 +15,8 @@ from it2hys.identification.starts import at_rest, memories
 from it2hys.identification.usability import STRENGTHS, widest_range
 from it2hys.policy import COVERAGE, STARTS
 
-#: Iterations of the last fit.
-_ITERATIONS = 150
+#: Iterations of the last fit, and of that with what goes on: its way is long, and nearly level.
+_ITERATIONS, _GOING_ON = 150, 10
 
 
 def last_fit(bench: Bench, model: Model, before: Model) -> tuple[Bench, ChainFit]:
@@ -55,7 +56,7 @@ def last_fit(bench: Bench, model: Model, before: Model) -> tuple[Bench, ChainFit
             "does not contract or cannot be inverted there; give records that cover the range "
             "better"
         )
-    return bench, usable
+    return bench, _going_on(bench, usable)
 
 
 def _made_usable(bench: Bench, fit: ChainFit) -> ChainFit | None:
@@ -96,6 +97,35 @@ def _at_rest(bench: Bench, fit: ChainFit) -> ChainFit:
     statistic = criterion.samples * np.log(costs[0] / costs[1])
     freedom = len(remembered) * len(bench.traces)
     return other if chi2.sf(statistic, freedom) > STARTS.rested else fit
+
+
+def _going_on(bench: Bench, fit: ChainFit) -> ChainFit:
+    """Return the fit with what goes on for longer than records that all begin at one voltage.
+
+    They hardly show how much there is, and a stage that rested at another voltage moves by all of it.
+    That it goes on as at their end is where a fit begins, and is kept if that explains them as well.
+    """
+    if not bench.begins_alike:
+        return fit
+    more = [EVIDENCE[e].going_on(fit.model.values, bench.extent) for e in fit.model.effects]
+    values = {name: value for changed in more for name, value in changed.items()}
+    added = [name for name in values if name not in fit.model.values]
+    if not added:
+        return fit
+    slower = replace(fit.model, values={**fit.model.values, **values})
+    other = bench.fit(slower, _GOING_ON)
+    usable = usable_over(other.model, bench.traces)
+    loss = fit.criterion.samples * np.log(_power(other) / max(_power(fit), np.finfo(float).tiny))
+    if usable is None or chi2.sf(loss, len(added)) < STARTS.rested:
+        return fit
+    # what the records hardly show has no interval that they tell
+    return ChainFit(bench.criterion(usable).holding(added), other.minimum)
+
+
+def _power(fit: ChainFit) -> float:
+    """Return the sum of the squares of the records' residuals, without priors and penalties."""
+    linear = fit.criterion.jacobian(fit.minimum.coordinates)
+    return np.inf if linear is None else float(linear[1] @ linear[1])
 
 
 def usable_over(model: Model, traces: list[Trace]) -> Model | None:

@@ -442,11 +442,12 @@ class ChainCriterion:
         return rule_coordinates.to_rules(point[self._places["rules"]])
 
     def holding(self, names: Sequence[str]) -> ChainCriterion:
-        """Return the criterion with groups of coordinates ("rules", "effects") held by the bounds."""
+        """Return the criterion with groups of coordinates ("rules", "effects"), or one, held."""
         held = copy(self)
         held.lower, held.upper = self.lower.copy(), self.upper.copy()
+        first, common = self._places["effects"].start, [c.name for c in self.common]
         for name in names:
-            place = self._places[name]
+            place = self._places[name] if name in self._places else first + common.index(name)
             held.lower[place] = held.upper[place] = self._guess[place]
         held._free_groups = self._free_groups - {*names}
         return held

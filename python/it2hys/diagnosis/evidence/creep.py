@@ -110,13 +110,42 @@ class CreepEvidence(EffectEvidence):
                 f"Record '{elsewhere[0].name}', which was not fitted, begins at "
                 f"{elsewhere[0].voltage[0]:.3g} V: as a training record it may show more of it."
             )
+        size = (
+            f"by {100 * growth:.2g} % of the way from there for every decade of time, up to "
+            f"{1e6 * growth * travel:.2g} µm"
+        )
+        if max(_terms(values)[1]) > 2.0 * longest:
+            told = f"The model takes it to go on as creep does and as at their end, {size}."
+        else:
+            told = (
+                "After a rest at another voltage the model may miss it: if creep goes on as at their "
+                f"end, {size}."
+            )
         return (
             f"All records that were fitted begin at {begins.mean():.3g} V. They do not show how much "
-            f"creep there is that takes longer than the longest of them ({longest:.3g} s). "
-            "After a rest at another voltage the model may miss it: if creep goes on as at their end, "
-            f"by {100 * growth:.2g} % of the way from there for every decade of time, up to "
-            f"{1e6 * growth * travel:.2g} µm. {ask}"
+            f"creep there is that takes longer than the longest of them ({longest:.3g} s). {told} {ask}"
         )
+
+    def going_on(self, values: Mapping, extent: Extent) -> dict[str, float]:
+        """Return a term more, as large as the creep over the last decade of the records, and slower.
+
+        Creep goes on with the logarithm of time. The other terms are less by what it takes up of a step
+        within the records. None where a term is as slow already, or there is no room for one more.
+        """
+        gains, constants = _terms(values)
+        longest = extent.duration
+        far = PHYSICS.goes_on * longest
+        full = len(gains) >= load_table().counts["creep"]["maximum"]
+        if full or max(constants) > 0.5 * (longest + far):
+            return {}
+        growth = min(_growth(values, 0.1 * longest, longest), PHYSICS.slow_gain)
+        time = np.geomspace(1e-3 * longest, longest, 60)[:, None]
+        # what is there at once is the core's
+        taken = np.hstack([np.ones_like(time), 1.0 - np.exp(-time / np.array(constants))])
+        share = 1.0 - np.exp(-time[:, 0] / far)
+        less = growth * np.linalg.lstsq(taken, share, rcond=None)[0][1:]
+        left = [max(gain - part, 0.0) for gain, part in zip(gains, less, strict=True)]
+        return _of_terms([*left, growth], [*constants, far])
 
     def unshown(self, values: Mapping, time: np.ndarray) -> list[np.ndarray]:
         """Return a constant, and what the slowest term forgets: it stands for those that are slower."""
