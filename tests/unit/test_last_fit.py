@@ -31,7 +31,7 @@ def bench(monkeypatch):
     def criterion(model):
         return SimpleNamespace(model=model)
 
-    return SimpleNamespace(traces=[], finish=stay, fit=stay, criterion=criterion)
+    return SimpleNamespace(traces=[], finish=stay, fit=stay, criterion=criterion, begins_alike=False)
 
 
 def test_a_core_past_mending_is_begun_again_from_the_one_before(bench):

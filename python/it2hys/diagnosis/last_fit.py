@@ -113,7 +113,7 @@ def _going_on(bench: Bench, fit: ChainFit) -> ChainFit:
     if not added:
         return fit
     slower = replace(fit.model, values={**fit.model.values, **values})
-    other = bench.fit(slower, _GOING_ON)
+    other = minimise(bench.criterion(slower).reaching(added).guarded(1.0), _GOING_ON)
     usable = usable_over(other.model, bench.traces)
     loss = fit.criterion.samples * np.log(_power(other) / max(_power(fit), np.finfo(float).tiny))
     if usable is None or chi2.sf(loss, len(added)) < STARTS.rested:

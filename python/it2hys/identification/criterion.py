@@ -445,12 +445,22 @@ class ChainCriterion:
         """Return the criterion with groups of coordinates ("rules", "effects"), or one, held."""
         held = copy(self)
         held.lower, held.upper = self.lower.copy(), self.upper.copy()
-        first, common = self._places["effects"].start, [c.name for c in self.common]
         for name in names:
-            place = self._places[name] if name in self._places else first + common.index(name)
+            place = self._places[name] if name in self._places else self._place_of(name)
             held.lower[place] = held.upper[place] = self._guess[place]
         held._free_groups = self._free_groups - {*names}
         return held
+
+    def reaching(self, names: Sequence[str]) -> ChainCriterion:
+        """Return the criterion in which parameters may be as far as guessed, though none shows it."""
+        result, (places, ends) = copy(self), self._seen
+        may = np.isin(places, [self._place_of(name) for name in names])
+        result._seen = places, np.where(may, np.maximum(ends, self._guess[places]), ends)
+        return result
+
+    def _place_of(self, name: str) -> int:
+        """Return the place of a parameter that all records share."""
+        return self._places["effects"].start + [c.name for c in self.common].index(name)
 
     @np.errstate(over="ignore", invalid="ignore")  # of runs on their way to infinity
     def residual(self, point: np.ndarray) -> np.ndarray | None:

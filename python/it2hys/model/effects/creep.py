@@ -85,12 +85,8 @@ class Creep(Effect):
         return result
 
     def starts_of(self, values: Mapping, extent: Extent) -> dict[str, Start]:
-        """Return starts of as many terms; one that is meant to go on behind the records may do so."""
-        result = self.starts(extent, int(values["creepCount"]))
-        for name, start in result.items():
-            if name in values and values[name] >= PHYSICS.goes_on * start.seen:
-                result[name] = start._replace(seen=values[name])
-        return result
+        """Return starts of as many terms."""
+        return self.starts(extent, int(values["creepCount"]))
 
     def bounds_of_record(
         self, name: str, bounds: Bounds, begins: np.ndarray, travel: tuple[float, float]
