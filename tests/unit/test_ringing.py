@@ -70,6 +70,17 @@ def test_a_line_goes_on_and_is_no_ringing(frequency: float):
     assert ringing_out(voltage, y, NOISE) == 0
 
 
+def test_spikes_and_a_clipped_sensor_do_not_hide_ringing():
+    voltage = 50.0 - 30.0 * np.cos(2.0 * np.pi * 6.0 * T)
+    x = curve(voltage)
+    y = ringing(x, x[0] + 1e-6)
+    clean = prepare(Record("clean", T, voltage, y, TS)).skip
+    odd = np.zeros(SAMPLES, dtype=bool)
+    odd[[7, 60, 61, 200]] = True
+    spoilt = Record("spoilt", T, voltage, np.where(odd, y + 5e-6, y), TS, outliers=odd)
+    assert prepare(spoilt).skip == pytest.approx(clean, rel=0.2)
+
+
 def test_a_stage_of_which_most_records_begin_ringing_is_identified():
     """Fitted, the first samples would outweigh all others: they are 200 times the noise."""
     records = []
@@ -88,3 +99,5 @@ def test_a_stage_of_which_most_records_begin_ringing_is_identified():
     assert not found.unexplained, found.left_over
     for judged in found.after:
         assert judged.e_rms < 1.2 * NOISE
+    told = [w for w in found.warnings if "rings from before it" in w]
+    assert [w.split("'")[1] for w in told] == ["0", "1", "3", "4"]

@@ -26,7 +26,7 @@ from it2hys.diagnosis.whole import Whole, at_sample_time
 from it2hys.diagnosis.windows import Window, every, searched_text, step_of, windows_of
 from it2hys.errors import InputError
 from it2hys.identification import Options, identify
-from it2hys.identification.coverage import holds_one_tone
+from it2hys.identification.coverage import coverage_warnings, holds_one_tone
 from it2hys.identification.criterion import ChainFit, Model, Trace
 from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.findings import coarse_readings, record_findings
@@ -38,7 +38,6 @@ from it2hys.identification.preparation import (
     data_scaling,
     prepare,
 )
-from it2hys.identification.result import Identification
 from it2hys.identification.stage_figures import stage_figures
 from it2hys.identification.starts import clues
 from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
@@ -168,7 +167,8 @@ class _Session:
         self._seconds: dict[str, float] = {}
         searched = searched_text(self._windows, [Window(i, 0, p) for i, p in enumerate(prepared)])
         self._searches_all = not searched
-        self._warnings = [searched] if searched else []
+        others = [p for role, p in self._prepared if role != "train"]
+        self._warnings = [*([searched] if searched else []), *coverage_warnings(prepared, others)]
         self._has_offset = False
         check_deciding(self._traces("validation") or set_aside(self._searched())[1])
 
@@ -230,7 +230,6 @@ class _Session:
             progress=lambda share, text: self._progress(0.25 * share, f"the paper's model, {text}"),
             each=self._each,
         )
-        self._warnings += _passed_on(identification)
         records = identification.by_role("train")
         return Model(
             {**identification.parameters, "displacementZero": _zero_of(identification.parameters)},
@@ -612,11 +611,6 @@ def _gain(records: Sequence[Record]) -> float:
     sums = [np.cumsum([c - c.mean() for c in (r.voltage, r.displacement)], axis=1) for r in records]
     moments = sum(s @ s.T for s in sums)
     return float(moments[0, 1] / moments[0, 0])
-
-
-def _passed_on(identification: Identification) -> list[str]:
-    """Return warnings of an identification that hold for a better model too."""
-    return [w for w in identification.warnings if "training records" in w and "lacks" not in w]
 
 
 def _ordered(values: dict) -> dict:

@@ -558,7 +558,7 @@ class Bench(Starts):
         """Return whether all training records begin at one voltage, and a record at another one.
 
         Creep slower than the records is then in none that is fitted, and all of it in this one, as a
-        constant that no model foretells: it tells nothing of which one is right.
+        constant that no model foretells during the search: it tells nothing of which one is right.
         """
         begins, little = self._begins
         apart = abs(trace.drive.voltage[0] - np.mean(begins)) > little

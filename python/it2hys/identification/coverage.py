@@ -1,4 +1,4 @@
-"""Warnings about amplitudes, frequencies and ranges that the training records lack."""
+"""Warnings about amplitudes, frequencies, ranges and starts at rest that the records lack."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from it2hys.policy import COVERAGE
 
 
 def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> list[str]:
-    """Return sentences on the training records' lack of amplitudes, frequencies and range."""
-    warnings = []
+    """Return sentences on what the records lack: amplitudes, frequencies, range, a start at rest."""
+    warnings = [_ringing(p) for p in [*train, *others] if p.rings and p.skip]
     if holds_one_tone(train):
         warnings.append(
             "The training records hold one amplitude at one frequency: memory of turning points, "
@@ -36,6 +36,15 @@ def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> 
                 f"training records up to {fastest:.4g} Hz: the phase lag is not known there."
             )
     return warnings
+
+
+def _ringing(prepared: Prepared) -> str:
+    record = prepared.record
+    return (
+        f"Record '{record.name}' begins while the stage rings from before it: its first "
+        f"{1e3 * record.sample_time * prepared.skip:.3g} ms are neither fitted nor judged. Begin "
+        "records with the stage at rest."
+    )
 
 
 def holds_one_tone(prepared: Sequence[Prepared]) -> bool:

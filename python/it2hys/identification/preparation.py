@@ -28,11 +28,14 @@ class Prepared:
         Leading samples left out.
     noise : NoiseEstimate
         In m.
+    rings : bool
+        Whether they are left out as the stage rings there from before the record.
     """
 
     record: Record
     skip: int
     noise: NoiseEstimate
+    rings: bool = False
 
     @property
     def used(self) -> np.ndarray:
@@ -59,8 +62,10 @@ def prepare(record: Record) -> Prepared:
         )
     skip = _falling_in(x)
     noise = estimate_noise(x[skip:], y[skip:], trusted[skip:])
-    skip = max(skip, ringing_out(x, y, noise.rms))
-    return Prepared(record, skip, noise)
+    # spikes and what a clipped sensor shows are no ringing
+    k = np.arange(len(record))
+    ringing = ringing_out(x, np.interp(k, k[trusted], y[trusted]), noise.rms)
+    return Prepared(record, max(skip, ringing), noise, ringing > 0)
 
 
 def _falling_in(voltage: np.ndarray) -> int:

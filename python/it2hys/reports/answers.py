@@ -280,7 +280,8 @@ def feedforward(report: Mapping) -> list[str]:
         texts.append(
             f"At up to {clamped:.3g} % of a record's samples the inverse was clamped, or not yet back "
             f"where the reference is: its voltage keeps to {bottom:.4g} to {top:.4g} V, the range of "
-            "the training records, and to the limits of the effects in the model."
+            "the training records, and to the limits of the effects in the model. The tracking error "
+            "above includes these samples."
         )
     texts.append(
         "This was measured without the rig: the inverse is fed with the displacement that was "
