@@ -3,14 +3,17 @@
 The voltage that was applied is the answer. Without the rig, their difference says how well feedforward
 will track. Two references are made of a record: its *band*, up to the highest frequency at which the
 displacement stands out of the noise, which is what a user's reference may contain; and a *wide* one,
-which holds more noise and tells inverses that differentiate from those that only wait.
+which holds more noise and tells inverses that differentiate from those that only wait. The band is as
+narrow as each part of a record allows: a ring once in ten seconds is no reason to feed the inverse with
+noise all the time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy import ndimage, signal, stats
@@ -24,6 +27,8 @@ from it2hys.policy import REFERENCE
 
 #: Segments that the power density is averaged over, at least.
 _SEGMENTS = 8
+#: Probability that noise alone widens the band of a segment.
+_WIDENS = 1e-3
 #: Order of the filter, which is run both ways, so that it has no phase.
 _ORDER = 4
 #: A core that hands on its input, in V for m.
@@ -35,6 +40,16 @@ _WIRE = {
 _SETTLING = 2.0
 
 
+class Part(NamedTuple):
+    """What a reference holds of a displacement up to one frequency.
+
+    `band` is in Hz, and `weight`, (N,), how much it counts at each sample.
+    """
+
+    band: float
+    weight: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class Reference:
     """A measured displacement as an inverse is fed with it.
@@ -44,15 +59,18 @@ class Reference:
     displacement : ndarray, shape (N,)
         In m, the record's constant included.
     band : float
-        Its highest frequency, Hz.
+        Its highest frequency, Hz, but for steps.
+    parts : list of Part
+        Of which it is mixed, the widest first; their weights add up to 1.
     inside : ndarray of bool, shape (N,)
-        Samples at which the filter has settled.
+        Samples at which the filters have settled.
     whole : ndarray of bool, shape (N,)
         Samples at which the displacement is as measured, its noise included.
     """
 
     displacement: np.ndarray
     band: float
+    parts: list[Part]
     inside: np.ndarray
     whole: np.ndarray
 
@@ -80,12 +98,21 @@ class References:
     @cached_property
     def wide(self) -> Reference:
         """Up to a fifth of the sampling frequency."""
-        return self._up_to(REFERENCE.widest / self.sample_time)
+        return self._reference(self._widest, [Part(self._widest, np.ones(len(self.whole)))])
 
     @cached_property
     def band(self) -> Reference:
-        """Up to the highest frequency at which the displacement stands out of the noise."""
-        return self._up_to(self._highest())
+        """Up to the highest frequency at which the displacement stands out of the noise thereabouts."""
+        highest, middle, ends = self._ends()
+        halvings = np.floor(np.log2(highest / ends))
+        count = np.arange(int(halvings.max()) + 1)
+        times = np.arange(len(self.whole)) * self.sample_time
+        wider = highest * 2.0 ** np.arange(np.ceil(np.log2(self._widest / highest)), 0.0, -1.0)
+        parts = [Part(min(band, self._widest), np.zeros(len(times))) for band in wider]
+        parts += [
+            Part(highest / 2.0**k, np.interp(times, middle, 1.0 * (halvings == k))) for k in count
+        ]
+        return self._reference(highest, parts)
 
     @cached_property
     def whole(self) -> np.ndarray:
@@ -93,30 +120,74 @@ class References:
         places = np.flatnonzero(self.trusted)
         return np.interp(np.arange(len(self.displacement)), places, self.displacement[places])
 
-    def _highest(self) -> float:
-        rate = 1.0 / self.sample_time
-        length = max(16, len(self.whole) // _SEGMENTS)
-        frequency, density = signal.welch(self.whole, rate, nperseg=length)
-        floor = max(2.0 * self.noise**2 / rate, np.finfo(float).tiny)
-        above = frequency[density > REFERENCE.stands_out * floor]
-        return float(np.clip(np.max(above, initial=0.0), 4.0 * rate / length, REFERENCE.widest * rate))
+    @property
+    def _widest(self) -> float:
+        return REFERENCE.widest / self.sample_time
+
+    def _ends(self) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return the highest frequency that stands out of the noise, and that of each segment, Hz.
+
+        Between them stand the times of the segments' middles, s, (S,).
+        """
+        rate, length = 1.0 / self.sample_time, max(16, len(self.whole) // _SEGMENTS)
+        frequency, middle, density = signal.spectrogram(
+            self.whole, rate, "hann", length, length // 2, detrend="constant"
+        )
+        density /= max(2.0 * self.noise**2 / rate, np.finfo(float).tiny)
+        lowest, above = 4.0 * rate / length, density.mean(axis=1) > REFERENCE.stands_out
+        highest = float(np.clip(np.max(frequency[above], initial=0.0), lowest, self._widest))
+        # of one segment, the density of noise is a chi squared with two degrees of freedom
+        largest = REFERENCE.stands_out + np.log(density.size / _WIDENS)
+        ends = np.max(frequency[:, None] * (density > largest), axis=0)
+        # what is at the seam of two segments is small in both
+        return highest, middle, np.clip(ndimage.maximum_filter1d(ends, 3), lowest, highest)
 
     def filtered(self, band: float) -> np.ndarray:
         """Return the displacement up to a frequency in Hz, without a phase."""
         low_pass = signal.butter(_ORDER, band, fs=1.0 / self.sample_time, output="sos")
         return signal.sosfiltfilt(low_pass, self.whole)
 
-    def _up_to(self, band: float) -> Reference:
-        filtered = self.filtered(band)
-        # a filter rings before and after a step: play would take that for turning points
-        period = int(np.ceil(1.0 / (band * self.sample_time)))
-        largest = stats.norm.isf(0.5 * REFERENCE.leaves / len(filtered))
-        leaves = np.abs(filtered - self.whole) > largest * self.noise
-        leaves = ndimage.binary_dilation(leaves, iterations=period)
-        edge = int(_SETTLING * period)
-        inside = np.ones(len(filtered), dtype=bool)
-        inside[:edge] = inside[max(0, len(filtered) - edge) :] = False
-        return Reference(np.where(leaves, self.whole, filtered), band, inside, leaves)
+    def like(self, reference: Reference) -> np.ndarray:
+        """Return the displacement as a reference of this record holds it, m, (N,)."""
+        filtered = sum(p.weight * self.filtered(p.band) for p in reference.parts if p.weight.any())
+        return np.where(reference.whole, self.whole, filtered)
+
+    def _reference(self, band: float, parts: list[Part]) -> Reference:
+        """Return the reference of parts, the widest first, each where it takes only noise away."""
+        weights, whole = [p.weight for p in parts], np.zeros(len(self.whole), dtype=bool)
+        for k in reversed(range(len(parts))):
+            if not weights[k].any():
+                continue
+            # a filter rings before and after a step: play would take that for turning points
+            leaves = ndimage.binary_dilation(
+                self._leaves(parts[k].band), iterations=self._period(parts[k].band)
+            )
+            if k == 0:
+                whole = leaves & (weights[0] > 0.0)
+                break
+            moved = weights[k] * ndimage.uniform_filter1d(1.0 * leaves, self._period(parts[k].band))
+            weights[k - 1], weights[k] = weights[k - 1] + moved, weights[k] - moved
+        parts = [Part(p.band, w) for p, w in zip(parts, weights, strict=True)]
+        reference = Reference(self.whole, band, parts, self._settled(parts), whole)
+        return replace(reference, displacement=self.like(reference))
+
+    def _leaves(self, band: float) -> np.ndarray:
+        """Return where a filter takes more than noise away, (N,) of bool."""
+        largest = stats.norm.isf(0.5 * REFERENCE.leaves / len(self.whole))
+        return np.abs(self.filtered(band) - self.whole) > largest * self.noise
+
+    def _settled(self, parts: Sequence[Part]) -> np.ndarray:
+        """Return where the filters of parts have settled, (N,) of bool."""
+        inside = np.ones(len(self.whole), dtype=bool)
+        for p in parts:
+            edge = int(_SETTLING * self._period(p.band))
+            for end in (slice(edge), slice(max(0, len(inside) - edge), None)):
+                inside[end] &= p.weight[end] == 0.0
+        return inside
+
+    def _period(self, band: float) -> int:
+        """Return the period of the end of a band in samples."""
+        return int(np.ceil(1.0 / (band * self.sample_time)))
 
 
 def applied_voltage(values: Mapping, drive: Drive) -> np.ndarray:
@@ -208,9 +279,7 @@ def _noise(references: References) -> np.ndarray:
 
 def _in_band(references: References, name: str, displacement: np.ndarray) -> np.ndarray:
     """Return a displacement as a reference ("band" or "wide") holds it."""
-    reference = getattr(references, name)
-    filtered = replace(references, displacement=displacement).filtered(reference.band)
-    return np.where(reference.whole, displacement, filtered)
+    return replace(references, displacement=displacement).like(getattr(references, name))
 
 
 def _asked_beyond(values: Mapping, drive: Drive, free: np.ndarray, reference: np.ndarray) -> np.ndarray:

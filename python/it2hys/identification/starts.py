@@ -106,7 +106,8 @@ class Starts:
             trace.noise,
             misfit,
             lambda lead: (
-                _moves(model, trace, lead, self.extent)
+                lead >= _told_after(model)
+                and _moves(model, trace, lead, self.extent)
                 and self._determines(model, replace(trace, lead=lead), error)
             ),
         )
@@ -180,6 +181,12 @@ def _forgotten(late: np.ndarray, noise: float, misfit: float) -> bool:
     by_chance = noise * len(means) / len(late)
     slow = np.mean(np.square(means)) - STARTS.late * misfit - by_chance
     return bool(np.mean(late**2) <= STARTS.late * (noise + misfit) and slow <= STARTS.slow**2 * noise)
+
+
+def _told_after(model: Model) -> float:
+    """Return after how many samples of a record the effects tell what of them belongs to it."""
+    longest = max((EFFECTS[e].told_after(model.values) for e in model.effects), default=0.0)
+    return longest / model.values["sampleTime"]
 
 
 def _moves(model: Model, trace: Trace, lead: int, extent: Extent) -> bool:

@@ -220,6 +220,10 @@ class Effect(ABC):
         """
         return bounds
 
+    def told_after(self, values: Values) -> float:
+        """Return how much of a record, in s, tells its `per_record` parameters from slow motion."""
+        return 0.0
+
     def histories(self, voltage: np.ndarray) -> list[History]:
         """Return what may have been before a record of this voltage, (N,); nothing by default."""
         return []

@@ -7,6 +7,7 @@ cycles whose loops are wider than fast ones'. A drift with time grows without an
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from it2hys.diagnosis.evidence.base import EffectEvidence, Signature
 from it2hys.diagnosis.evidence.statistics import (
@@ -143,9 +144,11 @@ class CreepEvidence(EffectEvidence):
         # what is there at once is the core's
         taken = np.hstack([np.ones_like(time), 1.0 - np.exp(-time / np.array(constants))])
         share = 1.0 - np.exp(-time[:, 0] / far)
-        less = growth * np.linalg.lstsq(taken, share, rcond=None)[0][1:]
-        left = [max(gain - part, 0.0) for gain, part in zip(gains, less, strict=True)]
-        return _of_terms([*left, growth], [*constants, far])
+        # terms that are as slow as each other could otherwise change by any amount, and back
+        most = np.maximum(gains, np.finfo(float).tiny)
+        ends = np.append(-np.inf, 0.0 * most), np.append(np.inf, most)
+        less = lsq_linear(taken, growth * share, ends).x[1:]
+        return _of_terms([*np.maximum(gains - less, 0.0), growth], [*constants, far])
 
     def unshown(self, values: Mapping, time: np.ndarray) -> list[np.ndarray]:
         """Return a constant, and what the slowest term forgets: it stands for those that are slower."""

@@ -41,6 +41,10 @@ class Hum(Effect):
             "hum.phase": Start(0.0, -100.0, 100.0),
         }
 
+    def told_after(self, values: Values) -> float:
+        """Return the period of the line: a part of one looks like a slow error of the model."""
+        return 1.0 / values["hum.frequency"]
+
     def found_in_records(
         self, values: Mapping, clues: Callable[[Mapping], Clues]
     ) -> dict[str, np.ndarray]:
