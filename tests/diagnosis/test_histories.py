@@ -199,6 +199,21 @@ def test_creep_goes_on_behind_records_of_one_rest_as_at_their_end():
     assert judged.e_rms < 1.2 * noise  # 5.6 before
 
 
+def test_terms_as_slow_as_each_other_hand_on_no_more_than_they_have():
+    """By least squares alone one of them became 338 times the displacement, another 0."""
+    longest = EXTENT.duration
+    constants = 0.03 * longest, longest, 1.00006 * longest
+    values: dict[str, float] = {"creepCount": 3}
+    for i, constant in enumerate(constants, start=1):
+        values |= {f"creep[{i}].gain": 0.02, f"creep[{i}].timeConstant": constant}
+    more = EVIDENCE["creep"].going_on(values, EXTENT)
+    gains = [more[f"creep[{i}].gain"] for i in range(1, 5)]
+    assert more["creepCount"] == 4 and all(0.0 <= gain <= 0.02 for gain in gains[:3])
+    # they were 0.06 in all, and go on by as much as they grow within the last decade
+    growth = [np.exp(-0.1 * longest / c) - np.exp(-longest / c) for c in constants]
+    assert gains[3] == pytest.approx(0.02 * sum(growth), rel=1e-12)
+
+
 def test_creep_that_no_fitted_record_shows_is_not_unexplained(monkeypatch: pytest.MonkeyPatch):
     """Where it does not go on so, it is said with its size, and does not count."""
     monkeypatch.setattr(type(EVIDENCE["creep"]), "going_on", lambda self, values, extent: {})
@@ -221,6 +236,16 @@ def test_a_lead_in_lasts_until_the_voltage_moves():
     trace = measured(model, 0, held)
     bench = Bench([trace], Scaling(8 * UM, 8 * UM, 50.0, 50.0), EXTENT, [trace], parts=True)
     assert bench.with_lead_in(model, trace).lead > 400
+
+
+def test_a_lead_in_lasts_for_a_period_of_a_line():
+    """A part of one looks like a slow error of the model, which the phase then makes up for."""
+    own = {"hum.phase": np.zeros(1), "initialDisplacement": np.array([5.0]) * UM}
+    line = {"hum.amplitude": 30.0 * NOISE, "hum.frequency": 1.0 / (200.0 * TS)}
+    model = Model({**table_1(), **line}, ("hum",), np.zeros(1), own)
+    trace = measured(model, 0)
+    bench = Bench([trace], Scaling(8 * UM, 8 * UM, 50.0, 50.0), EXTENT, [trace], parts=True)
+    assert 200 <= bench.with_lead_in(model, trace).lead <= 300
 
 
 def test_a_slow_error_late_in_a_lead_in_tells_that_the_past_is_not_forgotten():

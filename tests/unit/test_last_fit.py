@@ -41,5 +41,5 @@ def test_a_core_past_mending_is_begun_again_from_the_one_before(bench):
 
 
 def test_without_any_usable_core_it_is_refused(bench):
-    with pytest.raises(InputError, match="not admissible"):
+    with pytest.raises(InputError, match="has an inverse"):
         last_fit(bench, model(POOR), model(POOR))

@@ -29,3 +29,28 @@ def test_what_is_faster_than_the_band_stays_as_measured():
     jump = 0.05 * UM * (np.arange(20_000) >= 11_000)
     whole = MIDDLE.start + np.flatnonzero(references(20_000, jump).band.whole[MIDDLE])
     assert whole[0] <= 11_000 <= whole[-1] and len(whole) < 2000
+
+
+def test_one_ring_does_not_fill_a_long_record_with_noise():
+    """The stage of a record of 10 s rang for 10 ms: the inverse made 1.8 V of the noise, not 0.25 V."""
+    count, begin = 40_000, 15_000
+    behind = np.arange(count - begin) * 1e-4
+    ring = np.zeros(count)
+    ring[begin:] = 2.0 * UM * np.exp(-behind / 2e-3) * np.cos(2 * np.pi * 900.0 * behind)
+    noisy, quiet = references(count, ring), references(count).whole
+    error = noisy.band.displacement - noisy.displacement
+    motion = 5 * UM * np.sin(2 * np.pi * 7.0 * np.arange(count) * 1e-4)
+    assert noisy.band.band > 900.0
+    # where it rings nothing of it is lost, and far from it little noise is left
+    assert np.sqrt(np.mean(error[begin : begin + 100] ** 2)) < NOISE
+    left = (quiet - motion)[25_000:-1000], (noisy.band.displacement - motion)[25_000:-1000]
+    assert np.std(left[1] - NOISE * np.sin(0.012 * np.pi * np.arange(25_000, 39_000))) < 0.4 * NOISE
+    assert np.std(left[0]) > NOISE
+
+
+def test_a_spike_of_the_noise_lets_through_little_of_it():
+    spike = 7.0 * NOISE * (np.arange(20_000) == 9_000)
+    reference = references(20_000, spike).band
+    assert np.count_nonzero(reference.whole[MIDDLE]) <= 30
+    parts = sum(p.weight for p in reference.parts)
+    np.testing.assert_allclose(parts, 1.0, rtol=1e-12)

@@ -195,6 +195,33 @@ def test_a_butterfly_is_refused_with_what_was_measured(share, sign):
     assert "butterfly" in message and "one side of zero volts" in message
 
 
+@pytest.mark.parametrize("tilt", [-4.0, -2.0, 4.0])
+@pytest.mark.parametrize("cycles", [1, 3])
+def test_a_butterfly_that_is_not_the_same_on_both_sides_is_no_reversed_sensor(tilt, cycles):
+    """Measured ones were: on average they fall, and a sign would not have mended that."""
+    rng = np.random.default_rng(2)
+    turn = 2.0 * np.pi * np.arange(400 * cycles) / 400
+    drive = 1500.0 * np.sin(turn)
+    # half a period before, so that the domains are as the drive left them
+    whole = 1500.0 * np.sin(np.arange(-np.pi, turn[-1] + 0.01, 2.0 * np.pi / 400))
+    reading = butterfly(whole, 900.0, rng)[-len(turn) :] + tilt * drive / 1500.0
+    with pytest.raises(InputError, match="butterfly loop"):
+        check_response(record(drive, reading + 0.02 * rng.standard_normal(len(turn))))
+
+
+@pytest.mark.parametrize("lag", np.linspace(0.0, np.pi, 9))
+@pytest.mark.parametrize("cycles", [1, 5])
+def test_what_lags_is_no_butterfly(lag, cycles):
+    """Its branches turn back, but to the opposite at opposite voltages."""
+    turn = 2.0 * np.pi * np.arange(400 * cycles) / 400
+    drive = 50.0 + 45.0 * np.sin(turn)
+    reading = 5.0 * np.sin(turn - lag) + 0.4 * np.sin(2.0 * (turn - lag))
+    try:
+        check_response(record(drive, reading))
+    except InputError as error:
+        assert "butterfly" not in str(error)
+
+
 def test_a_curve_that_bends_but_rises_is_no_butterfly():
     drive = np.linspace(-1.0, 1.0, 500)
     drive = np.concatenate([drive, drive[::-1]] * 3)

@@ -52,9 +52,8 @@ def last_fit(bench: Bench, model: Model, before: Model) -> tuple[Bench, ChainFit
         usable = _made_usable(bench, bench.fit(other, _ITERATIONS, STRENGTHS[0]))
     if usable is None:
         raise InputError(
-            "the fitted model is not admissible over the range of the training records: its core "
-            "does not contract or cannot be inverted there; give records that cover the range "
-            "better"
+            "no model that fits the training records has an inverse over their range. Give records "
+            "that cover the range better"
         )
     return bench, _going_on(bench, usable)
 

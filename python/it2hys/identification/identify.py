@@ -37,7 +37,6 @@ from it2hys.identification.starts import Starts
 from it2hys.identification.traces import extent_of, guess_offsets, plain_trace, to_trace
 from it2hys.identification.uncertainty import assess
 from it2hys.identification.weights import weigh
-from it2hys.model import compiled
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.stages import EFFECTS
 from it2hys.policy import CORE, COVERAGE, NOISE
@@ -247,9 +246,10 @@ class _Session:
         physical = self._scaling.physical_rules(fit.rules)
         usable = usability.widest_range(physical, low, high)
         if usable is None:
-            fault = compiled.check(physical, low, high)
+            found = record_findings([p.record for p in self._train])
             raise IdentificationError(
-                f"the fitted model is not admissible over the range of the training records: {fault}"
+                "no model that fits the training records has an inverse over their range. "
+                + (" ".join(found) or "Give records that cover the range better")
             )
         return usable
 
