@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from conftest import UM
 
-from it2hys.identification.inverse import References
+from it2hys.identification.inverse import References, ask_inverse, noise_of_inverse
+from it2hys.model import compiled
+from it2hys.model.compiled import Drive
+from it2hys.model.parameters import table_1
 
 NOISE = 0.002 * UM
 #: Samples at which the filter does not end.
@@ -54,3 +57,22 @@ def test_a_spike_of_the_noise_lets_through_little_of_it():
     assert np.count_nonzero(reference.whole[MIDDLE]) <= 30
     parts = sum(p.weight for p in reference.parts)
     np.testing.assert_allclose(parts, 1.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("frequency", [50.0, 30.0])
+def test_a_line_beyond_the_band_is_taken_off_as_little_as_it_is_in_the_reference(frequency):
+    """At 200 samples a second the mains' line is beyond it: its model spoilt the inverse."""
+    values = {**table_1(), "sampleTime": 5e-3, "hum.amplitude": 0.06 * UM, "hum.frequency": frequency}
+    voltage = 50.0 - 40.0 * np.cos(2.0 * np.pi * 0.5 * np.arange(4000) * 5e-3)
+    packed = compiled.pack_chain(values)
+    _, reading = compiled.chain_free_run(packed, voltage)
+    noise = 0.006 * UM
+    reading = reading + noise * np.random.default_rng(0).standard_normal(4000)
+    trusted = np.ones(4000, dtype=bool)
+    record = References(reading, trusted, noise, 5e-3)
+    for name in ("band", "wide"):
+        asked, _ = ask_inverse(values, Drive.of(voltage), record, name)
+        inside = getattr(record, name).inside
+        noise_alone = noise_of_inverse(values, Drive.of(voltage), record, name)
+        error = (asked - voltage)[inside]
+        assert np.mean(error**2) < 1.2 * np.mean(noise_alone[inside] ** 2)  # 40 and more before

@@ -6,7 +6,7 @@ from casadi_runs import around, assert_same, run
 from conftest import UM
 
 import it2hys
-from it2hys.identification.inverse import inverse_error
+from it2hys.identification.inverse import applied_voltage
 from it2hys.model import compiled
 from it2hys.model.compiled import Drive
 from it2hys.model.parameters import ParameterSet, table_1
@@ -63,5 +63,7 @@ def test_a_reading_that_comes_late_is_no_error_of_the_inverse(delay):
     """What a stage behind the core delays, no inverse makes up for, and no figure counts."""
     parameters, voltage = ringing(delay), steps()
     reading, _ = compiled.chain_free_run(parameters, voltage)
-    error = inverse_error(parameters, Drive.of(voltage), reading)
+    error = compiled.chain_inverse_run(parameters, reading)[0] - applied_voltage(
+        parameters, Drive.of(voltage)
+    )
     assert np.sqrt(np.mean(error**2)) < 0.02

@@ -574,8 +574,7 @@ class Bench(Starts):
         """Return what the inverse asks for beyond the voltage applied, in m by the records' gain."""
         reference = getattr(trace.references, name)
         values = {**model.values, **model.start(index), **self._ends}
-        wanted = reference.displacement - model.offsets[index]
-        error = inverse_error(values, trace.drive, wanted)
+        error = inverse_error(values, trace.drive, trace.references, name, model.offsets[index])
         gain = self.extent.displacement_span / self.extent.voltage_span
         return self._bounded(gain * error)[trace.judged & reference.inside]
 

@@ -216,9 +216,11 @@ def _made_up_for() -> list[str]:
 
 
 def ask_inverse(
-    values: Mapping, drive: Drive, displacement: np.ndarray
+    values: Mapping, drive: Drive, references: References, name: str = "band", offset: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the voltage that the inverse asks for, V, and where it cannot follow, both of shape (N,).
+
+    What the model says is picked up is taken off the reference.
 
     Parameters
     ----------
@@ -226,22 +228,30 @@ def ask_inverse(
         Parameters of the chain, the start of the record among them.
     drive : Drive
         Of the record.
-    displacement : ndarray, shape (N,)
-        As measured, without the record's constant, m. What the model says is picked up is
-        taken off.
+    references : References
+        Of the displacement as measured.
+    name : str, optional
+        Which of them, "band" or "wide".
+    offset : float, optional
+        The record's constant, m.
     """
     free, measured = compiled.chain_free_run(values, drive.voltage, drive.force, drive.temperature)
-    return compiled.chain_inverse_run(
-        values, displacement - (measured - free), drive.force, drive.temperature
-    )
+    wanted, picked_up = getattr(references, name).displacement - offset, measured - free
+    if np.any(picked_up):
+        # as filtered as the reference: of a line beyond its band, nothing is left in it
+        wanted = wanted - _in_band(references, name, picked_up)
+    return compiled.chain_inverse_run(values, wanted, drive.force, drive.temperature)
 
 
-def inverse_error(values: Mapping, drive: Drive, displacement: np.ndarray) -> np.ndarray:
+def inverse_error(
+    values: Mapping, drive: Drive, references: References, name: str = "band", offset: float = 0.0
+) -> np.ndarray:
     """Return what the inverse asks for, less the voltage that was applied, V, shape (N,).
 
     Parameters are those of `ask_inverse`.
     """
-    return ask_inverse(values, drive, displacement)[0] - applied_voltage(values, drive)
+    asked, _ = ask_inverse(values, drive, references, name, offset)
+    return asked - applied_voltage(values, drive)
 
 
 def noise_of_inverse(

@@ -233,7 +233,7 @@ def _judge_inverse(trace: Trace, parameters: ParameterSet, offset: float) -> Inv
     """Return how the inverse does on the measured displacement, up to the band of the record."""
     reference, drive = trace.references.band, trace.drive
     judged = trace.judged & reference.inside
-    asked, saturated = ask_inverse(parameters, drive, reference.displacement - offset)
+    asked, saturated = ask_inverse(parameters, drive, trace.references, offset=offset)
     applied = applied_voltage(parameters, drive)
     noise = noise_of_inverse(parameters, drive, trace.references)
     (low, high), (lowest, highest) = parameters.voltage_range, parameters.displacement_range
