@@ -41,19 +41,19 @@ def test_one_ring_does_not_fill_a_long_record_with_noise():
     ring = np.zeros(count)
     ring[begin:] = 2.0 * UM * np.exp(-behind / 2e-3) * np.cos(2 * np.pi * 900.0 * behind)
     noisy, quiet = references(count, ring), references(count).whole
-    error = noisy.band.displacement - noisy.displacement
+    error = noisy.local.displacement - noisy.displacement
     motion = 5 * UM * np.sin(2 * np.pi * 7.0 * np.arange(count) * 1e-4)
-    assert noisy.band.band > 900.0
+    assert noisy.local.band > 900.0
     # where it rings nothing of it is lost, and far from it little noise is left
     assert np.sqrt(np.mean(error[begin : begin + 100] ** 2)) < NOISE
-    left = (quiet - motion)[25_000:-1000], (noisy.band.displacement - motion)[25_000:-1000]
+    left = (quiet - motion)[25_000:-1000], (noisy.local.displacement - motion)[25_000:-1000]
     assert np.std(left[1] - NOISE * np.sin(0.012 * np.pi * np.arange(25_000, 39_000))) < 0.4 * NOISE
     assert np.std(left[0]) > NOISE
 
 
 def test_a_spike_of_the_noise_lets_through_little_of_it():
     spike = 7.0 * NOISE * (np.arange(20_000) == 9_000)
-    reference = references(20_000, spike).band
+    reference = references(20_000, spike).local
     assert np.count_nonzero(reference.whole[MIDDLE]) <= 30
     parts = sum(p.weight for p in reference.parts)
     np.testing.assert_allclose(parts, 1.0, rtol=1e-12)
@@ -70,7 +70,7 @@ def test_a_line_beyond_the_band_is_taken_off_as_little_as_it_is_in_the_reference
     reading = reading + noise * np.random.default_rng(0).standard_normal(4000)
     trusted = np.ones(4000, dtype=bool)
     record = References(reading, trusted, noise, 5e-3)
-    for name in ("band", "wide"):
+    for name in ("local", "band", "wide"):
         asked, _ = ask_inverse(values, Drive.of(voltage), record, name)
         inside = getattr(record, name).inside
         noise_alone = noise_of_inverse(values, Drive.of(voltage), record, name)

@@ -1,11 +1,11 @@
 """The inverse on measured data: which voltage it asks for when fed with the measured displacement.
 
 The voltage that was applied is the answer. Without the rig, their difference says how well feedforward
-will track. Two references are made of a record: its *band*, up to the highest frequency at which the
-displacement stands out of the noise, which is what a user's reference may contain; and a *wide* one,
-which holds more noise and tells inverses that differentiate from those that only wait. The band is as
-narrow as each part of a record allows: a ring once in ten seconds is no reason to feed the inverse with
-noise all the time.
+will track. Three references are made of a record. What a user's may contain is *local*: up to the
+highest frequency at which the displacement stands out of the noise thereabouts. A ring once in ten
+seconds is no reason to feed the inverse with noise all the time. A search compares inverses on its
+*band*, the same everywhere in a record, and on a *wide* one, which holds more noise and tells inverses
+that differentiate from those that only wait.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class References:
-    """Both references of a record.
+    """The references of a record.
 
     Parameters
     ----------
@@ -102,6 +102,12 @@ class References:
 
     @cached_property
     def band(self) -> Reference:
+        """Up to the highest frequency at which the displacement stands out of the noise."""
+        highest, _, _ = self._ends()
+        return self._reference(highest, [Part(highest, np.ones(len(self.whole)))])
+
+    @cached_property
+    def local(self) -> Reference:
         """Up to the highest frequency at which the displacement stands out of the noise thereabouts."""
         highest, middle, ends = self._ends()
         halvings = np.floor(np.log2(highest / ends))
@@ -216,7 +222,7 @@ def _made_up_for() -> list[str]:
 
 
 def ask_inverse(
-    values: Mapping, drive: Drive, references: References, name: str = "band", offset: float = 0.0
+    values: Mapping, drive: Drive, references: References, name: str = "local", offset: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the voltage that the inverse asks for, V, and where it cannot follow, both of shape (N,).
 
@@ -231,7 +237,7 @@ def ask_inverse(
     references : References
         Of the displacement as measured.
     name : str, optional
-        Which of them, "band" or "wide".
+        Which of them: "local", "band" or "wide".
     offset : float, optional
         The record's constant, m.
     """
@@ -244,7 +250,7 @@ def ask_inverse(
 
 
 def inverse_error(
-    values: Mapping, drive: Drive, references: References, name: str = "band", offset: float = 0.0
+    values: Mapping, drive: Drive, references: References, name: str = "local", offset: float = 0.0
 ) -> np.ndarray:
     """Return what the inverse asks for, less the voltage that was applied, V, shape (N,).
 
@@ -255,19 +261,19 @@ def inverse_error(
 
 
 def noise_of_inverse(
-    values: Mapping, drive: Drive, references: References, name: str = "band"
+    values: Mapping, drive: Drive, references: References, name: str = "local"
 ) -> np.ndarray:
     """Return what noise in a reference makes of the inverse's voltage, V, shape (N,).
 
     The inverse is fed with the model's own run, and with that and white noise of the record's size, in
-    the band of that reference ("band" or "wide").
+    the band of that reference ("local", "band" or "wide").
     """
     free, noise = _own_run(values, drive), _noise(references)
     return _asked_beyond(values, drive, free, free + _in_band(references, name, noise))
 
 
 def least_inverse_error(
-    values: Mapping, drive: Drive, references: References, name: str = "band"
+    values: Mapping, drive: Drive, references: References, name: str = "local"
 ) -> np.ndarray:
     """Return by how much the inverse would miss the voltage of a stage as the model is, V, shape (N,).
 
@@ -288,7 +294,7 @@ def _noise(references: References) -> np.ndarray:
 
 
 def _in_band(references: References, name: str, displacement: np.ndarray) -> np.ndarray:
-    """Return a displacement as a reference ("band" or "wide") holds it."""
+    """Return a displacement as a reference ("local", "band" or "wide") holds it."""
     return replace(references, displacement=displacement).like(getattr(references, name))
 
 

@@ -231,7 +231,7 @@ def _one_step(trace: Trace, parameters: ParameterSet, offset: float) -> OneStep:
 
 def _judge_inverse(trace: Trace, parameters: ParameterSet, offset: float) -> InverseJudgement:
     """Return how the inverse does on the measured displacement, up to the band of the record."""
-    reference, drive = trace.references.band, trace.drive
+    reference, drive = trace.references.local, trace.drive
     judged = trace.judged & reference.inside
     asked, saturated = ask_inverse(parameters, drive, trace.references, offset=offset)
     applied = applied_voltage(parameters, drive)
