@@ -81,7 +81,7 @@ class Creep(Effect):
                 float(time_constant), fastest, 10.0 * slowest, seen=slowest
             )
         result["initialCreep"] = Start(0.0, -extent.displacement_span, extent.displacement_span)
-        result["initialCreepAge"] = Start(0.0, 0.0, 10.0 * slowest)
+        result["initialCreepAge"] = Start(0.0, 0.0, slowest)
         return result
 
     def starts_of(self, values: Mapping, extent: Extent) -> dict[str, Start]:
