@@ -7,6 +7,7 @@ import pytest
 from conftest import YAN9A, needs_measured_records
 from diagnosis import simulator as sim
 from diagnosis import voltages
+from scipy import signal
 
 from it2hys import identify
 from it2hys.errors import InputError
@@ -220,6 +221,15 @@ def test_what_lags_is_no_butterfly(lag, cycles):
         check_response(record(drive, reading))
     except InputError as error:
         assert "butterfly" not in str(error)
+
+
+def test_a_chirp_through_a_resonance_is_no_butterfly():
+    """Mean branches of it turn back, but tell nothing of the record."""
+    time = np.arange(6000) * 1e-4
+    drive = 50.0 * signal.chirp(time, 10.0, time[-1], 3000.0)
+    angle, radius = 2.0 * np.pi * 800.0 * 1e-4, np.exp(-0.02 * 2.0 * np.pi * 800.0 * 1e-4)
+    poles = [1.0, -2.0 * radius * np.cos(angle), radius**2]
+    check_response(record(drive, 0.1 * signal.lfilter([sum(poles)], poles, drive)))
 
 
 def test_a_curve_that_bends_but_rises_is_no_butterfly():

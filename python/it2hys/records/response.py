@@ -81,7 +81,7 @@ def check_response(record: Record) -> None:
     if explained < _PLAIN and chance > _CHANCE:
         raise _fault(record, _unrelated_text(explained))
     views = [_Curve.of(seen, order) for order in seen.orders]
-    if explained > _PLAIN and all(_is_folded(c.branches) for c in views):
+    if np.min(seen.voltage) < 0.0 < np.max(seen.voltage) and all(_is_folded(c) for c in views):
         rising, falling = views[0].branches
         raise _fault(record, _folded_text(rising if rising.folded > _FOLDED else falling))
     if all(_is_reversed(c, explained, seen) for c in views):
@@ -281,12 +281,15 @@ class _Branch:
         V and µm, in the order in which they are gone through.
     folded : float
         Share of its shape that no monotone one explains.
+    left : float
+        Sum of the squares that the means leave, µm².
     """
 
     level: np.ndarray
     voltage: np.ndarray
     displacement: np.ndarray
     folded: float
+    left: float
 
     @classmethod
     def of(cls, voltage: np.ndarray, displacement: np.ndarray, rising: bool) -> _Branch:
@@ -296,8 +299,9 @@ class _Branch:
         means = [np.bincount(place, values[here]) / counts for values in (voltage, displacement)]
         turns = (_not_monotone(means[1], counts, way) for way in (True, False))
         folded = min(turns) if len(levels) > 1 else 0.0
+        left = float(np.sum((displacement[here] - means[1][place]) ** 2))
         way = slice(None, None, 1 if rising else -1)
-        return cls(levels[way], means[0][way], means[1][way], folded)
+        return cls(levels[way], means[0][way], means[1][way], folded, left)
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,9 +377,11 @@ def _matters(curve: _Curve, explained: float) -> bool:
     return curve.explained > max(_SHOWS, _MATTERS * explained)
 
 
-def _is_folded(branches: tuple[_Branch, _Branch]) -> bool:
-    """Return whether a branch turns back, and both go the same way at opposite voltages."""
-    if max(b.folded for b in branches) < _FOLDED:
+def _is_folded(curve: _Curve) -> bool:
+    """Return whether a plain branch turns back, and both go the same way at opposite voltages."""
+    branches, y = curve.branches, curve.without_drift
+    plain = sum(b.left for b in branches) < (1.0 - _PLAIN) * len(y) * np.var(y)
+    if not plain or max(b.folded for b in branches) < _FOLDED:
         return False
     rising, falling = ({k: y for k, y in zip(b.level, b.displacement, strict=True)} for b in branches)
     both = [(y, falling[_LEVELS - 1 - k]) for k, y in rising.items() if _LEVELS - 1 - k in falling]
