@@ -1,8 +1,8 @@
 """Whether the displacement answers the voltage as a stage's does: it rises with it, on one branch.
 
 Three kinds of records are refused, because no fit could make anything of them: a displacement that
-falls while the voltage rises, one that is the same on both sides of a voltage (a butterfly loop), and
-one that has nothing to do with the voltage.
+falls while the voltage rises, one that turns back on its way (a butterfly loop), and one that has
+nothing to do with the voltage.
 
 The sign is read off the mean displacement at each voltage: hysteresis, creep and lag part the branches
 of a loop, but leave their mean monotone. A butterfly turns back within a branch, and the same way at
@@ -379,8 +379,8 @@ def _matters(curve: _Curve, explained: float) -> bool:
 
 def _is_folded(curve: _Curve) -> bool:
     """Return whether a plain branch turns back, and both go the same way at opposite voltages."""
-    branches, y = curve.branches, curve.without_drift
-    plain = sum(b.left for b in branches) < (1.0 - _PLAIN) * len(y) * np.var(y)
+    branches, whole = curve.branches, curve.without_drift
+    plain = sum(b.left for b in branches) < (1.0 - _PLAIN) * len(whole) * np.var(whole)
     if not plain or max(b.folded for b in branches) < _FOLDED:
         return False
     rising, falling = ({k: y for k, y in zip(b.level, b.displacement, strict=True)} for b in branches)
