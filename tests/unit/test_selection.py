@@ -272,7 +272,7 @@ def grown(monkeypatch, wanted):
 
 
 def of_terms(count, *added):
-    model = SimpleNamespace(effects=("creep", *added), terms=count)
+    model = SimpleNamespace(effects=("creep", *added), terms=count, places=True)
     return Node(frozenset(added), SimpleNamespace(model=model), errors(1.0, 1.0))
 
 
