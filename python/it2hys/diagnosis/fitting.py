@@ -279,7 +279,7 @@ class Bench(Starts):
         return min(fits, key=lambda fit: fit.minimum.cost)
 
     def rested(self, fit: ChainFit, iterations: int) -> ChainFit:
-        """Return the fit with all records begun after long rest, if that is no worse but for chance.
+        """Return the fit with all records begun after long rest, if that is as good or worse by chance.
 
         What is fitted to each record takes up a part of what the effects do.
         """
@@ -289,8 +289,10 @@ class Bench(Starts):
         other = self.fit(at_rest(fit.model), iterations)
         if not np.isfinite(other.minimum.cost):
             return fit
+        if other.minimum.cost <= _ALIKE * fit.minimum.cost:
+            return other
         loss = sum(
-            _loss(*((f.model.predict(t, i) - t.y)[t.fitted] for f in (fit, other)))
+            _loss(*((t.weight * (f.model.predict(t, i) - t.y))[t.fitted] for f in (fit, other)))
             for i, t in enumerate(self.traces)
         )
         freedom = len(remembered) * len(self.traces)
