@@ -449,8 +449,8 @@ class Starts:
     rested: float = _number(
         0.01, "probability",
         "p-value above which records count as begun after long rest, and not as fitted one by one",
-        "statistic: ratio of likelihoods of the independent samples of each record; on seeds 90000, "
-        "with all samples, records begun at rest had 0.1 and more but once (0.0009)",
+        "statistic: ratio of likelihoods; on seeds 90000 records begun at rest had 0.1 and more but "
+        "once (0.0009)",
     )  # fmt: skip
     near: float = _number(
         0.1, "share of the travel",
@@ -600,11 +600,6 @@ class Core:
     soft: float = _number(
         200.0, "1/noise",
         "the same, where many loops determine it",
-    )  # fmt: skip
-    idle: float = _number(
-        1e-3, "share of the mean weight",
-        "weight below which a play operator does nothing and is left out before thresholds are fitted",
-        "rounding: what fits leave at the bound of 0 is below it by decades",
     )  # fmt: skip
 
 

@@ -1,14 +1,13 @@
 """More play operators, where the density that was found asks for them."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
 from it2hys.diagnosis.evidence.play import EVIDENCE
-from it2hys.model.effects.play import COUNT, EFFECT, INITIAL, thresholds
+from it2hys.model.effects.play import COUNT, INITIAL, thresholds
 from it2hys.model.variables import load_table
 from it2hys.records.clues import Clues, Extent
 
@@ -58,31 +57,6 @@ def test_operators_are_close_where_the_density_is_great():
 def test_there_is_no_more_of_no_memory_nor_beyond_the_most_operators():
     assert EVIDENCE.extended(coarse([0.0] * COUNT), EXTENT) == []
     assert EVIDENCE.extended(most(coarse([0.1] * COUNT)), EXTENT) == []
-
-
-@given(st.lists(st.floats(0.0, 1.0), min_size=COUNT, max_size=COUNT))
-def test_bounds_of_fitted_thresholds_keep_them_in_order(weights):
-    values = EFFECT.without_idle(coarse(weights))
-    r, w = operators(values)
-    assert 1 <= len(r) <= COUNT
-    assert w.sum() >= 0.99 * sum(weights)
-    starts = list(EFFECT.places(values, EXTENT).values())
-    assert [s.value for s in starts] == list(r)
-    assert all(s.low < s.value < s.high for s in starts)
-    assert all(lower.high <= upper.low for lower, upper in pairwise(starts))
-    assert starts[0].low > 0.0
-
-
-def test_operators_that_weigh_nothing_are_left_out():
-    values = EFFECT.without_idle(coarse([0.3, 0.0, 0.2, *([0.0] * (COUNT - 3))]))
-    r, w = operators(values)
-    first, _, third, *_ = operators(coarse([0.0] * COUNT))[0]
-    assert list(r) == [first, third]
-    assert list(w) == [0.3, 0.2]
-
-
-def test_thresholds_of_more_operators_than_a_run_has_derivatives_by_are_held():
-    assert EFFECT.places(most(coarse([0.1] * COUNT)), EXTENT) == {}
 
 
 def test_a_single_operator_becomes_two():

@@ -133,15 +133,9 @@ def with_addition(
 ) -> tuple[Node, Gains]:
     """Return the model with an addition, fitted to the end if it ranks high, and what it gains."""
     if rank < FINALISTS:
-        fit = _finished(bench, fit.model)
+        fit = bench.resampled(bench.finish(fit.model, FINISHING))
     node = node_of(bench, base | {addition}, fit)
     return node, Gains.of(before, node.errors)
-
-
-def _finished(bench: Bench, model: Model) -> ChainFit:
-    """Return a model fitted to the end, its records begun after long rest where that is likely."""
-    fit = bench.finish(replace(model, rested=False), FINISHING)
-    return bench.rested(bench.resampled(fit), FINISHING)
 
 
 def sharpened(bench: Bench, node: Node, each: Callable | None = None) -> Node:
@@ -154,7 +148,7 @@ def sharpened(bench: Bench, node: Node, each: Callable | None = None) -> Node:
 
 def refined_from(bench: Bench, added: frozenset[str], model: Model) -> Node:
     """Return a model that no addition has led to, fitted to the end and refined."""
-    fit = _finished(bench, model)
+    fit = bench.resampled(bench.finish(model, FINISHING))
     return refined(bench, sharpened(bench, node_of(bench, added, fit)))
 
 
@@ -169,7 +163,6 @@ def refined(bench: Bench, node: Node, each: Callable | None = None) -> Node:
         for effect in sorted(node.fit.model.effects):
             while (better := _with_more_elements(bench, node, effect)) is not node:
                 node = better
-            node = _placed(bench, node, effect)
     return node
 
 
@@ -213,7 +206,7 @@ def _resolved(bench: Bench, node: Node) -> Node:
     What they lack would be taken for another effect.
     """
     for effect in node.fit.model.effects:
-        node = _placed(bench, _with_more_elements(bench, node, effect), effect)
+        node = _with_more_elements(bench, node, effect)
         if wider := EVIDENCE[effect].reaching(node.fit.model.values, bench.extent):
             model = replace(node.fit.model, values={**node.fit.model.values, **wider})
             farther = _better(bench, node, model)
@@ -224,17 +217,6 @@ def _resolved(bench: Bench, node: Node) -> Node:
             # what was missing before may have asked for less of it than there is
             smoothness = CORE.stiff if node.fit.model.smoothness == CORE.soft else CORE.soft
             node = _better(bench, node, replace(node.fit.model, smoothness=smoothness))
-    return node
-
-
-def _placed(bench: Bench, node: Node, effect: str) -> Node:
-    """Return the model with an effect's elements moved, and without idle ones, where that is better."""
-    begun = node if node.fit.model.places else None
-    while node is not begun:
-        begun = node
-        values = EFFECTS[effect].without_idle(node.fit.model.values)
-        if EFFECTS[effect].places(values, bench.extent):
-            node = _better(bench, node, replace(node.fit.model, values=values, places=True))
     return node
 
 

@@ -121,10 +121,6 @@ class Model:
         With which what an effect has of a density is held smooth, CORE.stiff or CORE.soft.
     contraction : float
         Largest |dF/dy| of the core: that of any usable one, or less.
-    places : bool
-        Whether the places of an effect's elements are fitted, such as the thresholds of play.
-    rested : bool
-        Whether all records begin after long rest; what may have been before is not fitted then.
     """
 
     values: Mapping[str, float | int]
@@ -133,8 +129,6 @@ class Model:
     own: Mapping[str, np.ndarray]
     smoothness: float = field(default_factory=lambda: CORE.stiff)
     contraction: float = field(default_factory=lambda: CORE.contraction)
-    places: bool = False
-    rested: bool = False
 
     @property
     def rules(self) -> np.ndarray:
@@ -345,8 +339,14 @@ class ChainCriterion:
         }
         for c, value in zip(self.common, point[places["effects"]], strict=True):
             values[c.name] = c.value(value)
-        own = {c.name: point[places[c.name]] * c.unit for c in self._own}
-        return replace(self.model, values=values, offsets=self._offsets(point), own=own)
+        return Model(
+            values,
+            self.model.effects,
+            self._offsets(point),
+            {c.name: point[places[c.name]] * c.unit for c in self._own},
+            self.model.smoothness,
+            self.model.contraction,
+        )
 
     def _packed(self, point: np.ndarray) -> np.ndarray:
         """Return what the model of the coordinates packs for each record, shape (R, ...)."""

@@ -32,8 +32,6 @@ def fitted_coordinates(model: Model, extent: Extent) -> list[Coordinate]:
     result = []
     for effect in model.effects:
         starts = EFFECTS[effect].starts_of(model.values, extent)
-        if model.places:
-            starts |= EFFECTS[effect].places(model.values, extent)
         result += [Coordinate.of(name, start) for name, start in starts.items()]
     result.append(Coordinate("initialDisplacement", extent.displacement, logarithmic=False))
     if shifts(model):
@@ -76,8 +74,7 @@ class Starts:
     def criterion(self, model: Model) -> ChainCriterion:
         """Return the joint criterion of everything, from a model."""
         fitted = fitted_coordinates(model, self.extent)
-        criterion = ChainCriterion(self.traces, model, fitted, self.scaling)
-        return criterion.holding(memories(model)) if model.rested else criterion
+        return ChainCriterion(self.traces, model, fitted, self.scaling)
 
     def fit_own(self, model: Model, traces: Sequence[Trace], known: int = 0) -> Model:
         """Return the model with what belongs to records fitted to these ones, all else held.
@@ -210,7 +207,7 @@ def memories(model: Model) -> list[str]:
 def at_rest(model: Model) -> Model:
     """Return the model with every record begun after long rest."""
     rested = {n: np.zeros_like(model.own[n]) for n in memories(model)}
-    return replace(model, own={**model.own, **rested}, rested=True)
+    return replace(model, own={**model.own, **rested})
 
 
 def lead_in(trace: Trace) -> Trace:
@@ -236,7 +233,6 @@ def _joined(models: Sequence[Model]) -> Model:
         models[0],
         offsets=np.concatenate([m.offsets for m in models]),
         own={name: np.concatenate([m.own[name] for m in models]) for name in models[0].own},
-        rested=False,
     )
 
 

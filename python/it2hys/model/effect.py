@@ -175,14 +175,6 @@ class Effect(ABC):
         """Return start values and bounds for as many elements as a parameter set has."""
         return self.starts(extent)
 
-    def places(self, values: Mapping, extent: Extent) -> dict[str, Start]:
-        """Return start values and bounds for where its elements are, which is held by default."""
-        return {}
-
-    def without_idle(self, values: Mapping) -> dict:
-        """Return the values without elements that do nothing."""
-        return dict(values)
-
     def roughness(self, values: Mapping, units: Mapping[str, float]) -> np.ndarray:
         """Return the rows, (K, C), of what costs as it is not smooth; none by default.
 

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from it2hys.model.effect import Effect, History, Memory, Scalar, Start, Surroundings, Values
-from it2hys.policy import CORE
 from it2hys.records.clues import Extent
 from it2hys.support.lazy import Lazy
 
@@ -14,8 +13,6 @@ ca = Lazy("casadi")
 #: Operators that a fit begins with, and those beyond half the voltage's span, for initial curves.
 COUNT, INITIAL = 10, 3
 
-#: Operators whose thresholds are fitted, at most: a run has derivatives by so many parameters only.
-_PLACED = 20
 #: Last turning points that are tried, as shares of the way from the lowest to the highest voltage.
 _TURNS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25)
 
@@ -103,37 +100,6 @@ class Play(Effect):
     def starts_of(self, values: Mapping, extent: Extent) -> dict[str, Start]:
         """Return starts of as many operators."""
         return self.starts(extent, int(values["playCount"]))
-
-    def places(self, values: Mapping, extent: Extent) -> dict[str, Start]:
-        """Return starts of the thresholds, each bounded half way to its neighbours.
-
-        Few operators at the right places are nearer to a density that ends at once than many.
-        """
-        count = int(values["playCount"])
-        if not 0 < count <= _PLACED:
-            return {}
-        found = [threshold for threshold, _ in _elements(values, count)]
-        ends = [0.0, *found, min(2.0 * found[-1], reach(extent))]
-        halfway = 0.5 * (np.array(ends[1:]) + ends[:-1])
-        return {
-            f"play[{j}].threshold": Start(r, float(low), float(max(high, r)))
-            for j, (r, low, high) in enumerate(zip(found, halfway[:-1], halfway[1:], strict=True), 1)
-        }
-
-    def without_idle(self, values: Mapping) -> dict:
-        """Return the values without operators that weigh nothing beside the others.
-
-        A density that is smooth up to them would have to fall slowly where it ends at once.
-        """
-        count = int(values["playCount"])
-        elements = _elements(values, count)
-        least = CORE.idle * sum(weight for _, weight in elements) / count
-        kept = [element for element in elements if element[1] > least] or elements
-        result = {n: v for n, v in values.items() if not n.startswith("play[")}
-        result["playCount"] = len(kept)
-        for j, (threshold, weight) in enumerate(kept, start=1):
-            result |= {f"play[{j}].threshold": threshold, f"play[{j}].weight": weight}
-        return result
 
     def roughness(self, values: Mapping, units: Mapping[str, float]) -> np.ndarray:
         """Return the second differences of the density of operators, as mean weight per operator.
