@@ -449,8 +449,8 @@ class Starts:
     rested: float = _number(
         0.01, "probability",
         "p-value above which records count as begun after long rest, and not as fitted one by one",
-        "statistic: ratio of likelihoods; on seeds 90000 records begun at rest had 0.1 and more but "
-        "once (0.0009)",
+        "statistic: ratio of likelihoods of the independent samples of each record; on seeds 90000, "
+        "with all samples, records begun at rest had 0.1 and more but once (0.0009)",
     )  # fmt: skip
     near: float = _number(
         0.1, "share of the travel",

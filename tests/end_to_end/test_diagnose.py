@@ -634,6 +634,20 @@ def test_play_is_found_in_measured_records(tmp_path):
     assert_reported_errors_hold(YAN9A / "test.csv", "test", tmp_path)
 
 
+@needs_measured_records
+def test_a_delay_is_found_beside_play_in_a_measured_record(tmp_path):
+    """Play that fits better takes up what a delay does, and its inverse is late."""
+    others = ",".join(e for e in EFFECTS if e not in ("play", "delay"))
+    code = run(
+        "diagnose", YAN9A / "minor_loops.csv", "--exclude", others, "-o", tmp_path, "--quiet",
+    )  # fmt: skip
+    assert code == 0
+    report = report_of(tmp_path)
+    assert {"play", "delay"} == {*report["effects"]}
+    assert report["parameters"]["delay.time"]["value"] > 0.005  # a sample
+    assert report["error"]["after"]["minor_loops"]["inverse_e_rms_V"] <= 0.008  # 0.010 without
+
+
 def test_a_model_that_is_given_stays_as_it_was_given():
     """To the last bit: its range may end where rounding makes it unusable."""
     given = stage_with()

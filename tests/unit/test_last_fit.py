@@ -20,7 +20,6 @@ def model(rules):
 @pytest.fixture
 def bench(monkeypatch):
     """Return a bench whose fits stay where they begin; of its cores one is usable."""
-    monkeypatch.setattr(module, "memories", lambda _: [])
     monkeypatch.setattr(
         module, "usable_over", lambda m, _: m if np.array_equal(m.rules, USABLE) else None
     )
@@ -31,7 +30,8 @@ def bench(monkeypatch):
     def criterion(model):
         return SimpleNamespace(model=model)
 
-    return SimpleNamespace(traces=[], finish=stay, fit=stay, criterion=criterion, begins_alike=False)
+    ways = {"finish": stay, "fit": stay, "rested": lambda fit, _: fit, "criterion": criterion}
+    return SimpleNamespace(traces=[], begins_alike=False, **ways)
 
 
 def test_a_core_past_mending_is_begun_again_from_the_one_before(bench):

@@ -59,6 +59,15 @@ def test_there_is_no_more_of_no_memory_nor_beyond_the_most_operators():
     assert EVIDENCE.extended(most(coarse([0.1] * COUNT)), EXTENT) == []
 
 
+@given(st.integers(1, COUNT), st.floats(0.1, 1.0))
+def test_a_narrower_memory_has_all_thresholds_at_a_share_and_its_weights(count, share):
+    values = {**coarse([0.1] * COUNT), "playCount": count}
+    r, w = operators(values)
+    narrower = {**values, **EVIDENCE.narrowed(values, share)}
+    assert np.allclose(operators(narrower)[0], share * r, rtol=1e-15)
+    assert np.array_equal(operators(narrower)[1], w)
+
+
 def test_a_single_operator_becomes_two():
     one = {"playCount": 1, "play[1].threshold": 10.0, "play[1].weight": 0.2}
     assert extended(one)["playCount"] == 2

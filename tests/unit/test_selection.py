@@ -15,6 +15,7 @@ from it2hys.diagnosis.fitting import Errors, excess
 from it2hys.diagnosis.refinement import Node
 from it2hys.diagnosis.rows import _besides, _reason
 from it2hys.diagnosis.selection import Search, Trial, _ends_better, _follows_noise
+from it2hys.identification.criterion import Model
 from it2hys.model.chain import EFFECTS
 from it2hys.policy import SEARCH
 
@@ -256,7 +257,7 @@ def grown(monkeypatch, wanted):
     sought = []
 
     def extended(model, effect, extent):
-        return [SimpleNamespace(effects=model.effects, terms=model.terms + 1)]
+        return [SimpleNamespace(effects=model.effects, terms=model.terms + 1, values={})]
 
     def better(bench, node, more):
         return replace(node, fit=SimpleNamespace(model=more)) if more.terms <= wanted else node
@@ -272,7 +273,7 @@ def grown(monkeypatch, wanted):
 
 
 def of_terms(count, *added):
-    model = SimpleNamespace(effects=("creep", *added), terms=count)
+    model = SimpleNamespace(effects=("creep", *added), terms=count, values={})
     return Node(frozenset(added), SimpleNamespace(model=model), errors(1.0, 1.0))
 
 
@@ -322,7 +323,7 @@ def test_a_model_anew_has_the_declared_effects_anew_and_all_terms_before_it_is_j
 
     def with_effects(bench, model, effects, each, first):
         added.append((model.effects, {*effects}))
-        return SimpleNamespace(effects=("resonance", "creep")), []
+        return Model({}, ("resonance", "creep"), np.zeros(0), {}), []
 
     monkeypatch.setattr(selection, "with_effects", with_effects)
     monkeypatch.setattr(refinement, "node_of", lambda *_: of_terms(3, "resonance"))
@@ -330,7 +331,7 @@ def test_a_model_anew_has_the_declared_effects_anew_and_all_terms_before_it_is_j
     monkeypatch.setattr(
         selection, "_ends_better", lambda *nodes: judged.append([n.fit.model.terms for n in nodes])
     )
-    passed = {name: lambda fit, *_: fit for name in ("finish", "resampled")}
+    passed = {name: lambda fit, *_: fit for name in ("finish", "resampled", "rested")}
     search = Search(SimpleNamespace(extent=None, leaves_noise=lambda fit: False, **passed))
     search._plain = SimpleNamespace(effects=())
     assert [n.fit.model.terms for n in search._with_fresh_fits([of_terms(3, "resonance")])] == [5]

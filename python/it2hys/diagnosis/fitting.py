@@ -10,7 +10,7 @@ from itertools import combinations
 from math import ceil
 
 import numpy as np
-from scipy.stats import median_abs_deviation
+from scipy.stats import chi2, median_abs_deviation
 
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.residuals import LeftOver, left_over
@@ -24,10 +24,13 @@ from it2hys.identification.starts import (
     SHIFT,
     SHIFTING,
     Starts,
+    at_rest,
+    memories,
     sampling_delay,
     shifts,
     with_histories,
 )
+from it2hys.identification.uncertainty import correlation_time
 from it2hys.model.compiled import Drive
 from it2hys.model.stages import EFFECTS, STAGES
 from it2hys.model.variables import load_table, off_values
@@ -187,6 +190,16 @@ def behind_gain(model: Model, total: float, traces: Sequence[Trace]) -> Model:
     return with_rules(model, moved(model.rules, -distance))
 
 
+def _loss(error: np.ndarray, other: np.ndarray) -> float:
+    """Return by how much a record is less likely by other errors: twice the logarithm of the ratio.
+
+    Of as many samples as are independent: what a model misses of a record is alike in many of them, and
+    starts that are fitted one by one take up some of it.
+    """
+    powers = np.maximum([np.mean(other**2), np.mean(error**2)], np.finfo(float).tiny)
+    return len(error) / correlation_time(error) * float(np.log(powers[0] / powers[1]))
+
+
 def _root_mean_square(values: Sequence[float]) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
@@ -264,6 +277,26 @@ class Bench(Starts):
             starts.append(free.model)
         fits = self._shared(partial(self.fit, iterations=iterations), starts)
         return min(fits, key=lambda fit: fit.minimum.cost)
+
+    def rested(self, fit: ChainFit, iterations: int) -> ChainFit:
+        """Return the fit with all records begun after long rest, if that is as good or worse by chance.
+
+        What is fitted to each record takes up a part of what the effects do.
+        """
+        remembered = memories(fit.model)
+        if fit.model.rested or not remembered:
+            return fit
+        other = self.fit(at_rest(fit.model), iterations)
+        if not np.isfinite(other.minimum.cost):
+            return fit
+        if other.minimum.cost <= _ALIKE * fit.minimum.cost:
+            return other
+        loss = sum(
+            _loss(*((t.weight * (f.model.predict(t, i) - t.y))[t.fitted] for f in (fit, other)))
+            for i, t in enumerate(self.traces)
+        )
+        freedom = len(remembered) * len(self.traces)
+        return other if chi2.sf(loss, freedom) > STARTS.rested else fit
 
     def without_unseen(self, fit: ChainFit) -> ChainFit:
         """Return the fit without what does nothing on its records: it would on others.

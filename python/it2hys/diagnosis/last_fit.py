@@ -11,7 +11,6 @@ from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench
 from it2hys.errors import InputError
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
-from it2hys.identification.starts import at_rest, memories
 from it2hys.identification.usability import STRENGTHS, widest_range
 from it2hys.policy import COVERAGE, STARTS
 
@@ -42,9 +41,9 @@ def last_fit(bench: Bench, model: Model, before: Model) -> tuple[Bench, ChainFit
     InputError
         If the model is not usable, however hard that is asked for.
     """
-    fit = bench.finish(model, _ITERATIONS)
+    fit = bench.finish(replace(model, rested=False), _ITERATIONS)
     bench, fit = _without_offsets(bench, fit)
-    fit = _at_rest(bench, fit)
+    fit = bench.rested(fit, _ITERATIONS)
     usable = _made_usable(bench, fit)
     if usable is None:
         # a core that few voltages determine may be past mending: that of before has a range
@@ -80,22 +79,6 @@ def _without_offsets(bench: Bench, fit: ChainFit) -> tuple[Bench, ChainFit]:
     if other.minimum.cost * (1.0 - COVERAGE.offset_gain) > fit.minimum.cost:
         return bench, fit
     return plain, other
-
-
-def _at_rest(bench: Bench, fit: ChainFit) -> ChainFit:
-    """Return the fit with all records begun after long rest, if that is no worse but for chance.
-
-    What is fitted to each record takes up a part of what the effects do.
-    """
-    remembered = memories(fit.model)
-    if not remembered:
-        return fit
-    criterion = bench.criterion(at_rest(fit.model)).holding(remembered).guarded(1.0)
-    other = minimise(criterion, _ITERATIONS)
-    costs = np.maximum([other.minimum.cost, fit.minimum.cost], np.finfo(float).tiny)
-    statistic = criterion.samples * np.log(costs[0] / costs[1])
-    freedom = len(remembered) * len(bench.traces)
-    return other if chi2.sf(statistic, freedom) > STARTS.rested else fit
 
 
 def _going_on(bench: Bench, fit: ChainFit) -> ChainFit:

@@ -22,6 +22,8 @@ from it2hys.policy import CORE, SEARCH
 AT_ONCE = 0.05
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
+#: Shares to which the places of elements are brought closer together, each again and again.
+_CLOSER = (0.7, 0.85)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,9 +135,15 @@ def with_addition(
 ) -> tuple[Node, Gains]:
     """Return the model with an addition, fitted to the end if it ranks high, and what it gains."""
     if rank < FINALISTS:
-        fit = bench.resampled(bench.finish(fit.model, FINISHING))
+        fit = _finished(bench, fit.model)
     node = node_of(bench, base | {addition}, fit)
     return node, Gains.of(before, node.errors)
+
+
+def _finished(bench: Bench, model: Model) -> ChainFit:
+    """Return a model fitted to the end, its records begun after long rest where that is likely."""
+    fit = bench.finish(replace(model, rested=False), FINISHING)
+    return bench.rested(bench.resampled(fit), FINISHING)
 
 
 def sharpened(bench: Bench, node: Node, each: Callable | None = None) -> Node:
@@ -148,7 +156,7 @@ def sharpened(bench: Bench, node: Node, each: Callable | None = None) -> Node:
 
 def refined_from(bench: Bench, added: frozenset[str], model: Model) -> Node:
     """Return a model that no addition has led to, fitted to the end and refined."""
-    fit = bench.resampled(bench.finish(model, FINISHING))
+    fit = _finished(bench, model)
     return refined(bench, sharpened(bench, node_of(bench, added, fit)))
 
 
@@ -163,6 +171,7 @@ def refined(bench: Bench, node: Node, each: Callable | None = None) -> Node:
         for effect in sorted(node.fit.model.effects):
             while (better := _with_more_elements(bench, node, effect)) is not node:
                 node = better
+            node = _narrowed(bench, node, effect)
     return node
 
 
@@ -206,7 +215,7 @@ def _resolved(bench: Bench, node: Node) -> Node:
     What they lack would be taken for another effect.
     """
     for effect in node.fit.model.effects:
-        node = _with_more_elements(bench, node, effect)
+        node = _narrowed(bench, _with_more_elements(bench, node, effect), effect)
         if wider := EVIDENCE[effect].reaching(node.fit.model.values, bench.extent):
             model = replace(node.fit.model, values={**node.fit.model.values, **wider})
             farther = _better(bench, node, model)
@@ -217,6 +226,22 @@ def _resolved(bench: Bench, node: Node) -> Node:
             # what was missing before may have asked for less of it than there is
             smoothness = CORE.stiff if node.fit.model.smoothness == CORE.soft else CORE.soft
             node = _better(bench, node, replace(node.fit.model, smoothness=smoothness))
+    return node
+
+
+def _narrowed(bench: Bench, node: Node, effect: str) -> Node:
+    """Return the model with an effect's elements closer together, as long as that is better.
+
+    A memory may end at once far below where the records go. A grid that is held, and smooth, up to
+    there smears it.
+    """
+    for share in _CLOSER:
+        while narrower := EVIDENCE[effect].narrowed(node.fit.model.values, share):
+            model = replace(node.fit.model, values={**node.fit.model.values, **narrower})
+            better = _better(bench, node, model)
+            if better is node:
+                break
+            node = better
     return node
 
 
@@ -266,7 +291,18 @@ def _better(bench: Bench, node: Node, variant: Model) -> Node:
     fitted = node_of(bench, node.added, bench.fit(variant, FINISHING))
     gains = Gains.of(node.errors, fitted.errors)
     better = gains.free.gain >= SEARCH.refined and gains.free.p_value <= SEARCH.likely
-    return fitted if (better and not is_worse(gains.band, SEARCH.spoils)) or gains.calms else node
+    return fitted if (better and not spoils(bench, fitted, gains)) or gains.calms else node
+
+
+def spoils(bench: Bench, after: Node, gains: Gains) -> bool:
+    """Return whether the inverse gets worse, and by more than its reference causes.
+
+    The inverse of what smooths, rings, or has little but memory enlarges noise, and that of all that
+    is quick misses what the reference leaves out; that is no fault of the model.
+    """
+    if not is_worse(gains.band, SEARCH.spoils):
+        return False
+    return gains.band.after > SEARCH.noisy * bench.least_inverse_error(after.fit.model)
 
 
 def without(bench: Bench, node: Node, *effects: str) -> Node:

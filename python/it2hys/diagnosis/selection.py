@@ -22,6 +22,7 @@ from it2hys.diagnosis.refinement import (
     refined,
     refined_from,
     sharpened,
+    spoils,
     with_addition,
     with_effect,
     with_effects,
@@ -238,7 +239,8 @@ class Search:
         """
         predicts = self._predicts(node, child, gains)
         if likely and not predicts:
-            predicts = self.is_better(gains.free, SEARCH.likely) and not self._spoils(child, gains)
+            predicts = self.is_better(gains.free, SEARCH.likely)
+            predicts = predicts and not spoils(self.bench, child, gains)
         return self._waits(node, child, gains) or (
             predicts
             and self._fits_better(node, child, fitted, gains)
@@ -335,7 +337,7 @@ class Search:
             or self._both_gain(gains)
             or self._shows_itself(before, after, gains)
         )
-        return better and not self._spoils(after, gains)
+        return better and not spoils(self.bench, after, gains)
 
     def _level(self, before: Node, after: Node) -> float:
         """Return the probability by chance up to which a model counts as better than another."""
@@ -393,17 +395,7 @@ class Search:
         if _share_of_error(node, other) < SEARCH.least_share and left > 1.0 - SEARCH.indispensable:
             return False
         gains = Gains.of(node.errors, other.errors)
-        return self._shows_itself(node, other, gains) and not self._spoils(other, gains)
-
-    def _spoils(self, after: Node, gains: Gains) -> bool:
-        """Return whether the inverse gets worse, and by more than its reference causes.
-
-        The inverse of what smooths, or rings, enlarges noise, and that of all that is quick misses what
-        the reference leaves out; that is no fault of the model.
-        """
-        if not is_worse(gains.band, SEARCH.spoils):
-            return False
-        return gains.band.after > SEARCH.noisy * self.bench.least_inverse_error(after.fit.model)
+        return self._shows_itself(node, other, gains) and not spoils(self.bench, other, gains)
 
     def _waits(self, before: Node, after: Node, gains: Gains) -> bool:
         """Return whether a delay makes the inverse better, and no record shows that there is none.

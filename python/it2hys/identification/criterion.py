@@ -121,6 +121,8 @@ class Model:
         With which what an effect has of a density is held smooth, CORE.stiff or CORE.soft.
     contraction : float
         Largest |dF/dy| of the core: that of any usable one, or less.
+    rested : bool
+        Whether all records begin after long rest; what may have been before is not fitted then.
     """
 
     values: Mapping[str, float | int]
@@ -129,6 +131,7 @@ class Model:
     own: Mapping[str, np.ndarray]
     smoothness: float = field(default_factory=lambda: CORE.stiff)
     contraction: float = field(default_factory=lambda: CORE.contraction)
+    rested: bool = False
 
     @property
     def rules(self) -> np.ndarray:
@@ -339,14 +342,8 @@ class ChainCriterion:
         }
         for c, value in zip(self.common, point[places["effects"]], strict=True):
             values[c.name] = c.value(value)
-        return Model(
-            values,
-            self.model.effects,
-            self._offsets(point),
-            {c.name: point[places[c.name]] * c.unit for c in self._own},
-            self.model.smoothness,
-            self.model.contraction,
-        )
+        own = {c.name: point[places[c.name]] * c.unit for c in self._own}
+        return replace(self.model, values=values, offsets=self._offsets(point), own=own)
 
     def _packed(self, point: np.ndarray) -> np.ndarray:
         """Return what the model of the coordinates packs for each record, shape (R, ...)."""

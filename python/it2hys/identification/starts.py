@@ -74,7 +74,8 @@ class Starts:
     def criterion(self, model: Model) -> ChainCriterion:
         """Return the joint criterion of everything, from a model."""
         fitted = fitted_coordinates(model, self.extent)
-        return ChainCriterion(self.traces, model, fitted, self.scaling)
+        criterion = ChainCriterion(self.traces, model, fitted, self.scaling)
+        return criterion.holding(memories(model)) if model.rested else criterion
 
     def fit_own(self, model: Model, traces: Sequence[Trace], known: int = 0) -> Model:
         """Return the model with what belongs to records fitted to these ones, all else held.
@@ -151,9 +152,23 @@ class Starts:
         The likeliest comes first, and with it those that the lead-in cannot tell from it. One of them
         may be that after long rest.
         """
-        whole, trace = trace, lead_in(trace)
+        part, voltage = lead_in(trace), trace.drive.voltage
+        best, *others = self._fitted_starts(model, part, voltage, rested)
+        error = (best.predict(part, 0) - part.y)[part.fitted] ** 2
+        half = len(error) // 2
+        if np.mean(error[:half]) <= STARTS.late * np.mean(error[half:]):
+            return [best, *others]
+        # what no start describes in the first half would be made up for in the second, and go on behind
+        weight = part.weight.copy()
+        weight[: np.flatnonzero(weight)[half]] = 0.0
+        return self._fitted_starts(model, replace(part, weight=weight), voltage, rested)
+
+    def _fitted_starts(
+        self, model: Model, trace: Trace, voltage: np.ndarray, rested: bool
+    ) -> list[Model]:
+        """Return the model of a lead-in with likely starts; its range is that of `voltage`."""
         start = with_starts(model, [trace])
-        histories = likely_histories(start, trace, 0, whole.drive.voltage)[:_HISTORIES]
+        histories = likely_histories(start, trace, 0, voltage)[:_HISTORIES]
         starts = [_as_trained(model, start), *(_with_history(start, h) for h in histories)]
         fits = [minimise(self._of_start(s, trace), 30, 1e-8).model for s in starts]
         handicaps = [0.0, *(PHYSICS.excursion * h.has_to_show for h in histories)]
@@ -207,7 +222,7 @@ def memories(model: Model) -> list[str]:
 def at_rest(model: Model) -> Model:
     """Return the model with every record begun after long rest."""
     rested = {n: np.zeros_like(model.own[n]) for n in memories(model)}
-    return replace(model, own={**model.own, **rested})
+    return replace(model, own={**model.own, **rested}, rested=True)
 
 
 def lead_in(trace: Trace) -> Trace:
@@ -233,6 +248,7 @@ def _joined(models: Sequence[Model]) -> Model:
         models[0],
         offsets=np.concatenate([m.offsets for m in models]),
         own={name: np.concatenate([m.own[name] for m in models]) for name in models[0].own},
+        rested=False,
     )
 
 

@@ -106,6 +106,10 @@ class EffectEvidence(ABC):
         """Return the values of more elements, in each way that a fit of them may begin."""
         return []
 
+    def narrowed(self, values: Mapping, share: float) -> dict[str, float]:
+        """Return the places of all elements at a share of what they are; none without places."""
+        return {}
+
     def reaching(self, values: Mapping, extent: Extent) -> dict[str, float] | None:
         """Return the values with what `further_guesses` have more; None where there is no more."""
         return None

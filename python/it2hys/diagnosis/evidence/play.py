@@ -97,6 +97,11 @@ class PlayEvidence(EffectEvidence):
         operators |= {f"play[{j}].weight": float(w) for j, w in enumerate(weights, start=1)}
         return [{"playCount": more, **operators}]
 
+    def narrowed(self, values: Mapping, share: float) -> dict[str, float]:
+        """Return all thresholds at a share of what they are."""
+        names = [f"play[{j}].threshold" for j in range(1, int(values["playCount"]) + 1)]
+        return {name: share * values[name] for name in names}
+
     def signature(self, clues: Clues) -> Signature | None:
         """Return whether the residual remembers where the voltage turned, however slowly it moves.
 
