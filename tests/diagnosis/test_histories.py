@@ -113,9 +113,9 @@ def test_records_of_a_stage_that_was_driven_before_keep_their_own_starts():
     assert bench.rested(free, 30) is free
 
 
-@pytest.mark.parametrize(("elsewhere", "fast"), [(-6.0, 0.01), (-10.0, 0.003)])
+@pytest.mark.parametrize(("elsewhere", "fast"), [(-6.0, 0.01), (-10.0, 0.003), (-10.0, 0.01)])
 def test_what_no_start_describes_of_a_lead_in_is_not_made_up_for_behind_it(elsewhere, fast):
-    """A fast term of creep elsewhere, um, than the slow one: 3.9 and 2.0 times the noise before."""
+    """A fast term of creep elsewhere, um, than the slow one: 3.9, 2.0, 28 times the noise before."""
     creep = {"creepCount": 2, "creep[1].gain": 0.05, "creep[2].gain": 0.05}
     creep |= {"creep[1].timeConstant": fast, "creep[2].timeConstant": 3.0}
     own = {
@@ -131,7 +131,7 @@ def test_what_no_start_describes_of_a_lead_in_is_not_made_up_for_behind_it(elsew
     model = replace(truth, offsets=np.zeros(2), own={n: v[:2] for n, v in own.items()})
     driven = bench.with_lead_in(model, driven)
     error = bench.fit_own(model, [driven]).predict(driven, 0) - driven.y
-    assert np.sqrt(np.mean(error[driven.judged] ** 2)) < 1.3 * NOISE
+    assert np.sqrt(np.mean(error[driven.judged] ** 2)) < 1.4 * NOISE
 
 
 def test_a_memory_that_ends_at_once_is_found_by_operators_closer_together():

@@ -153,15 +153,17 @@ class Starts:
         may be that after long rest.
         """
         part, voltage = lead_in(trace), trace.drive.voltage
-        best, *others = self._fitted_starts(model, part, voltage, rested)
-        error = (best.predict(part, 0) - part.y)[part.fitted] ** 2
-        half = len(error) // 2
-        if np.mean(error[:half]) <= STARTS.late * np.mean(error[half:]):
-            return [best, *others]
-        # what no start describes in the first half would be made up for in the second, and go on behind
+        whole = self._fitted_starts(model, part, voltage, rested)
+        if not memories(model) or _power(whole[0], part) <= STARTS.late * part.noise**2:
+            return whole
+        # what no start describes in the first half is made up for in the second, and goes on behind
         weight = part.weight.copy()
-        weight[: np.flatnonzero(weight)[half]] = 0.0
-        return self._fitted_starts(model, replace(part, weight=weight), voltage, rested)
+        weight[: np.flatnonzero(weight)[np.count_nonzero(weight) // 2]] = 0.0
+        late = replace(part, weight=weight)
+        half = self._fitted_starts(model, late, voltage, rested)
+        error = _power(whole[0], late)
+        uneven = 2.0 * _power(whole[0], part) - error > STARTS.late * error
+        return half if uneven or error > STARTS.late * _power(half[0], late) else whole
 
     def _fitted_starts(
         self, model: Model, trace: Trace, voltage: np.ndarray, rested: bool
@@ -182,6 +184,11 @@ class Starts:
         unlikely = _unlikeliness(errors, handicaps)
         order = np.argsort(unlikely, kind="stable")
         return [fits[i] for i in order if unlikely[i] <= unlikely[order[0]] + 2.0 * PHYSICS.excursion]
+
+
+def _power(model: Model, trace: Trace) -> float:
+    """Return the mean square of the errors of one record's model on the samples with a weight, m^2."""
+    return float(np.mean((model.predict(trace, 0) - trace.y)[trace.fitted] ** 2))
 
 
 def _forgotten(late: np.ndarray, noise: float, misfit: float) -> bool:
