@@ -433,8 +433,10 @@ class Starts:
     )  # fmt: skip
     late: float = _number(
         1.5, "1",
-        "largest mean square in the second half of a lead-in, over noise and model error",
-        "chosen by hand on seeds 90000 and 160000; 1.2 and 2 do as well",
+        "largest mean square in the second half of a lead-in, over noise and model error; ratio of "
+        "mean squares, of its halves or of two starts, above which a start is fitted to that half",
+        "chosen by hand on seeds 90000 and 160000; 1.2 and 2 do as well; taken over for the ratio, for "
+        "which no other value was tried",
     )  # fmt: skip
     slow: float = _number(
         0.4, "noise",

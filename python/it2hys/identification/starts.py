@@ -150,7 +150,7 @@ class Starts:
         """Return the model of one record with starts fitted on the lead-in from likely histories.
 
         The likeliest comes first, and with it those that the lead-in cannot tell from it. One of them
-        may be that after long rest.
+        may be that after long rest. Where none describes the whole, they are fitted to its second half.
         """
         part, voltage = lead_in(trace), trace.drive.voltage
         whole = self._fitted_starts(model, part, voltage, rested)
