@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from effects import signals, surroundings
 
 from it2hys.diagnosis.bounds import bound_sentences
 from it2hys.diagnosis.refinement import Node
-from it2hys.diagnosis.selection import overdriven_by
+from it2hys.diagnosis.selection import Search, overdriven_by
 from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
 from it2hys.identification.effect_coordinates import Coordinate
 from it2hys.identification.inverse import References
@@ -96,3 +97,27 @@ def test_what_tells_of_sampling_says_so():
     example = load_effect(Path(__file__).parents[2] / "examples/own_effects/second_resonance.py")
     of_example = [n for n, s in example.starts(EXTENT).items() if s.of_sampling]
     assert of_example == ["second_resonance.straight"]
+
+
+def test_an_effect_is_nil_where_all_that_may_be_nothing_is():
+    delay, creep, lag = EFFECTS["delay"], EFFECTS["creep"], EFFECTS["lag"]
+    assert delay.is_nil({"delay.time": 0.0}, EXTENT)
+    assert not delay.is_nil({"delay.time": 0.1 * TS}, EXTENT)
+    terms = {f"creep[{i}].{name}": 0.1 for i in (1, 2) for name in ("gain", "timeConstant")}
+    none = {name: 0.0 if name.endswith("gain") else value for name, value in terms.items()}
+    assert creep.is_nil({"creepCount": 2, **none}, EXTENT)
+    assert not creep.is_nil({"creepCount": 2, **none, "creep[2].gain": 0.01}, EXTENT)
+    # a lag cannot be nothing within its bounds
+    assert not lag.is_nil({"lag.timeConstant": 5e-6}, EXTENT)
+
+
+def test_an_effect_of_which_the_last_fit_leaves_nothing_is_taken_back():
+    """A report named a delay of 0 s."""
+    within = fitted_creep(0.02, 0.03)
+    search = Search(SimpleNamespace(extent=EXTENT))
+    node = Node(frozenset({"creep"}), within, None)
+    assert search.withdrawn_by(node, within) == {}
+    at_zero = replace(within.minimum, coordinates=np.zeros_like(within.minimum.coordinates))
+    withdrawn = search.withdrawn_by(node, ChainFit(within.criterion, at_zero))
+    assert withdrawn == {"creep": "the fit to the whole records leaves nothing of it"}
+    assert search.anew_without(withdrawn).withdrawn == withdrawn

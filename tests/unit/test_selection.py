@@ -499,7 +499,7 @@ def test_a_large_gain_that_is_refused_is_not_called_chance(p_value, fitted, said
     free = Comparison(1.0, 0.1, p_value, (0.8, 0.95))
     trial = Trial(frozenset(), "slew", free, same, same, False, False, fitted)
     assert _reason(
-        "slew", trial, SimpleNamespace(named=(), groups=(), search=SimpleNamespace(beyond={}))
+        "slew", trial, SimpleNamespace(named=(), groups=(), search=SimpleNamespace(withdrawn={}))
     ).startswith(said)
 
 
@@ -512,6 +512,6 @@ def test_what_was_accepted_on_the_way_says_why_it_is_not_in_the_end(effects, sai
     free = Comparison(1.0, 0.5, 1e-4, (0.4, 0.6))
     trial = Trial(frozenset(), "creep", free, same, same, True, False, 0.5)
     chosen = SimpleNamespace(effects=frozenset(effects))
-    search = SimpleNamespace(beyond={})
+    search = SimpleNamespace(withdrawn={})
     verdict = SimpleNamespace(named=effects, groups=(), node=chosen, search=search)
     assert _reason("creep", trial, verdict).startswith(said)

@@ -185,8 +185,8 @@ class _Session:
         search = Search(bench, self._report_fit, not_tried, each, given, planned)
         self._fits, begun = 0, (self._judging, self._has_offset)
         chosen, node, fit, before = self._found(search, first, slower, base)
-        while beyond := search.beyond_bounds(node, fit):
-            search = search.anew_without(beyond)
+        while withdrawn := search.withdrawn_by(node, fit):
+            search = search.anew_without(withdrawn)
             self._judging, self._has_offset = begun
             chosen, node, fit, before = self._found(search, first, slower, base)
         self._progress(0.95, "assessment")

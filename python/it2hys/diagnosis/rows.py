@@ -195,11 +195,8 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
     rivals = [g for g in verdict.groups if effect in g]
     if rivals:
         return "these records cannot tell it from " + ", ".join(e for e in rivals[0] if e != effect)
-    if effect in verdict.search.beyond:
-        bounds = verdict.search.beyond[effect]
-        return (
-            f"its fit rests on the bound of {bounds}: the records ask for more than there may be of it"
-        )
+    if effect in verdict.search.withdrawn:
+        return verdict.search.withdrawn[effect]
     if trial.overdriven:
         return f"it fits only with {' and '.join(trial.overdriven)} pressed against its bounds"
     c = trial.comparison

@@ -97,8 +97,8 @@ class Search:
     planned : tuple of str
         Effects between which the records were designed to decide. Which comparisons these are was fixed
         before anything was measured: they share a part of the budget, and all others the rest.
-    beyond : mapping of str to str
-        Effects that are not tried any more, and why, see `beyond_bounds`.
+    withdrawn : mapping of str to str
+        Effects that are not tried any more, and why, see `withdrawn_by`.
     """
 
     bench: Bench
@@ -107,7 +107,7 @@ class Search:
     each: Callable[..., Iterable] = map
     given: Model | None = None
     planned: tuple[str, ...] = ()
-    beyond: Mapping[str, str] = field(default_factory=dict)
+    withdrawn: Mapping[str, str] = field(default_factory=dict)
     trials: list[Trial] = field(default_factory=list)
     nodes: dict[frozenset[str], Node] = field(default_factory=dict)
     rivals: list[Node] = field(default_factory=list)
@@ -283,8 +283,9 @@ class Search:
 
     def _additions(self, node: Node) -> list[str]:
         rules = sum(a.startswith(RULE) for a in node.added)
+        settled = (*node.fit.model.effects, *self.excluded, *self.withdrawn)
         return [
-            *(e for e in EFFECTS if e not in (*node.fit.model.effects, *self.excluded, *self.beyond)),
+            *(e for e in EFFECTS if e not in settled),
             *([RULE if rules == 0 else f"{RULE} {rules + 1}"] if rules < 2 else []),
         ]
 
@@ -525,12 +526,16 @@ class Search:
             self.rivals = []
         return node
 
-    def beyond_bounds(self, node: Node, last: ChainFit) -> dict[str, str]:
-        """Return the least effect found that the last fit presses against bounds, with its parameters.
+    def withdrawn_by(self, node: Node, last: ChainFit) -> dict[str, str]:
+        """Return what of the effects found the last fit takes back, and why.
 
-        At such a size it is not in a stage, and makes up for something else. One without which most of
+        That is what it leaves nothing of, or else the least effect that it presses against bounds. At
+        such a size it is not in a stage, and makes up for something else. One without which most of
         the error stays is there. Others may be pressed because of the least: one goes at a time.
         """
+        values, extent = last.model.values, self.bench.extent
+        if nil := [e for e in sorted(node.effects) if EFFECTS[e].is_nil(values, extent)]:
+            return dict.fromkeys(nil, "the fit to the whole records leaves nothing of it")
         pressed = pressed_with_values(last, sorted(node.effects))
         gains = {}
         for effect in pressed:
@@ -539,13 +544,14 @@ class Search:
         least = min(gains, key=lambda e: gains[e], default="")
         if not least or gains[least] > SEARCH.indispensable:
             return {}
-        return {least: pressed[least]}
+        reason = "its fit rests on the bound of {}: the records ask for more than there may be of it"
+        return {least: reason.format(pressed[least])}
 
-    def anew_without(self, beyond: Mapping[str, str]) -> Search:
+    def anew_without(self, withdrawn: Mapping[str, str]) -> Search:
         """Return a search of the same kind without effects; how they were tried is kept."""
-        beyond = {**self.beyond, **beyond}
-        trials = [t for t in self.trials if t.addition in beyond]
-        return replace(self, beyond=beyond, trials=trials, nodes={}, rivals=[])
+        withdrawn = {**self.withdrawn, **withdrawn}
+        trials = [t for t in self.trials if t.addition in withdrawn]
+        return replace(self, withdrawn=withdrawn, trials=trials, nodes={}, rivals=[])
 
     def shown_beside(self, chosen: Node, others: Sequence[str]) -> Node:
         """Return the chosen model without the effects that it needs in place of others.

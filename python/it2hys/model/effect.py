@@ -41,6 +41,8 @@ class Surroundings(NamedTuple):
     voltage: Scalar = 0.0
 
 
+#: Share of its upper bound up to which a parameter that is fitted is 0.
+_NOTHING = 1e-9
 #: Lowest and highest values by record, of shape (R,).
 Bounds = tuple[np.ndarray, np.ndarray]
 
@@ -174,6 +176,15 @@ class Effect(ABC):
     def starts_of(self, values: Mapping, extent: Extent) -> dict[str, Start]:
         """Return start values and bounds for as many elements as a parameter set has."""
         return self.starts(extent)
+
+    def is_nil(self, values: Mapping, extent: Extent) -> bool:
+        """Return whether a fit has left nothing of the effect: all that may be 0 and not less is 0."""
+        sizes = {
+            name: start.high
+            for name, start in self.starts_of(values, extent).items()
+            if start.low == 0.0 and not start.of_sampling and name not in self.per_record
+        }
+        return bool(sizes) and all(values[n] <= _NOTHING * high for n, high in sizes.items())
 
     def roughness(self, values: Mapping, units: Mapping[str, float]) -> np.ndarray:
         """Return the rows, (K, C), of what costs as it is not smooth; none by default.
