@@ -8,7 +8,7 @@ import pytest
 from conftest import TS, UM
 from effects import signals, surroundings
 
-from it2hys.diagnosis import diagnose
+from it2hys.diagnosis import diagnose, fitting
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.refinement import _narrowed, _with_histories, node_of
@@ -101,6 +101,47 @@ def test_records_begun_after_long_rest_are_fitted_as_such():
     assert not np.any(rested.own["initialExcursion"])
     again = bench.fit(rested, 5).model
     assert not np.any(again.own["initialExcursion"])
+
+
+def poor_fit(bench: Bench, model: Model) -> ChainFit:
+    """Return a model as it is as a fit, and one of whose starts it is said that they fit very well."""
+    criterion = bench.criterion(model)
+    return ChainFit(criterion, Minimum(criterion.pack(model), 0.0, True, 0, 0, ""))
+
+
+def test_records_are_begun_at_rest_where_that_foretells_more(monkeypatch):
+    """What a model misses makes starts of their own likelier, and a cold start 55 times the noise."""
+    truth = begun((0.0, 0.0, 0.0), (5.0, 9.0, 9.0))
+    traces = [measured(truth, i) for i in range(3)]
+    bench = Bench(traces=traces, deciding=traces, **BENCH)
+    heavy = replace(truth, values={**truth.values, "play[2].weight": 0.3})
+    monkeypatch.setattr(fitting, "_loss", lambda *_: 1e6)
+    rested = bench.rested(poor_fit(bench, heavy), 30).model
+    assert rested.rested
+    assert rested.values["play[2].weight"] == pytest.approx(0.15, rel=0.05)
+    good = poor_fit(bench, truth)
+    assert bench.rested(good, 30) is good
+
+
+def test_a_model_found_with_its_records_at_rest_is_fitted_from_there(monkeypatch):
+    """What starts of their own had made of it led to 2.4 times the error on held-out records."""
+    truth = begun((0.0, 0.0, 0.0), (5.0, 9.0, 9.0))
+    traces = [measured(truth, i) for i in range(3)]
+    bench = Bench(traces=traces, deciding=traces, **BENCH)
+    heavy = replace(truth, values={**truth.values, "play[2].weight": 0.3})
+
+    def stay(self, model, iterations):
+        criterion = self.criterion(model)
+        point = criterion.pack(model)
+        cost = 0.5 * float(np.sum(criterion.residual(point) ** 2))
+        return ChainFit(criterion, Minimum(point, cost, True, 0, 0, ""))
+
+    monkeypatch.setattr(Bench, "fit", stay)
+    fit = replace(poor_fit(bench, heavy), minimum=stay(bench, heavy, 0).minimum)
+    weight = "play[2].weight"
+    assert bench.rested(fit, 0).model.values[weight] == pytest.approx(0.3)
+    assert bench.rested(fit, 0, truth).model.values[weight] == pytest.approx(0.3)
+    assert bench.rested(fit, 0, at_rest(truth)).model.values[weight] == pytest.approx(0.15)
 
 
 def test_records_of_a_stage_that_was_driven_before_keep_their_own_starts():

@@ -30,7 +30,7 @@ def bench(monkeypatch):
     def criterion(model):
         return SimpleNamespace(model=model)
 
-    ways = {"finish": stay, "fit": stay, "rested": lambda fit, _: fit, "criterion": criterion}
+    ways = {"finish": stay, "fit": stay, "rested": lambda fit, *_: fit, "criterion": criterion}
     return SimpleNamespace(traces=[], begins_alike=False, **ways)
 
 

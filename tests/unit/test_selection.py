@@ -95,19 +95,25 @@ def test_a_resonance_that_does_not_ring_is_no_rival_of_a_lag(monkeypatch, dampin
 
 
 @pytest.mark.parametrize(
-    ("cost", "free", "inverse", "better"),
-    [(0.9, 1.0, 1.0, True), (0.9, 0.5, 0.5, True), (1.1, 0.5, 0.5, False), (0.9, 1.3, 0.5, False),
-     (0.9, 1.0, 1.3, False), (0.9, 0.9, 1.04, True)],
+    ("cost", "free", "inverse", "rested", "better"),
+    [(0.9, 1.0, 1.0, False, True), (0.9, 0.5, 0.5, False, True), (1.1, 0.5, 0.5, False, False),
+     (0.9, 1.3, 0.5, False, False), (0.9, 1.0, 1.3, False, False), (0.9, 0.9, 1.04, False, True),
+     (1.1, 0.5, 0.5, True, True), (1.1, 1.0, 0.5, True, False), (1.1, 0.5, 1.3, True, False)],
 )  # fmt: skip
 def test_another_optimum_of_the_same_effects_fits_better_and_predicts_as_well(
-    cost, free, inverse, better
+    cost, free, inverse, rested, better
 ):
+    """One whose records begin at rest has less to fit with, and counts for what it predicts."""
     state = GENERATOR.bit_generator.state
     before = errors(1.0, 1.0)
     GENERATOR.bit_generator.state = state
     known, other = (
-        Node(frozenset("ab"), SimpleNamespace(minimum=SimpleNamespace(cost=c)), e)
-        for c, e in ((1.0, before), (cost, errors(free, inverse)))
+        Node(
+            frozenset("ab"),
+            SimpleNamespace(minimum=SimpleNamespace(cost=c), model=SimpleNamespace(rested=at_rest)),
+            e,
+        )
+        for c, at_rest, e in ((1.0, False, before), (cost, rested, errors(free, inverse)))
     )
     assert _ends_better(other, known) == better
 

@@ -43,6 +43,11 @@ class Comparison:
             return 0.0 if self.after == 0.0 else -np.inf
         return 1.0 - self.after / self.before
 
+    @property
+    def refines(self) -> bool:
+        """Whether a model with the same effects predicts better, most likely not by chance."""
+        return self.gain >= SEARCH.refined and self.p_value <= SEARCH.likely
+
 
 def compare(before: Sequence[np.ndarray], after: Sequence[np.ndarray], seed: int = 0) -> Comparison:
     """Compare the errors of two models by blocks of samples.

@@ -12,6 +12,7 @@ from math import ceil
 import numpy as np
 from scipy.stats import chi2, median_abs_deviation
 
+from it2hys.diagnosis.comparison import compare
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
@@ -278,15 +279,21 @@ class Bench(Starts):
         fits = self._shared(partial(self.fit, iterations=iterations), starts)
         return min(fits, key=lambda fit: fit.minimum.cost)
 
-    def rested(self, fit: ChainFit, iterations: int) -> ChainFit:
+    def rested(self, fit: ChainFit, iterations: int, found: Model | None = None) -> ChainFit:
         """Return the fit with all records begun after long rest, if that is as good or worse by chance.
 
-        What is fitted to each record takes up a part of what the effects do.
+        Or if what decides is foretold better by it.
+        What is fitted to each record takes up a part of what the effects do, and leads them astray:
+        what was `found` with the records at rest is a better start than what came of that.
         """
         remembered = memories(fit.model)
         if fit.model.rested or not remembered:
             return fit
-        other = self.fit(at_rest(fit.model), iterations)
+        starts = [at_rest(fit.model)]
+        if found is not None and found.rested:
+            starts.append(replace(found, offsets=fit.model.offsets))
+        fits = self._shared(partial(self.fit, iterations=iterations), starts)
+        other = min(fits, key=lambda fit: fit.minimum.cost)
         if not np.isfinite(other.minimum.cost):
             return fit
         if other.minimum.cost <= _ALIKE * fit.minimum.cost:
@@ -296,7 +303,11 @@ class Bench(Starts):
             for i, t in enumerate(self.traces)
         )
         freedom = len(remembered) * len(self.traces)
-        return other if chi2.sf(loss, freedom) > STARTS.rested else fit
+        if chi2.sf(loss, freedom) > STARTS.rested:
+            return other
+        # these odds are those of a model that misses nothing: what else starts fit shows elsewhere
+        foretold = compare(self.errors(fit.model).free, self.errors(other.model).free)
+        return other if foretold.refines else fit
 
     def without_unseen(self, fit: ChainFit) -> ChainFit:
         """Return the fit without what does nothing on its records: it would on others.

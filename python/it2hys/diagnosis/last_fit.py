@@ -43,7 +43,7 @@ def last_fit(bench: Bench, model: Model, before: Model) -> tuple[Bench, ChainFit
     """
     fit = bench.finish(replace(model, rested=False), _ITERATIONS)
     bench, fit = _without_offsets(bench, fit)
-    fit = bench.rested(fit, _ITERATIONS)
+    fit = bench.rested(fit, _ITERATIONS, model)
     usable = _made_usable(bench, fit)
     if usable is None:
         # a core that few voltages determine may be past mending: that of before has a range

@@ -290,8 +290,8 @@ def _better(bench: Bench, node: Node, variant: Model) -> Node:
     """
     fitted = node_of(bench, node.added, bench.fit(variant, FINISHING))
     gains = Gains.of(node.errors, fitted.errors)
-    better = gains.free.gain >= SEARCH.refined and gains.free.p_value <= SEARCH.likely
-    return fitted if (better and not spoils(bench, fitted, gains)) or gains.calms else node
+    better = gains.free.refines and not spoils(bench, fitted, gains)
+    return fitted if better or gains.calms else node
 
 
 def spoils(bench: Bench, after: Node, gains: Gains) -> bool:

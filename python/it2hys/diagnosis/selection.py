@@ -635,9 +635,14 @@ def overdriven_by(node: Node, child: Node, gain: float) -> tuple[str, ...]:
 
 
 def _ends_better(node: Node, other: Node) -> bool:
-    """Return whether a model fits better than one with the same effects, and predicts as well."""
+    """Return whether a model fits better than one with the same effects, and predicts as well.
+
+    Or predicts better, where its records begin at rest and the other one's as they fit best.
+    """
     gains = Gains.of(other.errors, node.errors)
     fits = node.fit.minimum.cost < other.fit.minimum.cost
+    if node.fit.model.rested and not other.fit.model.rested:
+        fits = fits or gains.free.refines
     spoils = any(is_worse(g, SEARCH.spoils) for g in (gains.band, gains.wide))
     return fits and gains.free.gain >= -SEARCH.equal and not spoils
 
