@@ -103,8 +103,8 @@ def test_records_begun_after_long_rest_are_fitted_as_such():
     assert not np.any(again.own["initialExcursion"])
 
 
-def poor_fit(bench: Bench, model: Model) -> ChainFit:
-    """Return a model as it is as a fit, and one of whose starts it is said that they fit very well."""
+def unfitted(bench: Bench, model: Model) -> ChainFit:
+    """Return a model that was not fitted as a fit of cost 0, which none at rest comes near."""
     criterion = bench.criterion(model)
     return ChainFit(criterion, Minimum(criterion.pack(model), 0.0, True, 0, 0, ""))
 
@@ -116,10 +116,10 @@ def test_records_are_begun_at_rest_where_that_foretells_more(monkeypatch):
     bench = Bench(traces=traces, deciding=traces, **BENCH)
     heavy = replace(truth, values={**truth.values, "play[2].weight": 0.3})
     monkeypatch.setattr(fitting, "_loss", lambda *_: 1e6)
-    rested = bench.rested(poor_fit(bench, heavy), 30).model
+    rested = bench.rested(unfitted(bench, heavy), 30).model
     assert rested.rested
     assert rested.values["play[2].weight"] == pytest.approx(0.15, rel=0.05)
-    good = poor_fit(bench, truth)
+    good = unfitted(bench, truth)
     assert bench.rested(good, 30) is good
 
 
@@ -137,7 +137,7 @@ def test_a_model_found_with_its_records_at_rest_is_fitted_from_there(monkeypatch
         return ChainFit(criterion, Minimum(point, cost, True, 0, 0, ""))
 
     monkeypatch.setattr(Bench, "fit", stay)
-    fit = replace(poor_fit(bench, heavy), minimum=stay(bench, heavy, 0).minimum)
+    fit = replace(unfitted(bench, heavy), minimum=stay(bench, heavy, 0).minimum)
     weight = "play[2].weight"
     assert bench.rested(fit, 0).model.values[weight] == pytest.approx(0.3)
     assert bench.rested(fit, 0, truth).model.values[weight] == pytest.approx(0.3)

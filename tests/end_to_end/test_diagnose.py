@@ -353,7 +353,7 @@ def test_a_model_of_last_year_and_what_has_appeared_since(folder, tmp_path):
 
 def test_from_the_set_that_a_diagnosis_wrote_nothing_new_is_found(folder, tmp_path):
     model = folder / "out" / "parameters.ssv"
-    assert diagnose(folder, tmp_path / "out", "--model", model, *ALONE, "--quiet") == 0
+    assert diagnose(folder, tmp_path / "out", "--model", model, "--quiet") == 0
     report = report_of(tmp_path / "out")
     assert report["effects"] == []
     assert "starting model" in evidence_on(report, "load")["why"]

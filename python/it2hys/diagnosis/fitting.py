@@ -282,9 +282,9 @@ class Bench(Starts):
     def rested(self, fit: ChainFit, iterations: int, found: Model | None = None) -> ChainFit:
         """Return the fit with all records begun after long rest, if that is as good or worse by chance.
 
-        Or if what decides is foretold better by it.
-        What is fitted to each record takes up a part of what the effects do, and leads them astray:
-        what was `found` with the records at rest is a better start than what came of that.
+        Or if the records that decide are foretold better by it. What is fitted to each record takes up
+        a part of what the effects do, and leads them astray: a model that was `found` with its records
+        at rest is a better start than what came of that.
         """
         remembered = memories(fit.model)
         if fit.model.rested or not remembered:

@@ -643,8 +643,8 @@ def _ends_better(node: Node, other: Node) -> bool:
     fits = node.fit.minimum.cost < other.fit.minimum.cost
     if node.fit.model.rested and not other.fit.model.rested:
         fits = fits or gains.free.refines
-    spoils = any(is_worse(g, SEARCH.spoils) for g in (gains.band, gains.wide))
-    return fits and gains.free.gain >= -SEARCH.equal and not spoils
+    inverts_worse = any(is_worse(g, SEARCH.spoils) for g in (gains.band, gains.wide))
+    return fits and gains.free.gain >= -SEARCH.equal and not inverts_worse
 
 
 def _imitates(node: Node, other: Node) -> bool:
