@@ -322,6 +322,31 @@ def test_of_several_ways_to_have_more_terms_the_one_that_predicts_best_is_taken(
     assert refinement._with_more_elements(SimpleNamespace(extent=None), begun, "creep") is begun
 
 
+@pytest.mark.parametrize(
+    ("free", "inverse", "better"), [(0.5, 1.0, True), (1.0, 0.5, False), (0.5, 1.3, False)]
+)
+def test_the_finest_memory_predicts_better_and_inverts_no_worse(monkeypatch, free, inverse, better):
+    """At rest, with 32 operators, a slow core did the work of a stage's delay, and inverted poorly."""
+    own = dict.fromkeys(("initialDemagnetisation", "initialExcursion"), np.zeros(1))
+    model = Model({"playCount": 10}, ("delay", "play"), np.zeros(1), own)
+    state = GENERATOR.bit_generator.state
+    chosen = Node(frozenset({"play"}), SimpleNamespace(model=model), errors(1.0, 1.0))
+    GENERATOR.bit_generator.state = state
+    other = errors(free, inverse)
+
+    def finer(model, effect, extent):
+        counts = [16] if model.values["playCount"] < 16 else []
+        return [replace(model, values={"playCount": count}) for count in counts]
+
+    monkeypatch.setattr(refinement, "extended", finer)
+    monkeypatch.setattr(refinement, "node_of", lambda bench, added, fit: Node(added, fit, other))
+    bench = SimpleNamespace(extent=None, fit=lambda model, iterations: SimpleNamespace(model=model))
+    found = refinement.finest(bench, chosen)
+    assert (found is not chosen) == better
+    if better:
+        assert found.fit.model.rested and found.fit.model.values == {"playCount": 16}
+
+
 def test_a_model_anew_has_the_declared_effects_anew_and_all_terms_before_it_is_judged(monkeypatch):
     """Creep that was declared had been fitted while the stage's ring was missing."""
     grown(monkeypatch, wanted=5)

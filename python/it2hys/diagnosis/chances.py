@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from it2hys.diagnosis.comparison import Comparison, compare
+from it2hys.diagnosis.comparison import Comparison, compare, is_worse
 from it2hys.diagnosis.fitting import Errors
 from it2hys.model.chain import EFFECTS
 from it2hys.policy import SEARCH
@@ -111,6 +111,11 @@ class Gains:
         if self.wide.gain <= SEARCH.inverse_gain or self.wide.p_value > largest_chance(self.wide.gain):
             return False
         return self.free.gain > -SEARCH.equal * max(1.0, np.log2(self.wide.before / self.wide.after))
+
+    @property
+    def inverts_worse(self) -> bool:
+        """Whether the inverse gets worse with either reference, by enough and by more than chance."""
+        return any(is_worse(comparison, SEARCH.spoils) for comparison in (self.band, self.wide))
 
     def tell(self, least: float) -> bool:
         """Return whether of two equally simple models one is better by more than chance.

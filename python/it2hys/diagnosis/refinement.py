@@ -13,7 +13,7 @@ from it2hys.diagnosis.comparison import is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench, Errors, extended, in_other_roles, without_effect
 from it2hys.identification.criterion import ChainFit, Model
-from it2hys.identification.starts import with_histories
+from it2hys.identification.starts import at_rest, with_histories
 from it2hys.identification.usability import largest_contraction
 from it2hys.model.chain import EFFECTS
 from it2hys.policy import CORE, SEARCH
@@ -173,6 +173,32 @@ def refined(bench: Bench, node: Node, each: Callable | None = None) -> Node:
                 node = better
             node = _narrowed(bench, node, effect)
     return node
+
+
+def finest(bench: Bench, node: Node) -> Node:
+    """Return the model with densities as fine and as rough as may be, begun after long rest, if better.
+
+    What is fitted to each record makes up for what few elements miss, and many that are held smooth
+    miss as much: no step by itself leads there. So many may do the work of a delay, too, but invert
+    worse.
+    """
+    for effect in sorted(e for e in node.fit.model.effects if EFFECTS[e].is_smoothed):
+        model = at_rest(replace(node.fit.model, smoothness=CORE.soft))
+        most = _with_most_elements(bench, model, effect)
+        if most is model:
+            continue
+        fitted = node_of(bench, node.added, bench.fit(most, FINISHING))
+        gains = Gains.of(node.errors, fitted.errors)
+        if gains.free.refines and not gains.inverts_worse:
+            node = fitted
+    return node
+
+
+def _with_most_elements(bench: Bench, model: Model, effect: str) -> Model:
+    """Return the model with as many elements of an effect as there may be."""
+    while variants := extended(model, effect, bench.extent):
+        model = variants[0]
+    return model
 
 
 def _with_more_elements(bench: Bench, node: Node, effect: str) -> Node:

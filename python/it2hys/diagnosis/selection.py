@@ -11,12 +11,13 @@ from scipy.stats import chi2, combine_pvalues
 
 from it2hys.diagnosis.bounds import pressed_with_values, resting_on_bounds, touching_bounds
 from it2hys.diagnosis.chances import BEAM, DEPTH, Gains, largest_chance, level, level_of_planned
-from it2hys.diagnosis.comparison import Comparison, compare, is_worse
+from it2hys.diagnosis.comparison import Comparison, compare
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import SHIFTING, Bench, excess, is_delay, is_sampling
 from it2hys.diagnosis.refinement import (
     FINISHING,
     Node,
+    finest,
     first_fit,
     node_of,
     refined,
@@ -443,7 +444,8 @@ class Search:
         for node in ended:
             self._keep(node)
         chosen = self._simplest()
-        return chosen if chosen in ended else refined(self.bench, chosen, self.each)
+        chosen = chosen if chosen in ended else refined(self.bench, chosen, self.each)
+        return finest(self.bench, chosen)
 
     def _with_one_less(self, node: Node) -> list[Node]:
         """Return the best model that lacks one of several effects, whose fit decides on that one."""
@@ -643,8 +645,7 @@ def _ends_better(node: Node, other: Node) -> bool:
     fits = node.fit.minimum.cost < other.fit.minimum.cost
     if node.fit.model.rested and not other.fit.model.rested:
         fits = fits or gains.free.refines
-    inverts_worse = any(is_worse(g, SEARCH.spoils) for g in (gains.band, gains.wide))
-    return fits and gains.free.gain >= -SEARCH.equal and not inverts_worse
+    return fits and gains.free.gain >= -SEARCH.equal and not gains.inverts_worse
 
 
 def _imitates(node: Node, other: Node) -> bool:
