@@ -340,24 +340,59 @@ def test_creep_goes_on_behind_records_of_one_rest_as_at_their_end():
     assert judged.e_rms < 1.2 * noise
 
 
+def of_terms(gains, constants) -> dict[str, float]:
+    """Return the values of terms of creep."""
+    values = {"creepCount": len(gains)}
+    for i, (gain, constant) in enumerate(zip(gains, constants, strict=True), start=1):
+        values |= {f"creep[{i}].gain": gain, f"creep[{i}].timeConstant": constant}
+    return values
+
+
+def going_on(values: dict) -> tuple[np.ndarray, np.ndarray]:
+    """Return gains and time constants with the term that goes on, which is the last and held."""
+    more, held = EVIDENCE["creep"].going_on(values, EXTENT)
+    count = more["creepCount"]
+    assert held == [f"creep[{count}].gain", f"creep[{count}].timeConstant"]
+    assert more["creepCount"] == sum(name.endswith(".gain") for name in more)
+    return tuple(
+        np.array([more[f"creep[{i}].{name}"] for i in range(1, count + 1)])
+        for name in ("gain", "timeConstant")
+    )
+
+
 def test_terms_as_slow_as_each_other_hand_on_no_more_than_they_have():
     """By least squares alone one of them became 338 times the displacement, another 0."""
     longest = EXTENT.duration
-    constants = 0.03 * longest, longest, 1.00006 * longest
-    values: dict[str, float] = {"creepCount": 3}
-    for i, constant in enumerate(constants, start=1):
-        values |= {f"creep[{i}].gain": 0.02, f"creep[{i}].timeConstant": constant}
-    more = EVIDENCE["creep"].going_on(values, EXTENT)
-    gains = [more[f"creep[{i}].gain"] for i in range(1, 5)]
-    assert more["creepCount"] == 4 and all(0.0 <= gain <= 0.02 for gain in gains[:3])
+    constants = np.array([0.03, 1.0, 1.00006]) * longest
+    gains, _ = going_on(of_terms([0.02] * 3, constants))
+    assert len(gains) == 4
+    assert np.all((gains[:3] >= 0.0) & (gains[:3] <= 0.02))
     # they were 0.06 in all, and go on by as much as they grow within the last decade
-    growth = [np.exp(-0.1 * longest / c) - np.exp(-longest / c) for c in constants]
-    assert gains[3] == pytest.approx(0.02 * sum(growth), rel=1e-12)
+    growth = np.exp(-0.1 * longest / constants) - np.exp(-longest / constants)
+    assert gains[3] == pytest.approx(0.02 * np.sum(growth), rel=1e-12)
+
+
+def test_a_term_slower_than_the_records_is_one_of_those_that_go_on():
+    """It was fitted to be twice as large as creep was in all: 6.9 times the noise elsewhere."""
+    longest = EXTENT.duration
+    before = of_terms([0.007, 0.009, 0.001, 0.022], np.array([0.03, 0.15, 1.0, 3.5]) * longest)
+    gains, constants = going_on(before)
+    assert len(gains) == 4
+    assert constants[-1] == pytest.approx(3.0 * longest)
+    assert gains[-1] < 0.013
+    # within the records it does the same, but for what is there at once
+    time = np.linspace(0.1, 1.0, 50)[:, None] * longest
+    after = (1.0 - np.exp(-time / constants)) @ gains
+    was = sum(
+        before[f"creep[{i}].gain"] * (1.0 - np.exp(-time[:, 0] / before[f"creep[{i}].timeConstant"]))
+        for i in range(1, 5)
+    )
+    assert np.std(after - was) < 0.02 * np.ptp(was)
 
 
 def test_creep_that_no_fitted_record_shows_is_not_unexplained(monkeypatch: pytest.MonkeyPatch):
     """Where it does not go on so, it is said with its size, and does not count."""
-    monkeypatch.setattr(type(EVIDENCE["creep"]), "going_on", lambda self, values, extent: {})
+    monkeypatch.setattr(type(EVIDENCE["creep"]), "going_on", lambda self, values, extent: None)
     fitted = [creeping(None, seed, pace=pace) for seed, pace in enumerate((1.0, 2.0))]
     found = diagnose(fitted, [creeping(None, 2, 1.5)], **alone("creep"))
     assert any("longest of them" in w for w in found.warnings)

@@ -168,25 +168,6 @@ def test_creep_slower_than_the_records_costs(share):
     assert len(beyond) == (share > 1.0)
 
 
-def test_creep_that_is_meant_to_go_on_behind_the_records_costs_nothing_there():
-    """As far as it is guessed; farther, it does."""
-    name = "creep[1].timeConstant"
-    model = model_with(("creep",), 3, 2)
-    model = replace(model, values={**model.values, name: 3.0 * EXTENT.duration})
-    criterion = criterion_of(model, traces_of(2))
-    reaching, point = criterion.reaching([name]), criterion.pack(model)
-    saved = np.sum(criterion.residual(point) ** 2) - np.sum(reaching.residual(point) ** 2)
-    farther = point.copy()
-    farther[criterion.rule_size + [c.name for c in criterion.common].index(name)] += 0.5
-    costs = [np.sum(c.residual(farther) ** 2) for c in (criterion, reaching)]
-    # a square: all of the way, or what is beyond the guess
-    weight = saved / np.log(3.0) ** 2
-    assert saved > 0.0
-    assert costs[0] - costs[1] == pytest.approx(weight * ((np.log(3.0) + 0.5) ** 2 - 0.25), rel=1e-6)
-    held = criterion.holding([name])
-    assert np.count_nonzero(held.lower == held.upper) == 1
-
-
 def test_linearisation_agrees_with_residual_and_jacobian():
     traces = traces_of(2)
     criterion = criterion_of(model_with(ALL, 3, 2), traces).guarded(1.0)

@@ -85,23 +85,23 @@ def _going_on(bench: Bench, fit: ChainFit) -> ChainFit:
     """Return the fit with what goes on for longer than records that all begin at one voltage.
 
     They hardly show how much there is, and a stage that rested at another voltage moves by all of it.
-    That it goes on as at their end is where a fit begins, and is kept if that explains them as well.
+    That it goes on as at their end is kept if it explains them as well. It is not fitted, and has no
+    interval: what is left of other errors decided on it.
     """
     if not bench.begins_alike:
         return fit
-    more = [EVIDENCE[e].going_on(fit.model.values, bench.extent) for e in fit.model.effects]
-    values = {name: value for changed in more for name, value in changed.items()}
-    added = [name for name in values if name not in fit.model.values]
-    if not added:
-        return fit
-    slower = replace(fit.model, values={**fit.model.values, **values})
-    other = minimise(bench.criterion(slower).reaching(added).guarded(1.0), _GOING_ON)
-    usable = usable_over(other.model, bench.traces)
-    loss = fit.criterion.samples * np.log(_power(other) / max(_power(fit), np.finfo(float).tiny))
-    if usable is None or chi2.sf(loss, len(added)) < STARTS.rested:
-        return fit
-    # what the records hardly show has no interval that they tell
-    return ChainFit(bench.criterion(usable).holding(added), other.minimum)
+    for effect in fit.model.effects:
+        found = EVIDENCE[effect].going_on(fit.model.values, bench.extent)
+        if found is None:
+            continue
+        values, held = found
+        slower = bench.criterion(replace(fit.model, values=values)).holding(held)
+        other = minimise(slower.guarded(1.0), _GOING_ON)
+        usable = usable_over(other.model, bench.traces)
+        loss = fit.criterion.samples * np.log(_power(other) / max(_power(fit), np.finfo(float).tiny))
+        if usable is not None and chi2.sf(loss, len(held)) >= STARTS.rested:
+            fit = ChainFit(bench.criterion(usable).holding(held), other.minimum)
+    return fit
 
 
 def _power(fit: ChainFit) -> float:

@@ -448,13 +448,6 @@ class ChainCriterion:
         held._free_groups = self._free_groups - {*names}
         return held
 
-    def reaching(self, names: Sequence[str]) -> ChainCriterion:
-        """Return the criterion in which parameters may be as far as guessed, though none shows it."""
-        result, (places, ends) = copy(self), self._seen
-        may = np.isin(places, [self._place_of(name) for name in names])
-        result._seen = places, np.where(may, np.maximum(ends, self._guess[places]), ends)
-        return result
-
     def _place_of(self, name: str) -> int:
         """Return the place of a parameter that all records share."""
         return self._places["effects"].start + [c.name for c in self.common].index(name)

@@ -132,12 +132,12 @@ class EffectEvidence(ABC):
         """Return a sentence on what of the effect the fitted records cannot show; empty without it."""
         return ""
 
-    def going_on(self, values: Mapping, extent: Extent) -> dict[str, float]:
-        """Return one element more, for what is slower than records that all begin alike.
+    def going_on(self, values: Mapping, extent: Extent) -> tuple[dict[str, float], list[str]] | None:
+        """Return the values with an element for what is slower than the records, and its parameters.
 
-        None of them shows it. By default there is no such thing, and nothing is returned.
+        None where there is no such thing, which is the default.
         """
-        return {}
+        return None
 
     def unshown(self, values: Mapping, time: np.ndarray) -> list[np.ndarray]:
         """Return the shapes, (N,), that this leaves in the residual of a record, over its time, s."""

@@ -127,28 +127,34 @@ class CreepEvidence(EffectEvidence):
             f"creep there is that takes longer than the longest of them ({longest:.3g} s). {told} {ask}"
         )
 
-    def going_on(self, values: Mapping, extent: Extent) -> dict[str, float]:
-        """Return a term more, as large as the creep over the last decade of the records, and slower.
+    def going_on(self, values: Mapping, extent: Extent) -> tuple[dict[str, float], list[str]] | None:
+        """Return the values with a last term as large as the creep over the last decade of the records.
 
-        Creep goes on with the logarithm of time. The other terms are less by what it takes up of a step
-        within the records. None where a term is as slow already, or there is no room for one more.
+        Creep goes on with the logarithm of time. The term is slower than the records, stands for all
+        that are as slow, and the others are less by what it takes up of a step within the records.
         """
-        gains, constants = _terms(values)
+        gains, constants = (np.array(terms) for terms in _terms(values))
         longest = extent.duration
         far = PHYSICS.goes_on * longest
-        full = len(gains) >= load_table().counts["creep"]["maximum"]
-        if full or max(constants) > 0.5 * (longest + far):
-            return {}
+        slow = constants > 0.5 * (longest + far)
+        kept, others = constants[~slow], gains[~slow]
+        if not len(kept) or len(kept) == load_table().counts["creep"]["maximum"]:
+            return None
         growth = min(_growth(values, 0.1 * longest, longest), PHYSICS.slow_gain)
         time = np.geomspace(1e-3 * longest, longest, 60)[:, None]
         # what is there at once is the core's
-        taken = np.hstack([np.ones_like(time), 1.0 - np.exp(-time / np.array(constants))])
-        share = 1.0 - np.exp(-time[:, 0] / far)
+        taken = np.hstack([np.ones_like(time), _grown(time, kept)])
+        more = growth * _grown(time, far)[:, 0] - _grown(time, constants[slow]) @ gains[slow]
         # terms that are as slow as each other could otherwise change by any amount, and back
-        most = np.maximum(gains, np.finfo(float).tiny)
-        ends = np.append(-np.inf, 0.0 * most), np.append(np.inf, most)
-        less = lsq_linear(taken, growth * share, ends).x[1:]
-        return _of_terms([*np.maximum(gains - less, 0.0), growth], [*constants, far])
+        most, least = (
+            np.maximum(others, np.finfo(float).tiny),
+            np.full_like(others, -np.sum(gains[slow])),
+        )
+        less = lsq_linear(taken, more, (np.append(-np.inf, least), np.append(np.inf, most))).x[1:]
+        terms = _of_terms([*np.maximum(others - less, 0.0).tolist(), growth], [*kept.tolist(), far])
+        rest = {name: value for name, value in values.items() if not name.startswith("creep[")}
+        last = int(terms["creepCount"])
+        return {**rest, **terms}, [f"creep[{last}].gain", f"creep[{last}].timeConstant"]
 
     def unshown(self, values: Mapping, time: np.ndarray) -> list[np.ndarray]:
         """Return a constant, and what the slowest term forgets: it stands for those that are slower."""
@@ -160,6 +166,11 @@ def _growth(values: Mapping, early: float, late: float) -> float:
     """Return the share of a step by which creep grows between two times after it, s."""
     gains, constants = (np.array(terms) for terms in _terms(values))
     return float(gains @ (np.exp(-early / constants) - np.exp(-late / constants)))
+
+
+def _grown(time: np.ndarray, constants: np.ndarray | float) -> np.ndarray:
+    """Return the share of each term, (N, K), that is there at times (N, 1) after a step."""
+    return 1.0 - np.exp(-time / np.atleast_1d(constants))
 
 
 def _terms(values: Mapping) -> tuple[list[float], list[float]]:
