@@ -313,8 +313,8 @@ def _verdict(found: LeftOver, large: bool) -> str:
         )
     if found.p_value < NOISE.level:
         return (
-            f"{head}, but not white, steady and independent of the voltage ({chance}): a small misfit "
-            "is in it, or the noise is coloured."
+            f"{head}. A small misfit or coloured noise is in it, too ({chance}), but so little that it "
+            "does not count."
         )
     return f"{head}: indistinguishable from noise."
 
