@@ -17,6 +17,7 @@ from typing import Any
 _SUITE = "chosen by hand on seeds 0 to 9999"
 _MEASURED = "chosen by hand with a measured stage in sight"
 _CONVENTION = "convention: a reader would call less of it nothing"
+_UNRECORDED = "chosen by hand; on which records was not written down"
 
 
 def _number(value: Any, unit: str, meaning: str, source: str = _SUITE) -> Any:
@@ -639,6 +640,11 @@ class Reference:
         "least error of an inverse at which that is said",
         _CONVENTION,
     )  # fmt: skip
+    widens: float = _number(
+        1e-3, "probability",
+        "that noise alone widens the band of a part of a record",
+        "statistic: chi squared with two degrees of freedom",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -677,9 +683,121 @@ class Design:
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Response:
+    """When a displacement answers the voltage as a stage's does; other records are refused, or said."""
+
+    plain: float = _number(
+        0.5, "share of the displacement",
+        "share that the voltage explains from which on the displacement plainly follows it",
+        "convention: the larger part",
+    )  # fmt: skip
+    chance: float = _number(
+        1e-3, "probability",
+        "that the displacement is related to the voltage by chance, below which it is related",
+        "statistic: 0.1 % by chance",
+    )  # fmt: skip
+    regular: float = _number(
+        1e-4, "share of the displacement",
+        "what its own past leaves of a displacement below which that is no noise, whatever it is",
+        _UNRECORDED,
+    )  # fmt: skip
+    shows: float = _number(
+        0.03, "share of the displacement",
+        "least share that the mean at each voltage accounts for, for its shape to mean anything",
+        _UNRECORDED,
+    )  # fmt: skip
+    matters: float = _number(
+        0.2, "share of what the voltage explains",
+        "the same; the larger one holds",
+        _UNRECORDED,
+    )  # fmt: skip
+    folded: float = _number(
+        0.1, "share of a branch",
+        "what no monotone branch explains, from which on a loop may be a butterfly",
+        "chosen by hand on measured records: up to 0.001 on three stages, from 0.14 on butterflies",
+    )  # fmt: skip
+    even: float = _number(
+        0.3, "share of both branches",
+        "what is the same at opposite voltages, from which on such a loop is a butterfly",
+        "chosen by hand on measured records: up to 0.005 on three stages, from 0.43 on butterflies",
+    )  # fmt: skip
+    falls: float = _number(
+        0.15, "share of the mean's shape",
+        "what none that falls explains of it, up to which a sensor may be reversed",
+        _UNRECORDED,
+    )  # fmt: skip
+    not_rises: float = _number(
+        0.5, "share of the mean's shape",
+        "what none that rises explains of it, above which a sensor may be reversed",
+        _UNRECORDED,
+    )  # fmt: skip
+    fewest_in_cycle: int = _number(
+        50, "samples",
+        "fewest samples in a cycle of a reversed sensor",
+        "physics: at the end of a stage's band dead time and inertia delay it by half a cycle",
+    )  # fmt: skip
+    lead: float = _number(
+        0.03, "share of a cycle",
+        "largest lead of a reversed sensor",
+        "physics: above a resonance a stage lags by a little less than half a cycle",
+    )  # fmt: skip
+    ahead: float = _number(
+        0.03, "share of the rectangles around loops",
+        "area of the loops by which a displacement has to lead to run ahead of its voltage",
+        _UNRECORDED,
+    )  # fmt: skip
+    ahead_agreement: float = _number(
+        0.95, "share of the loops",
+        "least share, weighted with their rectangles, that tell the same",
+        _UNRECORDED,
+    )  # fmt: skip
+    ahead_loops: int = _number(
+        3, "loops",
+        "most loops that tell nothing of it",
+        _UNRECORDED,
+    )  # fmt: skip
+    ahead_samples: int = _number(
+        15, "samples",
+        "fewest samples in a loop on average that tell of it",
+        "physics: at the end of a fast sine's band a lag may be most of a period, and look like a lead",
+    )  # fmt: skip
+    ahead_correlation: float = _number(
+        0.5, "1",
+        "least correlation of voltage and displacement that tells of it",
+        "physics: below it phases pass 60 degrees, and a lead may as well be a lag",
+    )  # fmt: skip
+    jump: float = _number(
+        6.0, "standard deviations",
+        "surprise of the voltage above which it is a step or a corner, and no answer of a controller",
+        "statistic: p below 1e-8 by chance",
+    )  # fmt: skip
+    no_surprise: float = _number(
+        1e-5, "standard deviations",
+        "what its own past and the voltage leave of a displacement, up to which it shows no noise that "
+        "a controller could answer",
+        _UNRECORDED,
+    )  # fmt: skip
+    sure: float = _number(
+        6.0, "standard errors",
+        "size of an answer of the voltage above which it is no chance",
+        "statistic: p below 1e-8, for each of ten answers",
+    )  # fmt: skip
+    lacking: float = _number(
+        4.0, "standard errors",
+        "by which no more than one part of a record may lack half of the answer",
+        "statistic: p below 1e-4, for each of ten parts",
+    )  # fmt: skip
+    answered: float = _number(
+        0.05, "share of the voltage's surprise",
+        "least share that the first answer explains",
+        _UNRECORDED,
+    )  # fmt: skip
+
+
 SEARCH, NOISE, PHYSICS, STARTS = Search(), Noise(), Physics(), Starts()
-COVERAGE, CORE, REFERENCE, DESIGN = Coverage(), Core(), Reference(), Design()
-SECTIONS = (SEARCH, NOISE, PHYSICS, STARTS, COVERAGE, CORE, REFERENCE, DESIGN)
+COVERAGE, CORE, REFERENCE, DESIGN, RESPONSE = Coverage(), Core(), Reference(), Design(), Response()
+SECTIONS = (SEARCH, NOISE, PHYSICS, STARTS, COVERAGE, CORE, REFERENCE, DESIGN, RESPONSE)
 
 
 def thresholds() -> list[tuple[str, Any, str, str, str]]:

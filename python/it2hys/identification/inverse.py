@@ -27,8 +27,6 @@ from it2hys.policy import REFERENCE
 
 #: Segments that the power density is averaged over, at least.
 _SEGMENTS = 8
-#: Probability that noise alone widens the band of a segment.
-_WIDENS = 1e-3
 #: Order of the filter, which is run both ways, so that it has no phase.
 _ORDER = 4
 #: A core that hands on its input, in V for m.
@@ -143,7 +141,7 @@ class References:
         lowest, above = 4.0 * rate / length, density.mean(axis=1) > REFERENCE.stands_out
         highest = float(np.clip(np.max(frequency[above], initial=0.0), lowest, self._widest))
         # of one segment, the density of noise is a chi squared with two degrees of freedom
-        largest = REFERENCE.stands_out + np.log(density.size / _WIDENS)
+        largest = REFERENCE.stands_out + np.log(density.size / REFERENCE.widens)
         ends = np.max(frequency[:, None] * (density > largest), axis=0)
         # what is at the seam of two segments is small in both
         return highest, middle, np.clip(ndimage.maximum_filter1d(ends, 3), lowest, highest)

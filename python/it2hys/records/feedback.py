@@ -22,26 +22,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from it2hys.policy import RESPONSE
 from it2hys.records.record import Record
 
 #: Past samples of the voltage, and of the displacement, that the next voltage is predicted from.
 _PAST, _ANSWERS = 32, 10
 #: Samples that are looked at, and the fewest that say anything.
 _MOST, _FEWEST = 20_000, 300
-#: A surprise larger than so many times its deviation (from the median) is a step or a corner.
-_JUMP = 6.0
 #: A voltage that its own past tells to this share of its deviation is known beforehand: what is left is
 #: the rounding of the numbers in a file.
 _ROUNDING = 1e-6
-#: A displacement that its own past and the voltage tell to this share of its deviation shows no noise
-#: that a controller could answer; what it knows better than a badly measured voltage would count then.
-_NO_SURPRISE = 1e-5
-#: Standard errors beyond which an answer is no chance: p below 1e-8, for each of ten answers.
-_SURE = 6.0
-#: Parts of a record, of which no more than one may lack half of the answer by so many standard errors.
-_PARTS, _LACKING = 10, 4.0
-#: Least share of the voltage's surprise that the first answer explains.
-_LEAST_SHARE = 0.05
+#: Parts of a record that have to show the same answer.
+_PARTS = 10
 #: Share of a power that is rounding, and rounds of leaving out steps and corners.
 _NOTHING_LEFT, _ROUNDS = 1e-12, 2
 
@@ -98,7 +90,7 @@ def _first_answer(
     columns = np.hstack([np.ones((len(own), 1)), own, past])
     seen = _Seen.of(voltage[_PAST:], columns, rows)
     for _ in range(_ROUNDS):
-        if seen.scale <= _ROUNDING or seen.latest_scale <= _NO_SURPRISE:
+        if seen.scale <= _ROUNDING or seen.latest_scale <= RESPONSE.no_surprise:
             return None
         rows = rows[seen.quiet]
         if len(rows) < _FEWEST:
@@ -162,14 +154,14 @@ class _Seen:
             surprise, earlier = self.surprise[part], self.earlier[part, index]
             size, found = earlier @ earlier, np.sign(answer) * (surprise @ earlier)
             error = np.sqrt(surprise @ surprise * size / max(len(part), 1))
-            lacking += found < 0.5 * abs(answer) * size - _LACKING * error
+            lacking += found < 0.5 * abs(answer) * size - RESPONSE.lacking * error
         return lacking <= 1
 
     @property
     def quiet(self) -> np.ndarray:
         """Mask of the rows at which neither jumps, shape (n,)."""
-        quiet = np.abs(self.surprise) <= _JUMP * self.scale
-        return quiet & (np.abs(self.latest) <= _JUMP * self.latest_scale)
+        quiet = np.abs(self.surprise) <= RESPONSE.jump * self.scale
+        return quiet & (np.abs(self.latest) <= RESPONSE.jump * self.latest_scale)
 
 
 def _judged(seen: _Seen, first: int) -> Feedback | None:
@@ -178,8 +170,8 @@ def _judged(seen: _Seen, first: int) -> Feedback | None:
     left = max(power - float(seen.answers @ seen.answers), _NOTHING_LEFT * power)
     error = np.sqrt(left / (len(seen.surprise) - 1 - _PAST - len(seen.answers)))
     for samples, answer in enumerate(seen.answers[::-1], start=first):
-        if abs(answer) > _SURE * error:
-            large = answer < 0.0 and answer**2 > _LEAST_SHARE * power
+        if abs(answer) > RESPONSE.sure * error:
+            large = answer < 0.0 and answer**2 > RESPONSE.answered * power
             large = large and seen.is_steady(len(seen.answers) - 1 + first - samples)
             return Feedback(1.0 - left / power, samples, float(-answer / error)) if large else None
         if samples == 0:

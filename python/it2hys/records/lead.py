@@ -7,16 +7,7 @@ creep, inertia or delay. Exchanged columns turn the sign of every loop.
 
 import numpy as np
 
-#: Area of the loops by which the displacement must lead, as a share of the rectangles around them.
-_LEAST_AREA = 0.03
-#: Least share of the loops, weighted with their rectangles, that must tell the same.
-_LEAST_AGREEMENT = 0.95
-_FEWEST_LOOPS = 3
-#: Fewest samples in a loop on average: at the end of a fast sine's band, dead time and inertia may
-#: well add up to a lag of most of a period, which cannot be told from a lead.
-_FEWEST_SAMPLES = 15
-#: Below this correlation phases pass 60 degrees, and a lead may as well be a lag.
-_LEAST_CORRELATION = 0.5
+from it2hys.policy import RESPONSE
 
 
 def samples_ahead(voltage: np.ndarray, displacement: np.ndarray) -> int:
@@ -38,10 +29,10 @@ def samples_ahead(voltage: np.ndarray, displacement: np.ndarray) -> int:
     int
         The lead, to be understood as that of a sine of the record's mean period.
     """
-    if np.corrcoef(voltage, displacement)[0, 1] < _LEAST_CORRELATION:
+    if np.corrcoef(voltage, displacement)[0, 1] < RESPONSE.ahead_correlation:
         return 0
     cuts = _mean_crossings(voltage)
-    if len(cuts) <= _FEWEST_LOOPS or np.diff(cuts).mean() < _FEWEST_SAMPLES:
+    if len(cuts) <= RESPONSE.ahead_loops or np.diff(cuts).mean() < RESPONSE.ahead_samples:
         return 0
     # The displacement at tick k may have been read at either end of the interval in which
     # voltage[k] acted. Pairing it with the later end is half a sample in its favour.
@@ -49,9 +40,9 @@ def samples_ahead(voltage: np.ndarray, displacement: np.ndarray) -> int:
     area = _between((voltage[1:] - voltage.mean()) * change, cuts)
     rectangle = _ranges(voltage, cuts) * _ranges(displacement, cuts)
     agreeing = rectangle[area < 0.0].sum()
-    if agreeing == 0.0 or agreeing < _LEAST_AGREEMENT * rectangle.sum():
+    if agreeing == 0.0 or agreeing < RESPONSE.ahead_agreement * rectangle.sum():
         return 0
-    if -area.sum() < _LEAST_AREA * rectangle.sum():
+    if -area.sum() < RESPONSE.ahead * rectangle.sum():
         return 0
     # Two sines of angular frequency w per sample and a phase p apart: tan(p) is w times this ratio.
     w = np.pi / np.diff(cuts).mean()

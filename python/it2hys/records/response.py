@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from it2hys.errors import InputError
+from it2hys.policy import RESPONSE
 from it2hys.records.record import Record
 
 #: Samples that are looked at: a longer record is averaged in blocks, or cut where its drive is fast.
@@ -35,29 +36,11 @@ _HIGHEST_ORDER, _SWINGS_PER_ORDER = 8, 6
 #: drift rise together.
 _NO_DRIFT = 1e-3
 
-#: Share of the displacement from which on it plainly follows the voltage.
-_PLAIN = 0.5
-#: Probability of a relation by chance, below which there is one.
-_CHANCE = 1e-3
-#: A displacement that follows from its own past to this share is no noise, whatever it is.
-_REGULAR = 1e-4
 #: Share of the displacement that is no more than rounding.
 _ROUNDING = 1e-9
 #: Past displacements and voltages, in samples, from which the next displacement is predicted.
 _OWN_PAST, _PAST = 6, (0, 1, 2, 4, 8, 16, 32)
 
-#: Least share of the displacement that the mean at each voltage accounts for, and least share of what
-#: the voltage explains in all, for its shape to mean anything.
-_SHOWS, _MATTERS = 0.03, 0.2
-#: Share of a branch that no monotone one explains, and share of both that is the same at opposite
-#: voltages, from which on a loop is a butterfly: up to 0.001 and 0.005 on three measured stages, from
-#: 0.14 and 0.43 on measured butterflies.
-_FOLDED, _EVEN = 0.1, 0.3
-#: Shares of the mean's shape that none which falls, or none which rises, explains, of a reversed one.
-_FALLS, _NOT_RISES = 0.15, 0.5
-#: Fewest samples in a cycle, and largest lead as a share of it, of a reversed sensor: at the end of its
-#: band dead time and inertia delay a stage by half a cycle, and above a resonance by a little less.
-_FEWEST_SAMPLES, _LEAD = 50, 0.03
 #: Fewest samples that can be trusted of which anything is said.
 _FEWEST_TRUSTED = 20
 
@@ -78,12 +61,12 @@ def check_response(record: Record) -> None:
         return
     seen = _Seen.of(record)
     explained, chance = _relation(seen)
-    if explained < _PLAIN and chance > _CHANCE:
+    if explained < RESPONSE.plain and chance > RESPONSE.chance:
         raise _fault(record, _unrelated_text(explained))
     views = [_Curve.of(seen, order) for order in seen.orders]
     if np.min(seen.voltage) < 0.0 < np.max(seen.voltage) and all(_is_folded(c) for c in views):
         rising, falling = views[0].branches
-        raise _fault(record, _folded_text(rising if rising.folded > _FOLDED else falling))
+        raise _fault(record, _folded_text(rising if rising.folded > RESPONSE.folded else falling))
     if all(_is_reversed(c, explained, seen) for c in views):
         raise _fault(record, _reversed_text(views[0], record))
 
@@ -215,7 +198,7 @@ def _by_prediction(seen: _Seen) -> float:
     rest = target - slow @ (slow.T @ target)
     if np.linalg.norm(rest) < _ROUNDING * np.linalg.norm(target):
         return 1.0
-    if np.linalg.norm(surprise) < _REGULAR * np.linalg.norm(rest):
+    if np.linalg.norm(surprise) < RESPONSE.regular * np.linalg.norm(rest):
         return 0.0
     best = _best_lag(surprise, scaled[rows])
     lags = [k for k in sorted({*_PAST, best, best + 1}) if k < count // 4]
@@ -374,14 +357,14 @@ def _levels(voltage: np.ndarray, count: int) -> np.ndarray:
 
 
 def _matters(curve: _Curve, explained: float) -> bool:
-    return curve.explained > max(_SHOWS, _MATTERS * explained)
+    return curve.explained > max(RESPONSE.shows, RESPONSE.matters * explained)
 
 
 def _is_folded(curve: _Curve) -> bool:
     """Return whether a plain branch turns back, and both go the same way at opposite voltages."""
     branches, whole = curve.branches, curve.without_drift
-    plain = sum(b.left for b in branches) < (1.0 - _PLAIN) * len(whole) * np.var(whole)
-    if not plain or max(b.folded for b in branches) < _FOLDED:
+    plain = sum(b.left for b in branches) < (1.0 - RESPONSE.plain) * len(whole) * np.var(whole)
+    if not plain or max(b.folded for b in branches) < RESPONSE.folded:
         return False
     rising, falling = ({k: y for k, y in zip(b.level, b.displacement, strict=True)} for b in branches)
     both = [(y, falling[_LEVELS - 1 - k]) for k, y in rising.items() if _LEVELS - 1 - k in falling]
@@ -389,22 +372,22 @@ def _is_folded(curve: _Curve) -> bool:
         return False
     here, opposite = np.transpose(both)
     even, odd = np.var(here + opposite), np.var(here - opposite)
-    return bool(even > _EVEN * (even + odd))
+    return bool(even > RESPONSE.even * (even + odd))
 
 
 def _is_reversed(curve: _Curve, explained: float, seen: _Seen) -> bool:
     """Return whether a curve falls, and the opposite of the displacement lags as a stage does."""
     if not (
         _matters(curve, explained)
-        and curve.not_falling < _FALLS
-        and curve.not_rising > _NOT_RISES
-        and seen.cycle * seen.block >= _FEWEST_SAMPLES
+        and curve.not_falling < RESPONSE.falls
+        and curve.not_rising > RESPONSE.not_rises
+        and seen.cycle * seen.block >= RESPONSE.fewest_in_cycle
     ):
         return False
     reach = int(np.clip(seen.cycle / 2, 2, len(seen.voltage) // 4))
     lags = np.arange(-reach, reach + 1)
     later = lags[np.argmax(_cross_correlation(-curve.without_drift, seen.voltage)[lags])]
-    return bool(-later <= max(1.0, _LEAD * seen.cycle))
+    return bool(-later <= max(1.0, RESPONSE.lead * seen.cycle))
 
 
 # --- in words ------------------------------------------------------------------------------------
