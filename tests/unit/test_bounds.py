@@ -68,6 +68,12 @@ def test_a_fit_within_its_bounds_and_a_term_of_nothing_are_not_said(gain):
     assert bound_sentences(fitted_creep(gain, 0.03), ("creep",)) == []
 
 
+def test_what_is_held_rests_on_no_bound():
+    """Creep that goes on behind the records was held, and an effect was taken back for that."""
+    held = fitted_creep(0.2, 0.03).criterion.holding(["creep[1].gain", "creep[1].timeConstant"])
+    assert bound_sentences(minimise(held, 20), ("creep",)) == []
+
+
 def test_an_effect_that_was_not_named_is_not_said():
     assert bound_sentences(fitted_creep(0.2, 0.03), ("play",)) == []
 

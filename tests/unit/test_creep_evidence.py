@@ -40,3 +40,13 @@ def test_no_term_is_quicker_than_creep_is():
 
 def test_there_are_no_more_terms_than_the_model_has_room_for():
     assert EVIDENCE.extended(terms(np.geomspace(0.1, 10.0, 16), [0.01] * 16), EXTENT) == []
+
+
+@pytest.mark.parametrize(
+    ("apart", "said"), [(1.0, "14 % of a step"), (10.0, ""), (1.3, "14 % of a step")]
+)
+def test_terms_at_one_time_are_more_creep_than_a_stage_has(apart, said):
+    """Two of 10 % at 0.07 s did the work of a delay in a measured record; each was within its bound."""
+    beyond = EVIDENCE.beyond(terms([0.07, 0.07 * apart], [0.1, 0.1]))
+    assert said in beyond
+    assert bool(beyond) == bool(said)

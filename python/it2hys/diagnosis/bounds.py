@@ -36,9 +36,12 @@ def resting_on_bounds(fit: ChainFit, effects: Sequence[str]) -> dict[str, list[s
     pressed = -(columns.T @ residual) / np.where(size > 0.0, size, np.inf)
     low = (point - criterion.lower)[place] < _TOUCHES
     high = (criterion.upper - point)[place] < _TOUCHES
+    held = low & high  # at its value, and at no bound
     rests = (low & (pressed < -PHYSICS.pressed)) | (high & (pressed > PHYSICS.pressed))
     known, values = load_table().parameters(), fit.model.values
-    at_bound = [c for c, at in zip(criterion.common, rests, strict=True) if at and not c.of_sampling]
+    at_bound = [
+        c for c, at in zip(criterion.common, rests & ~held, strict=True) if at and not c.of_sampling
+    ]
     names = [c.name for c in at_bound if values[c.name]]
     by_effect = {e: [n for n in names if known[n].effect == e] for e in effects}
     return {effect: names for effect, names in by_effect.items() if names}

@@ -531,23 +531,26 @@ class Search:
     def withdrawn_by(self, node: Node, last: ChainFit) -> dict[str, str]:
         """Return what of the effects found the last fit takes back, and why.
 
-        That is what it leaves nothing of, or else the least effect that it presses against bounds. At
-        such a size it is not in a stage, and makes up for something else. One without which most of
-        the error stays is there. Others may be pressed because of the least: one goes at a time.
+        That is what it leaves nothing of, or else the least effect that it presses against bounds or
+        makes larger than a stage's can be. At such a size it is not in a stage, and makes up for
+        something else. One without which most of the error stays is there. Others may be pressed
+        because of the least: one goes at a time.
         """
         values, extent = last.model.values, self.bench.extent
         if nil := [e for e in sorted(node.effects) if EFFECTS[e].is_nil(values, extent)]:
             return dict.fromkeys(nil, "the fit to the whole records leaves nothing of it")
         pressed = pressed_with_values(last, sorted(node.effects))
+        reason = "its fit rests on the bound of {}: the records ask for more than there may be of it"
+        reasons = {effect: reason.format(names) for effect, names in pressed.items()}
+        reasons |= {e: said for e in sorted(node.effects) if (said := EVIDENCE[e].beyond(values))}
         gains = {}
-        for effect in pressed:
+        for effect in reasons:
             other = Gains.of(self._with_only(node, node.effects - {effect}).errors, node.errors)
             gains[effect] = max(other.free.gain, other.band.gain)
         least = min(gains, key=lambda e: gains[e], default="")
         if not least or gains[least] > SEARCH.indispensable:
             return {}
-        reason = "its fit rests on the bound of {}: the records ask for more than there may be of it"
-        return {least: reason.format(pressed[least])}
+        return {least: reasons[least]}
 
     def anew_without(self, withdrawn: Mapping[str, str]) -> Search:
         """Return a search of the same kind without effects; how they were tried is kept."""

@@ -139,6 +139,13 @@ class EffectEvidence(ABC):
         """
         return None
 
+    def beyond(self, values: Mapping) -> str:
+        """Return in what it is more than a stage can have, as a part of a sentence; empty if it is not.
+
+        By default its bounds see to that.
+        """
+        return ""
+
     def unshown(self, values: Mapping, time: np.ndarray) -> list[np.ndarray]:
         """Return the shapes, (N,), that this leaves in the residual of a record, over its time, s."""
         return []

@@ -156,6 +156,21 @@ class CreepEvidence(EffectEvidence):
         last = int(terms["creepCount"])
         return {**rest, **terms}, [f"creep[{last}].gain", f"creep[{last}].timeConstant"]
 
+    def beyond(self, values: Mapping) -> str:
+        """Return that it grows by more than a stage's does within a decade of time, if so.
+
+        Each term has its bound, but several with one time constant make a larger one.
+        """
+        _, constants = _terms(values)
+        times = np.geomspace(0.1 * min(constants), max(constants), 100)
+        most = max(_growth(values, time, 10.0 * time) for time in times)
+        if most <= PHYSICS.slow_gain:
+            return ""
+        return (
+            f"it would be {100 * most:.0f} % of a step within a decade of time, and no stage creeps by "
+            f"more than {100 * PHYSICS.slow_gain:.0f} %"
+        )
+
     def unshown(self, values: Mapping, time: np.ndarray) -> list[np.ndarray]:
         """Return a constant, and what the slowest term forgets: it stands for those that are slower."""
         _, constants = _terms(values)
