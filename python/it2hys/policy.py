@@ -326,7 +326,7 @@ class Physics:
     )  # fmt: skip
     slow_gain: float = _number(
         0.1, "1",
-        "largest gain of one creep term",
+        "largest gain of one creep term, and largest creep within a decade of time",
         "makers: 1 to 2 % of a step per decade of time, up to 5 % without preload; a term covers "
         "two decades",
     )  # fmt: skip

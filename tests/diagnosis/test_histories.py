@@ -145,7 +145,7 @@ def test_a_model_found_with_its_records_at_rest_is_fitted_from_there(monkeypatch
 
 
 def test_few_operators_and_starts_of_their_own_are_left_for_many_at_rest():
-    """Neither many operators nor starts at rest by themselves led there: 2.7 times the noise stayed."""
+    """Three operators with starts of their own leave 2.7 times the noise."""
     thresholds = np.linspace(1.5, 48.0, 32)
     weights = 0.05 * np.exp(-thresholds / 8.0)
     fine = {"playCount": 32}

@@ -190,7 +190,9 @@ def test_a_little_misfit_is_not_called_significant_nor_noise(scene):
     misfit *= 0.6 * NOISE / np.sqrt(np.mean(misfit**2))
     found = verdict(scene, misfit + scene.noise(np.random.default_rng(4)))
     assert not found.significant
-    assert re.search(r"coloured noise is in it, too \(p .*\), but so little", found.sentences[0])
+    assert re.search(
+        r"coloured noise is in it, too \(p .*\), smaller than the noise", found.sentences[0]
+    )
 
 
 OUTSIDE = {

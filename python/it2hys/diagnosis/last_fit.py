@@ -85,8 +85,8 @@ def _going_on(bench: Bench, fit: ChainFit) -> ChainFit:
     """Return the fit with what goes on for longer than records that all begin at one voltage.
 
     They hardly show how much there is, and a stage that rested at another voltage moves by all of it.
-    That it goes on as at their end is kept if it explains them as well. It is not fitted, and has no
-    interval: what is left of other errors decided on it.
+    That it goes on as at their end is kept if it explains them as well. It is held, and has no
+    interval: where records hardly show it, a fit gives it the size that makes up for other errors.
     """
     if not bench.begins_alike:
         return fit

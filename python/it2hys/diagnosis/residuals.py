@@ -312,10 +312,7 @@ def _verdict(found: LeftOver, large: bool) -> str:
             "the voltage: the noise is larger than estimated."
         )
     if found.p_value < NOISE.level:
-        return (
-            f"{head}. A small misfit or coloured noise is in it, too ({chance}), but so little that it "
-            "does not count."
-        )
+        return f"{head}. A misfit or coloured noise is in it, too ({chance}), smaller than the noise."
     return f"{head}: indistinguishable from noise."
 
 

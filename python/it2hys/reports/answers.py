@@ -333,7 +333,7 @@ def unexplained(report: Mapping) -> list[str]:
     elif any(r["unexplained"] for r in report["rivals"]):
         head = "Without them a significant residual remains, which one of them explains."
     else:
-        head = "Beside the noise, nothing that counts is left of what was fitted or decided."
+        head = "Beside the noise, little or nothing is left of what was fitted or decided."
     # the first sentence is the verdict, the details describe it
     texts.append(" ".join([head, *report["left_over"][:1]]))
     if _tests_show_more(report):

@@ -146,11 +146,9 @@ class CreepEvidence(EffectEvidence):
         taken = np.hstack([np.ones_like(time), _grown(time, kept)])
         more = growth * _grown(time, far)[:, 0] - _grown(time, constants[slow]) @ gains[slow]
         # terms that are as slow as each other could otherwise change by any amount, and back
-        most, least = (
-            np.maximum(others, np.finfo(float).tiny),
-            np.full_like(others, -np.sum(gains[slow])),
-        )
-        less = lsq_linear(taken, more, (np.append(-np.inf, least), np.append(np.inf, most))).x[1:]
+        most = np.append(np.inf, np.maximum(others, np.finfo(float).tiny))
+        least = np.append(-np.inf, np.full_like(others, -np.sum(gains[slow])))
+        less = lsq_linear(taken, more, (least, most)).x[1:]
         terms = _of_terms([*np.maximum(others - less, 0.0).tolist(), growth], [*kept.tolist(), far])
         rest = {name: value for name, value in values.items() if not name.startswith("creep[")}
         last = int(terms["creepCount"])
@@ -167,8 +165,8 @@ class CreepEvidence(EffectEvidence):
         if most <= PHYSICS.slow_gain:
             return ""
         return (
-            f"it would be {100 * most:.0f} % of a step within a decade of time, and no stage creeps by "
-            f"more than {100 * PHYSICS.slow_gain:.0f} %"
+            f"it would be {100 * most:.0f} % of a step within a decade of time, more than the "
+            f"{100 * PHYSICS.slow_gain:.0f} % that are taken as possible: makers state up to 5 %"
         )
 
     def unshown(self, values: Mapping, time: np.ndarray) -> list[np.ndarray]:
