@@ -1,4 +1,4 @@
-"""The thresholds that decide what a diagnosis says, each with its unit, its meaning and its source.
+"""The thresholds that decide what is read and what is said, each with its unit, meaning and source.
 
 A threshold follows from a statistic, or from what makers and textbooks state, or it was chosen by hand
 on simulated stages, on the seeds 0 to 9999 of the suite in `tests/diagnosis`, or with a measured stage
@@ -211,6 +211,28 @@ class Search:
         "signs of what these differ by",
         "statistic: 12 blocks of one size that agree reach the level of a search, 20 where two do "
         "not; either test holds its level (`tests/unit/test_comparison.py`)",
+    )  # fmt: skip
+    told: float = _number(
+        8.0, "noise",
+        "largest difference from what every n-th sample of a long record tells of the others, up to "
+        "which a search works on those alone",
+        "statistic: below 1e-14 by chance for Gaussian noise",
+    )  # fmt: skip
+    line: float = _number(
+        40.0, "mean power density",
+        "largest power density of that difference",
+        "statistic: below 1e-17 by chance for each frequency of Gaussian noise",
+    )  # fmt: skip
+    same: float = _number(
+        1.5, "noise",
+        "change up to which a stage that waits has not moved, or a period is that before: a search "
+        "leaves it out",
+        _UNRECORDED,
+    )  # fmt: skip
+    same_voltage: float = _number(
+        0.01, "share of its span",
+        "change of the voltage up to which it is the same there",
+        _CONVENTION,
     )  # fmt: skip
     step: float = _number(
         0.05, "share of the voltage range",
@@ -596,6 +618,11 @@ class Core:
         0.1, "share of the range",
         "margin beyond the data in which both must hold",
     )  # fmt: skip
+    at_once: float = _number(
+        0.05, "1",
+        "|dF/dy| up to which a core answers at once, and no faster one is tried",
+        "convention: what is left of a step after one sample",
+    )  # fmt: skip
     stiff: float = _number(
         2000.0, "1/noise",
         "stiffness by which the density of play operators is smoothed where few loops determine it",
@@ -795,9 +822,131 @@ class Response:
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Reading:
+    """What a file may hold to be read as a record of a piezo stage, and what is noted about it."""
+
+    largest_voltage: float = _number(
+        2e3, "V",
+        "largest voltage; above it the unit is wrong",
+        "makers: stacks of soft ceramics take up to 1 kV, twice that is none's",
+    )  # fmt: skip
+    smallest_stroke: float = _number(
+        1e-9, "m",
+        "smallest travel; below it the unit is wrong",
+        "physics: a few atoms, and less than the noise of most sensors of stages",
+    )  # fmt: skip
+    largest_stroke: float = _number(
+        3e-3, "m",
+        "largest travel; above it the unit is wrong",
+        "makers: bending actuators and levers move up to 2 mm",
+    )  # fmt: skip
+    usual_from: float = _number(
+        0.1e-6, "m",
+        "travel below which the reader is asked to check the unit",
+        "makers: stacks and stages move more at their rated voltage",
+    )  # fmt: skip
+    usual_to: float = _number(
+        1e-3, "m",
+        "travel above which the reader is asked to check the unit",
+        "makers: few stages with levers move more",
+    )  # fmt: skip
+    farthest: float = _number(
+        0.09, "m",
+        "largest displacement on either side of zero",
+        "the bounds of displacements in variables.toml, 0.1 m, less a margin for what a fit adds",
+    )  # fmt: skip
+    fewest_samples: int = _number(
+        50, "samples",
+        "fewest samples of a record",
+        _UNRECORDED,
+    )  # fmt: skip
+    jitter: float = _number(
+        0.01, "sample time",
+        "by which a time stamp may be off a uniform grid, besides the rounding of its digits",
+        "convention: a reader would call less of it nothing",
+    )  # fmt: skip
+    longest_gap: int = _number(
+        20, "samples",
+        "most missing samples in a row that are filled by interpolation",
+        _UNRECORDED,
+    )  # fmt: skip
+    missing: float = _number(
+        0.05, "share of the record",
+        "most missing samples in all that are filled",
+        _UNRECORDED,
+    )  # fmt: skip
+    stands_out: float = _number(
+        8.0, "standard deviations",
+        "second difference above which a sample that is off alone is an outlier",
+        "statistic: below 1e-14 by chance for Gaussian noise",
+    )  # fmt: skip
+    least_outlier: float = _number(
+        1e-3, "share of the travel",
+        "the same, at least, where there is no noise",
+        _UNRECORDED,
+    )  # fmt: skip
+    standing: int = _number(
+        5, "samples",
+        "fewest equal samples in a row that count as standing still",
+        _UNRECORDED,
+    )  # fmt: skip
+    stuck: float = _number(
+        0.02, "share of the voltage range",
+        "change of the voltage above which a displacement that stands still meanwhile is stuck: a "
+        "quantised reading repeats itself on less",
+        _UNRECORDED,
+    )  # fmt: skip
+    falling: float = _number(
+        0.5, "1",
+        "negative correlation of voltage and displacement from which on the sign is to be checked",
+        _UNRECORDED,
+    )  # fmt: skip
+    wide_loop: float = _number(
+        0.4, "share of the travel",
+        "width of the loop in the middle of the voltage's range from which on it is called very wide",
+        "makers: 10 to 15 % for stacks in open loop, soft ceramics reach 20 %; twice that is no "
+        "hysteresis of a stack alone",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Telling:
+    """What the pages of results put into words."""
+
+    far_above: float = _number(
+        2.0, "noise",
+        "free-run error above which an identified model is said to lack something",
+        "statistic: what the model leaves then is larger than the noise, sqrt(3) times",
+    )  # fmt: skip
+    off_model: float = _number(
+        0.1, "share of the model's travel",
+        "how far displacements that belong to the stage may be beyond those of the model",
+        _UNRECORDED,
+    )  # fmt: skip
+    worse: float = _number(
+        1.05, "ratio of errors",
+        "from which on an error is called larger than another",
+        _CONVENTION,
+    )  # fmt: skip
+    late: float = _number(
+        0.01, "rad",
+        "phase at the end of the reference's band by which a dead time is told",
+        "convention: 1 % of a sine's amplitude",
+    )  # fmt: skip
+    other_voltage: float = _number(
+        0.01, "share of its span",
+        "by which a record's voltage may be off the designed one before it is called another one",
+        _CONVENTION,
+    )  # fmt: skip
+
+
 SEARCH, NOISE, PHYSICS, STARTS = Search(), Noise(), Physics(), Starts()
 COVERAGE, CORE, REFERENCE, DESIGN, RESPONSE = Coverage(), Core(), Reference(), Design(), Response()
-SECTIONS = (SEARCH, NOISE, PHYSICS, STARTS, COVERAGE, CORE, REFERENCE, DESIGN, RESPONSE)
+READING, TELLING = Reading(), Telling()
+SECTIONS = (
+    SEARCH, NOISE, PHYSICS, STARTS, COVERAGE, CORE, REFERENCE, DESIGN, RESPONSE, READING, TELLING,
+)  # fmt: skip
 
 
 def thresholds() -> list[tuple[str, Any, str, str, str]]:

@@ -18,8 +18,6 @@ from it2hys.identification.usability import largest_contraction
 from it2hys.model.chain import EFFECTS
 from it2hys.policy import CORE, SEARCH
 
-#: Slope |dF/dy| below which a core answers at once.
-AT_ONCE = 0.05
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
 #: Shares to which the places of elements are brought closer together, each again and again.
@@ -295,7 +293,7 @@ def _with_faster_core(bench: Bench, node: Node) -> Node:
     if bench.inverts_well(node.wide_rms, bench.deciding):
         return node
     slope = SEARCH.faster * min(1.0, _slope(bench, node.fit.model))
-    while slope > AT_ONCE:
+    while slope > CORE.at_once:
         faster = _better(bench, node, replace(node.fit.model, contraction=slope))
         if faster is node:
             break

@@ -13,7 +13,7 @@ from scipy.signal import periodogram
 from it2hys.identification.coverage import turns_of
 from it2hys.identification.noise import find_period
 from it2hys.identification.preparation import Prepared
-from it2hys.policy import STARTS
+from it2hys.policy import SEARCH, STARTS
 
 #: Training samples that are searched whole: a fit takes as much time as it has samples, and a search
 #: makes hundreds of them. Windows cost the search what was before each of them.
@@ -26,18 +26,10 @@ _WINDOWS, _SHORTEST = 8, 1000
 _BEFORE = 0.8
 #: Samples that a search needs at least where every n-th of a record tells what is between them.
 _ENOUGH = 12_500
-#: Multiple of the noise up to which a reading is what others tell.
-_TOLD = 8.0
-#: Multiple of its mean power density that none of noise's frequencies reaches by chance.
-_LINE = 40.0
 #: Share of the rate of samples above which a spline through them has no more of their noise.
 _ABOVE = 0.7
-#: Multiple of the noise up to which a stage that waits has not moved, or a period is that before.
-_SAME = 1.5
 #: Samples of a wait that stay, as a share of those behind it: a few more than the lead-in.
 _LEAD = 1.2 * STARTS.lead / (1.0 - STARTS.lead)
-#: Share of the voltage's span up to which it is the same.
-_SAME_VOLTAGE = 0.01
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
@@ -96,11 +88,11 @@ def _tells_between(prepared: Prepared, step: int) -> bool:
         )
         for signal in (record.displacement, record.voltage)
     )
-    told = max(np.max(np.abs(moved)), gain * np.max(np.abs(applied))) <= _TOLD * noise
+    told = max(np.max(np.abs(moved)), gain * np.max(np.abs(applied))) <= SEARCH.told * noise
     frequency, power = periodogram(moved)
     # below half the kept rate, 0.5 / step, is the noise of the kept samples, interpolated
     power = power[frequency > _ABOVE / step]
-    return bool(told and power.max() <= _LINE * power.mean())
+    return bool(told and power.max() <= SEARCH.line * power.mean())
 
 
 def every(prepared: Prepared, step: int) -> Prepared:
@@ -164,10 +156,10 @@ def _waits(prepared: Prepared, end: int) -> int:
     """
     record, noise = prepared.record, prepared.noise.rms
     apart = np.abs(record.voltage - record.voltage[0])
-    holds = int(np.argmax(apart > _SAME_VOLTAGE * np.ptp(record.voltage)))
+    holds = int(np.argmax(apart > SEARCH.same_voltage * np.ptp(record.voltage)))
     blocks = holds // _SHORTEST
     means = record.displacement[: blocks * _SHORTEST].reshape(blocks, _SHORTEST).mean(axis=1)
-    if blocks == 0 or np.ptp(means) > _SAME * noise:
+    if blocks == 0 or np.ptp(means) > SEARCH.same * noise:
         return 0
     return max(0, holds - max(_SHORTEST, int(_LEAD * (end - holds))))
 
@@ -190,8 +182,8 @@ def _repeats_from(prepared: Prepared) -> int:
     length = max(1, period // 10)
     mean, square = (uniform_filter1d(c, length, mode="nearest") for c in (moved, moved**2))
     # both have noise
-    is_other = (np.abs(mean) > _SAME * noise) | (square > 2.0 * (_SAME * noise) ** 2)
-    is_other |= apart > _SAME_VOLTAGE * np.ptp(record.voltage)
+    is_other = (np.abs(mean) > SEARCH.same * noise) | (square > 2.0 * (SEARCH.same * noise) ** 2)
+    is_other |= apart > SEARCH.same_voltage * np.ptp(record.voltage)
     others = np.flatnonzero(is_other)
     begin = int(others[-1]) + 1 if len(others) else 0
     return min(count, max(begin + 2 * period, _FEWEST))

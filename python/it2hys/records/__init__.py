@@ -14,7 +14,7 @@ the samples concerned are marked in `Record.outliers`.
 """
 
 from it2hys.records.columns import ColumnChoice, parse_column_option
-from it2hys.records.reading import MINIMUM_SAMPLES, read_record
+from it2hys.records.reading import read_record
 from it2hys.records.record import Record
 from it2hys.records.response import check_response
 from it2hys.records.roles import check_roles
@@ -23,7 +23,6 @@ from it2hys.records.units import UNITS
 from it2hys.records.writing import write_record
 
 __all__ = [
-    "MINIMUM_SAMPLES",
     "UNITS",
     "ColumnChoice",
     "Record",

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from it2hys.policy import READING
 from it2hys.records.record import Record
 
 #: Half of the band about the middle of the voltage's range in which the branches are read, as a share
 #: of the range, and the fewest samples of each branch in it.
 _BAND, _FEWEST = 0.05, 10
-#: Share of the travel: makers state 10 to 15 % for stacks in open loop, soft ceramics reach 20 %. Twice
-#: that is no hysteresis of a stack alone.
-_WIDE = 0.4
 
 
 def wide_loop(record: Record) -> str:
@@ -25,7 +23,7 @@ def wide_loop(record: Record) -> str:
         return ""
     rising, falling = float(np.mean(up)), float(np.mean(down))
     share = abs(rising - falling) / np.ptp(displacement[~record.outliers])
-    if share < _WIDE:
+    if share < READING.wide_loop:
         return ""
     return (
         f"Record '{record.name}' has a very wide loop: at {middle:.3g} V the displacement is "

@@ -6,16 +6,11 @@ import shlex
 
 import numpy as np
 
+from it2hys.policy import READING
 from it2hys.records.lead import samples_ahead
 from it2hys.records.table import Table
 from it2hys.records.text import HEADER
 from it2hys.support.numerals import counted
-
-LARGEST_VOLTAGE = 2e3
-SMALLEST_STROKE = 1e-9
-LARGEST_STROKE = 3e-3
-TYPICAL_STROKES = (0.1e-6, 1e-3)
-FARTHEST = 0.09
 
 
 def check_ranges(table: Table) -> None:
@@ -31,17 +26,18 @@ def check_ranges(table: Table) -> None:
             )
     row = int(np.argmax(np.abs(voltage)))
     largest = abs(voltage[row])
-    if largest > LARGEST_VOLTAGE:
+    if largest > READING.largest_voltage:
         raise table.fault(_wrong_unit(table, "voltage", f"{largest:.4g} V"), row)
     row = int(np.argmax(np.abs(displacement)))
-    if abs(displacement[row]) > FARTHEST:
+    if abs(displacement[row]) > READING.farthest:
         raise table.fault(
             f"column '{table.columns['displacement'].name}' has {1e6 * displacement[row]:.4g} µm, and "
-            f"FMUs take no more than {1e6 * FARTHEST:g} µm on either side of zero: subtract a constant",
+            f"FMUs take no more than {1e6 * READING.farthest:g} µm on either side of zero: subtract a "
+            "constant",
             row,
         )
     stroke = np.ptp(displacement)
-    if not SMALLEST_STROKE <= stroke <= LARGEST_STROKE:
+    if not READING.smallest_stroke <= stroke <= READING.largest_stroke:
         raise table.fault(_wrong_unit(table, "displacement", f"a range of {1e6 * stroke:.4g} µm"))
 
 
@@ -106,7 +102,7 @@ def _spikes(values: np.ndarray) -> np.ndarray:
     """
     second = np.diff(values, 2)
     deviation = 1.4826 * np.median(np.abs(second - np.median(second)))
-    threshold = max(8.0 * deviation, 1e-3 * np.ptp(values))
+    threshold = max(READING.stands_out * deviation, READING.least_outlier * np.ptp(values))
     before, middle, after = second[:-2], second[1:-1], second[2:]
     alone = np.abs(middle) > threshold
     for neighbour in (before, after):
@@ -117,14 +113,10 @@ def _spikes(values: np.ndarray) -> np.ndarray:
 
 
 def _stuck(displacement: np.ndarray, voltage: np.ndarray) -> np.ndarray:
-    """Return the mask of displacements that stand still while the voltage moves.
-
-    At least five equal samples, and 2 % of the voltage range: a quantised reading repeats itself
-    on less.
-    """
+    """Return the mask of displacements that stand still while the voltage moves."""
     mask = np.zeros(displacement.shape, dtype=bool)
     for start, stop in _constant_runs(displacement):
-        if np.ptp(voltage[start:stop]) > 0.02 * np.ptp(voltage):
+        if np.ptp(voltage[start:stop]) > READING.stuck * np.ptp(voltage):
             mask[start:stop] = True
     return mask
 
@@ -175,20 +167,20 @@ def _saturation_notes(table: Table) -> list[str]:
 def _shape_notes(voltage: np.ndarray, displacement: np.ndarray) -> list[str]:
     notes = []
     stroke = np.ptp(displacement)
-    if not TYPICAL_STROKES[0] <= stroke <= TYPICAL_STROKES[1]:
+    if not READING.usual_from <= stroke <= READING.usual_to:
         notes.append(
             f"The range of {1e6 * stroke:.4g} µm is unusual for a piezo stage: check the unit."
         )
-    if np.corrcoef(voltage, displacement)[0, 1] < -0.5:
+    if np.corrcoef(voltage, displacement)[0, 1] < -READING.falling:
         notes.append("The displacement falls where the voltage rises: check the sensor's sign.")
     return notes
 
 
 def _constant_runs(values: np.ndarray) -> list[tuple[int, int]]:
-    """Return (start, stop) of each stretch of at least five equal samples."""
+    """Return (start, stop) of each stretch of enough equal samples."""
     equal = np.concatenate((np.diff(values) == 0.0, [False]))
     runs = [(start, stop + 1) for start, stop in _runs(equal)]
-    return [(start, stop) for start, stop in runs if stop - start >= 5]
+    return [(start, stop) for start, stop in runs if stop - start >= READING.standing]
 
 
 def _runs(mask: np.ndarray) -> list[tuple[int, int]]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from it2hys.errors import InputError
+from it2hys.policy import READING
 from it2hys.records.columns import ColumnChoice
 from it2hys.records.plausibility import check_order, check_ranges, inspect
 from it2hys.records.record import INVERTED, SIGNED, Record
@@ -19,7 +20,6 @@ from it2hys.support.numerals import counted
 
 REQUIRED = ("time", "voltage", "displacement")
 OPTIONAL = ("force", "temperature", "reference")
-MINIMUM_SAMPLES = 50
 
 
 def read_record(
@@ -67,7 +67,7 @@ def read_record(
     table = read_table(path, REQUIRED, OPTIONAL, columns)
     if invert_displacement:
         table = _inverted(table)
-    if len(table) < MINIMUM_SAMPLES:
+    if len(table) < READING.fewest_samples:
         raise _too_few(table, f"the record has {counted(len(table), 'sample')}")
     check_rising(table)
     check_ranges(table)
@@ -86,7 +86,7 @@ def read_record(
             raise fault
         signals, outliers, note = resampled(table, outliers, base, sample_time)
         notes.append(note)
-        if len(outliers) < MINIMUM_SAMPLES:
+        if len(outliers) < READING.fewest_samples:
             raise _too_few(table, f"{counted(len(outliers), 'sample')} left after resampling")
     record = Record(
         name=record_name(path),
@@ -107,4 +107,4 @@ def _inverted(table: Table) -> Table:
 
 
 def _too_few(table: Table, complaint: str) -> InputError:
-    return table.fault(f"{complaint}, at least {MINIMUM_SAMPLES} are needed")
+    return table.fault(f"{complaint}, at least {READING.fewest_samples} are needed")

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from it2hys.policy import READING
 from it2hys.records.table import Table
 from it2hys.records.time_base import TimeBase
-
-LONGEST_GAP = 20
-LARGEST_MISSING_SHARE = 0.05
 
 
 def resample(
@@ -56,17 +54,17 @@ def resample(
 
 def _check_gaps(table: Table, base: TimeBase) -> None:
     longest = int(np.argmax(base.steps))
-    if base.steps[longest] - 1 > LONGEST_GAP:
+    if base.steps[longest] - 1 > READING.longest_gap:
         raise table.fault(
             f"a gap in time of {base.steps[longest] - 1} samples is too long to fill "
-            f"(at most {LONGEST_GAP}); split the file into records",
+            f"(at most {READING.longest_gap}); split the file into records",
             longest + 1,
         )
     share = base.missing / (len(table) + base.missing)
-    if share > LARGEST_MISSING_SHARE:
+    if share > READING.missing:
         raise table.fault(
             f"{100.0 * share:.2g} % of the samples are missing, at most "
-            f"{100.0 * LARGEST_MISSING_SHARE:g} % can be filled by interpolation"
+            f"{100.0 * READING.missing:g} % can be filled by interpolation"
         )
 
 

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from it2hys.errors import InputError
+from it2hys.policy import READING
 from it2hys.records.table import Table
-
-#: Tolerance of the time base as a share of the sample time; 0.6 of the last printed digit comes on
-#: top: half for the rounding, the rest for the bias that rounding gives to the fit.
-JITTER_TOLERANCE = 0.01
 
 
 @dataclass(frozen=True)
@@ -98,7 +95,8 @@ def fit_time_base(time: np.ndarray) -> TimeBase:
         steps=steps,
         jitter=float(abs(residual[worst])),
         worst=worst,
-        tolerance=JITTER_TOLERANCE * slope + 0.6 * resolution + rounding,
+        # The last printed digit comes on top: half for its rounding, the rest for the bias of the fit.
+        tolerance=READING.jitter * slope + 0.6 * resolution + rounding,
     )
 
 

@@ -13,12 +13,12 @@ import numpy as np
 from it2hys.designs.designing import probability, told_apart
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS
 from it2hys.identification.explained import low_share
-from it2hys.policy import REFERENCE
+from it2hys.policy import REFERENCE, TELLING
 from it2hys.records.figures_of_merit import Errors, noise_size, small_figure, times_the_noise
 from it2hys.records.record import INVERTED
 from it2hys.reports.inputs import ROLES
 from it2hys.reports.page import NONE, Answer, Table
-from it2hys.reports.summary import FAR_ABOVE_NOISE, judged_records, pooled
+from it2hys.reports.summary import judged_records, pooled
 from it2hys.reports.verdict import model_verdict
 from it2hys.support.numerals import counted, plain
 
@@ -42,12 +42,6 @@ _NO_MEMORY = (
     "with frequency, where a piezo's loop hardly does. One step ahead, where the model is given the "
     "measured y(k-1), its error is much smaller: that value is nearly the answer."
 )
-#: A record whose voltage is off the designed one by more than this share of its span is another one.
-_PLAYED = 0.01
-#: An inverse is called worse than another from this ratio of their errors on.
-_WORSE = 1.05
-#: A dead time is told that moves a sine at the end of the reference's band by more than this, rad: 1 %.
-_LATE = 0.01
 
 
 def answers(report: Mapping) -> list[Answer]:
@@ -103,7 +97,7 @@ def _worse_on_tests(report: Mapping) -> list[str]:
     worse = [
         f"{part} is off by {micrometres(now)} rms instead of {micrometres(then)}"
         for part, (then, now) in sizes.items()
-        if now > _WORSE * then
+        if now > TELLING.worse * then
     ]
     if not worse:
         return []
@@ -222,7 +216,7 @@ def _quality(report: Mapping) -> list[str]:
 
 def _of_training(ratio: float) -> list[str]:
     """Return whether the training records show that the paper's model is enough."""
-    if ratio > FAR_ABOVE_NOISE:
+    if ratio > TELLING.far_above:
         return [
             f"On the training records the error is {times_the_noise(ratio)}, far above it: the records "
             f"contain something that this model does not describe. {_NO_MEMORY}"
@@ -257,7 +251,7 @@ def feedforward(report: Mapping) -> list[str]:
             f"would be by {micrometres(line)}. {advice(report)}"
         ]
     cautions = [*_halved(error, line), *_enlarged(report, error / travel)]
-    if report["kind"] == "diagnosis" and error > _WORSE * first:
+    if report["kind"] == "diagnosis" and error > TELLING.worse * first:
         cautions.insert(
             0,
             f"The inverse of the {report['names']['before']} is the better one by this measure, with "
@@ -270,7 +264,7 @@ def feedforward(report: Mapping) -> list[str]:
         *cautions,
     ]
     latency = max(after[n]["inverse_delay_s"] for n in names)
-    if 2.0 * np.pi * band * latency > _LATE:
+    if 2.0 * np.pi * band * latency > TELLING.late:
         texts.append(
             f"The stage follows {1e3 * latency:.3g} ms after the voltage; no inverse makes up for that "
             "dead time, and the figures leave it out."
@@ -441,7 +435,7 @@ def promised_and_found(report: Mapping) -> Answer:
             f"{report['noise_rms_um']:.2g} µm:"
         )
     off, span = entry["played_off_V"], np.ptp(report["range"]["voltage_V"])
-    if off is not None and off > _PLAYED * span:
+    if off is not None and off > TELLING.other_voltage * span:
         texts.append(
             f"The recorded voltage is not the designed one: they differ by {figure(off)} V rms, so the "
             "promise does not hold."

@@ -21,16 +21,13 @@ from it2hys.identification.result import Identification
 from it2hys.identification.stage_figures import StageFigure
 from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
+from it2hys.policy import TELLING
 from it2hys.records import Record
 from it2hys.records.figures_of_merit import Errors
 from it2hys.reports.validity import out_of_range_sentence
 from it2hys.reports.verdict import COUNTING, straight_line, straight_line_errors
 
 UM = 1e6
-#: A free-run error above this many times the noise says that the model lacks something.
-FAR_ABOVE_NOISE = 2.0
-#: How far displacements that belong to the stage may be beyond those of the model, by its travel.
-_BEYOND = 0.1
 #: Name of the model before a diagnosis: a given one, or the paper's, identified on the same records.
 START = "starting model"
 PAPER = "paper's model"
@@ -95,7 +92,7 @@ def _identified(found: Identification) -> dict:
         "effects": [],
         "declared": [],
         "meanings": {},
-        "unexplained": bool(found.error_over_noise > FAR_ABOVE_NOISE),
+        "unexplained": bool(found.error_over_noise > TELLING.far_above),
         "left_over": [],
         "indistinguishable": [],
         "experiments": [],
@@ -216,7 +213,7 @@ def settled_training(result: Result, records: Sequence[Record]) -> list[Record]:
     settled = []
     for record, judgement in _trained(result, records):
         behind, y = record.slice(judgement.lead), judgement.y[judgement.lead :]
-        ends = y.min() - _BEYOND * np.ptp(y), y.max() + _BEYOND * np.ptp(y)
+        ends = y.min() - TELLING.off_model * np.ptp(y), y.max() + TELLING.off_model * np.ptp(y)
         settled.append(replace(behind, displacement=np.clip(behind.displacement, *ends)))
     return settled
 
