@@ -117,6 +117,11 @@ class Gains:
         """Whether the inverse gets worse with either reference, by enough and by more than chance."""
         return any(is_worse(comparison, SEARCH.spoils) for comparison in (self.band, self.wide))
 
+    @property
+    def inverts_far_worse(self) -> bool:
+        """Whether the inverse gets worse by as much as a delay has to make it better."""
+        return is_worse(self.band, SEARCH.inverse_gain)
+
     def tell(self, least: float) -> bool:
         """Return whether of two equally simple models one is better by more than chance.
 

@@ -212,8 +212,11 @@ def _with_rules_anew(bench: Bench, node: Node, each: Callable | None) -> Node:
     if fit is node.fit:
         return node
     reshaped = node_of(bench, node.added, fit)
-    # what fits the training records better may do so by how they begin, and fail on others
-    return reshaped if reshaped.rms <= (1.0 + SEARCH.equal) * node.rms else node
+    # what fits the training records better may do so by how they begin, and fail on others, or by a
+    # slow core, which does the work of a delay
+    predicts = reshaped.rms <= (1.0 + SEARCH.equal) * node.rms
+    gains = Gains.of(node.errors, reshaped.errors)
+    return reshaped if predicts and not gains.inverts_far_worse else node
 
 
 def _with_histories(bench: Bench, node: Node) -> Node:
@@ -314,7 +317,7 @@ def _better(bench: Bench, node: Node, variant: Model) -> Node:
     """
     fitted = node_of(bench, node.added, bench.fit(variant, FINISHING))
     gains = Gains.of(node.errors, fitted.errors)
-    better = gains.free.refines and not spoils(bench, fitted, gains)
+    better = gains.free.refines and not (spoils(bench, fitted, gains) or gains.inverts_far_worse)
     return fitted if better or gains.calms else node
 
 

@@ -434,9 +434,8 @@ class Search:
             tested.append(chosen)
             effects = [e for e in EFFECTS if e in chosen.effects]
             for node in self.each(partial(without, self.bench, chosen), effects):
-                known = self.nodes.get(node.added)
                 delays = any(is_delay(node.fit.model, e) for e in node.effects)
-                if not delays and (known is None or node.rms < known.rms):
+                if not delays and self._is_best_known(node):
                     self._keep(node)
             chosen = self._simplest()
         others = [*self._with_one_less(chosen), *self._with_another(chosen)]
@@ -445,7 +444,26 @@ class Search:
             self._keep(node)
         chosen = self._simplest()
         chosen = chosen if chosen in ended else refined(self.bench, chosen, self.each)
-        return finest(self.bench, chosen)
+        return finest(self.bench, self._needed(chosen))
+
+    def _needed(self, chosen: Node) -> Node:
+        """Return the chosen model without effects that it is no better for by itself.
+
+        A model with more effects, all of which it needs together, may have spoken for them.
+        """
+        less = [n for n in self.nodes.values() if n.added < chosen.added]
+        less = [n for n in less if len(n.added) == len(chosen.added) - 1]
+        # the free run does without a delay, which shows in the inverse
+        less = [n for n in less if WAITING not in chosen.effects - n.effects]
+        less = [n for n in less if not self._beats(chosen, n) and not self._lacks_what_shows(n, chosen)]
+        return self._needed(min(less, key=lambda n: n.rms)) if less else chosen
+
+    def _is_best_known(self, node: Node) -> bool:
+        """Return whether a model predicts better than the known one, and inverts nearly as well."""
+        known = self.nodes.get(node.added)
+        if known is None:
+            return True
+        return node.rms < known.rms and not Gains.of(known.errors, node.errors).inverts_far_worse
 
     def _with_one_less(self, node: Node) -> list[Node]:
         """Return the best model that lacks one of several effects, whose fit decides on that one."""
