@@ -131,7 +131,7 @@ def searched(*models):
         floor=0.1,
         deciding=[],
         inverts_well=lambda *_: True,
-        least_inverse_error=lambda _: 0.01,
+        least_inverse_error=lambda *_: 0.01,
         likelihood_ratio_behind_turns=lambda *_: 0.0,
         clues=lambda _: None,
     )
@@ -146,6 +146,33 @@ def test_a_larger_model_that_spoils_the_inverse_hides_no_smaller_one_that_is_bet
         (("delay", "nonlinearity", "play", "resonance"), 0.85, 2.0),
     )
     assert search._simplest() is nodes[1]
+
+
+@pytest.mark.parametrize(("free", "inverse", "kept"), [(0.97, 0.97, 2), (0.5, 0.97, 3), (0.97, 0.4, 3)])
+def test_an_effect_is_not_kept_for_what_it_does_with_another_one(free, inverse, kept):
+    """A measured record: creep and a nonlinearity together were significant, creep alone was not."""
+    search, (smaller, chosen, _) = searched(
+        (("delay", "play"), 1.0, 1.0),
+        (("creep", "delay", "play"), free, inverse),
+        (("creep", "delay", "nonlinearity", "play"), 0.8, 0.8),
+    )
+    search.bench.inverts_well = lambda error, deciding: error < 0.9
+    assert search._needed(chosen) is {2: smaller, 3: chosen}[kept]
+
+
+def test_a_delay_is_needed_though_the_free_run_does_without():
+    search, (_, chosen) = searched((("play",), 0.97, 1.6), (("delay", "play"), 1.0, 1.0))
+    assert search._needed(chosen) is chosen
+
+
+@pytest.mark.parametrize(
+    ("free", "inverse", "best"), [(0.9, 1.0, True), (0.9, 1.4, False), (1.1, 0.5, False)]
+)
+def test_the_best_known_model_is_none_with_a_far_worse_inverse(free, inverse, best):
+    """A measured record: play that had done without its delay stood in for play and delay."""
+    search, _ = searched((("delay", "play"), 1.0, 1.0))
+    _, (other,) = searched((("delay", "play"), free, inverse))
+    assert search._is_best_known(other) == best
 
 
 @pytest.mark.parametrize(("free", "rivals"), [(0.9, 1), (1.0, 1), (1.02, 1), (1.1, 0)])
@@ -320,6 +347,27 @@ def test_of_several_ways_to_have_more_terms_the_one_that_predicts_best_is_taken(
     assert found.rms == pytest.approx(0.5, rel=0.05)
     variants[:] = variants[2:]
     assert refinement._with_more_elements(SimpleNamespace(extent=None), begun, "creep") is begun
+
+
+@pytest.mark.parametrize(("inverse", "better"), [(1.0, True), (1.15, True), (1.5, False)])
+def test_a_variant_does_not_predict_better_at_the_cost_of_the_inverse(monkeypatch, inverse, better):
+    """A measured record: with 32 play operators a fit lost its delay. The noise may cost a little."""
+    state = GENERATOR.bit_generator.state
+    before = errors(1.0, 1.0)
+    GENERATOR.bit_generator.state = state
+    after = errors(0.95, inverse)
+    cost, model = SimpleNamespace(cost=1.0), SimpleNamespace(effects=("delay", "play"))
+    known, other = (SimpleNamespace(minimum=cost, model=model) for _ in range(2))
+    bench = SimpleNamespace(
+        least_inverse_error=lambda model: 0.9,
+        fit=lambda model, iterations: other,
+        reshaped=lambda model, each: other,
+        preferred=lambda fits: fits[-1],
+    )
+    monkeypatch.setattr(refinement, "node_of", lambda bench, added, fit: Node(added, fit, after))
+    node = Node(frozenset({"delay"}), known, before)
+    assert (refinement._better(bench, node, model) is not node) == better
+    assert (refinement._with_rules_anew(bench, node, None) is not node) == better
 
 
 @pytest.mark.parametrize(
