@@ -46,7 +46,7 @@ class Comparison:
     @property
     def refines(self) -> bool:
         """Whether a model with the same effects predicts better, most likely not by chance."""
-        return self.gain >= SEARCH.refined and self.p_value <= SEARCH.likely
+        return self.gain >= SEARCH.equal and self.p_value <= SEARCH.likely
 
 
 def compare(before: Sequence[np.ndarray], after: Sequence[np.ndarray], seed: int = 0) -> Comparison:
