@@ -160,6 +160,16 @@ def test_an_effect_is_not_kept_for_what_it_does_with_another_one(free, inverse, 
     assert search._needed(chosen) is {2: smaller, 3: chosen}[kept]
 
 
+def test_what_a_rival_speaks_for_is_needed():
+    """A lag was taken back, because only the delay that it could be was far better."""
+    search, (_, chosen, rival) = searched(
+        (("play",), 1.0, 1.0), (("lag", "play"), 0.97, 0.97), (("delay", "play"), 1.0, 0.4)
+    )
+    search.rivals = [rival]
+    search.bench.inverts_well = lambda error, deciding: error < 0.9
+    assert search._needed(chosen) is chosen and search.rivals == [rival]
+
+
 def test_a_delay_is_needed_though_the_free_run_does_without():
     search, (_, chosen) = searched((("play",), 0.97, 1.6), (("delay", "play"), 1.0, 1.0))
     assert search._needed(chosen) is chosen

@@ -449,14 +449,20 @@ class Search:
     def _needed(self, chosen: Node) -> Node:
         """Return the chosen model without effects that it is no better for by itself.
 
-        A model with more effects, all of which it needs together, may have spoken for them.
+        A model with more effects, all of which it needs together, may have spoken for them. Where the
+        chosen one has rivals, they speak for it.
         """
         less = [n for n in self.nodes.values() if n.added < chosen.added]
         less = [n for n in less if len(n.added) == len(chosen.added) - 1]
         # the free run does without a delay, which shows in the inverse
         less = [n for n in less if WAITING not in chosen.effects - n.effects]
-        less = [n for n in less if not self._beats(chosen, n) and not self._lacks_what_shows(n, chosen)]
-        return self._needed(min(less, key=lambda n: n.rms)) if less else chosen
+        alike = [chosen, *self.rivals]
+        less = [n for n in less if not any(self._beats(o, n) for o in alike)]
+        less = [n for n in less if not self._lacks_what_shows(n, chosen)]
+        if not less:
+            return chosen
+        self.rivals = []
+        return self._needed(min(less, key=lambda n: n.rms))
 
     def _is_best_known(self, node: Node) -> bool:
         """Return whether a model predicts better than the known one, and inverts nearly as well."""
