@@ -18,6 +18,7 @@ _SUITE = "chosen by hand on seeds 0 to 9999"
 _MEASURED = "chosen by hand with a measured stage in sight"
 _CONVENTION = "convention: a reader would call less of it nothing"
 _UNRECORDED = "chosen by hand; on which records was not written down"
+_UNLIKELY = "chosen by hand, well beyond usual stages; no maker's figure was looked up"
 
 
 def _number(value: Any, unit: str, meaning: str, source: str = _SUITE) -> Any:
@@ -828,27 +829,27 @@ class Reading:
     largest_voltage: float = _number(
         2e3, "V",
         "largest voltage; above it the unit is wrong",
-        "makers: stacks of soft ceramics take up to 1 kV, twice that is none's",
+        _UNLIKELY,
     )  # fmt: skip
     smallest_stroke: float = _number(
         1e-9, "m",
         "smallest travel; below it the unit is wrong",
-        "physics: a few atoms, and less than the noise of most sensors of stages",
+        _UNLIKELY,
     )  # fmt: skip
     largest_stroke: float = _number(
         3e-3, "m",
         "largest travel; above it the unit is wrong",
-        "makers: bending actuators and levers move up to 2 mm",
+        _UNLIKELY,
     )  # fmt: skip
     usual_from: float = _number(
         0.1e-6, "m",
         "travel below which the reader is asked to check the unit",
-        "makers: stacks and stages move more at their rated voltage",
+        _UNLIKELY,
     )  # fmt: skip
     usual_to: float = _number(
         1e-3, "m",
         "travel above which the reader is asked to check the unit",
-        "makers: few stages with levers move more",
+        _UNLIKELY,
     )  # fmt: skip
     farthest: float = _number(
         0.09, "m",

@@ -438,7 +438,8 @@ class Search:
                 if not delays and self._is_best_known(node):
                     self._keep(node)
             chosen = self._simplest()
-        others = [*self._with_one_less(chosen), *self._with_another(chosen)]
+        # of those that lack one effect, the fit of the best decides on it
+        others = [*self._with_one_less(chosen)[:1], *self._with_another(chosen)]
         ended = self._with_fresh_fits([chosen, *others])
         for node in ended:
             self._keep(node)
@@ -452,17 +453,15 @@ class Search:
         A model with more effects, all of which it needs together, may have spoken for them. Where the
         chosen one has rivals, they speak for it.
         """
-        less = [n for n in self.nodes.values() if n.added < chosen.added]
-        less = [n for n in less if len(n.added) == len(chosen.added) - 1]
         # the free run does without a delay, which shows in the inverse
-        less = [n for n in less if WAITING not in chosen.effects - n.effects]
+        less = [n for n in self._with_one_less(chosen) if WAITING not in chosen.effects - n.effects]
         alike = [chosen, *self.rivals]
         less = [n for n in less if not any(self._beats(o, n) for o in alike)]
         less = [n for n in less if not self._lacks_what_shows(n, chosen)]
         if not less:
             return chosen
         self.rivals = []
-        return self._needed(min(less, key=lambda n: n.rms))
+        return self._needed(less[0])
 
     def _is_best_known(self, node: Node) -> bool:
         """Return whether a model predicts better than the known one, and inverts nearly as well."""
@@ -472,10 +471,10 @@ class Search:
         return node.rms < known.rms and not Gains.of(known.errors, node.errors).inverts_far_worse
 
     def _with_one_less(self, node: Node) -> list[Node]:
-        """Return the best model that lacks one of several effects, whose fit decides on that one."""
+        """Return the models that lack one of several additions, the best one first."""
         known = [n for n in self.nodes.values() if n.added < node.added]
         known = [n for n in known if len(n.added) == len(node.added) - 1]
-        return sorted(known, key=lambda n: n.rms)[:1]
+        return sorted(known, key=lambda n: n.rms)
 
     def _with_another(self, node: Node) -> list[Node]:
         """Return the best model that has another effect in place of one, if it comes near."""
