@@ -26,7 +26,7 @@ from it2hys.support.processes import (
     temporary_files,
     without_threads,
 )
-from it2hys.support.progress import Progress, progress_bar
+from it2hys.support.progress import Progress, part, progress_bar
 
 if TYPE_CHECKING:
     from it2hys.model.parameters import ParameterSet
@@ -662,12 +662,13 @@ def _identify(options: argparse.Namespace) -> int:
 
     check_rule_count(options.rules)
     settings = Options(options.seed, options.starts, options.max_iterations, options.solver)
-    with _progress(options) as progress:
-        identification = identify(train, validate, test, options.rules, settings, progress)
     records = [*train, *validate, *test]
     provenance = Provenance.of_command(options.typed, options.seed)
-    with gathered(options.output) as folder:
-        write_report(identification, records, folder, provenance=provenance)
+    with _progress(options) as progress:
+        found = identify(train, validate, test, options.rules, settings, part(progress, 0.0, 0.9))
+        with gathered(options.output) as folder:
+            drawing = part(progress, 0.9, 1.0)
+            write_report(found, records, folder, provenance=provenance, progress=drawing)
     if _tell_report(options):
         _next(options, "find what the model lacks:", f"diagnose {_given(options)} -o DIR")
     return 0
@@ -722,6 +723,14 @@ def _diagnose(options: argparse.Namespace) -> int:
     designed = None if options.design is None else read_design(options.design)
     settings = Options(seed=options.seed)
     model = None if options.model is None else read_ssv(options.model)
+    records = [*train, *validate, *test]
+    given = [path for path in (options.model, options.design) if path is not None]
+    files = [*options.effect, *given]
+    provenance = Provenance.of_command(options.typed, options.seed, files)
+    promised = None if designed is None else (designed, designed_voltage(options.design, designed))
+    rivals = options.output.glob(RIVAL_FILES)
+    outdated = [rival for rival in rivals if not any(rival.samefile(path) for path in given)]
+    start = PAPER if model is None else START
     with _progress(options) as progress:
         diagnosis = diagnose(
             train,
@@ -732,21 +741,21 @@ def _diagnose(options: argparse.Namespace) -> int:
             excluded=_effects(options.exclude),
             rules=RULES if options.rules is None else options.rules,
             options=settings,
-            progress=progress,
+            progress=part(progress, 0.0, 0.8),
             workers=options.workers,
             sensor_curve=options.sensor_curve,
             planned=() if designed is None else designed["names"],
         )
-    records = [*train, *validate, *test]
-    given = [path for path in (options.model, options.design) if path is not None]
-    files = [*options.effect, *given]
-    provenance = Provenance.of_command(options.typed, options.seed, files)
-    promised = None if designed is None else (designed, designed_voltage(options.design, designed))
-    rivals = options.output.glob(RIVAL_FILES)
-    outdated = [rival for rival in rivals if not any(rival.samefile(path) for path in given)]
-    with gathered(options.output, outdated) as folder:
-        start = PAPER if model is None else START
-        write_report(diagnosis, records, folder, provenance=provenance, start=start, promised=promised)
+        with gathered(options.output, outdated) as folder:
+            write_report(
+                diagnosis,
+                records,
+                folder,
+                provenance=provenance,
+                start=start,
+                progress=part(progress, 0.8, 1.0),
+                promised=promised,
+            )
     if _tell_report(options):
         if diagnosis.indistinguishable:
             _next(

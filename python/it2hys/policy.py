@@ -698,6 +698,11 @@ class Design:
         "length of a record where neither the user nor the records give one",
         "convention: as long as the demonstration's, 0.4 s at 10 kHz",
     )  # fmt: skip
+    most_work: float = _number(
+        20.0, "refits of a record of that length",
+        "what a report takes to compare one record with another, at most; beyond, it names the command",
+        "time: at 20 a report waits for about a minute, at 112 it waited for seven",
+    )  # fmt: skip
     highest_share: float = _number(
         0.4, "Nyquist frequency",
         "highest frequency of a sine that is played: five samples per period",

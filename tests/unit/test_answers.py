@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from it2hys.records import Record
-from it2hys.reports.answers import feedforward, verdict
+from it2hys.reports.answers import feedforward, next_measurements, verdict
 from it2hys.reports.summary import settled_training
 
 
@@ -50,6 +50,16 @@ def test_what_is_worse_on_test_records_is_said_first(plant, inverse, said):
 def test_a_pair_that_is_better_on_test_records_needs_no_such_word():
     assert verdict(report("test", (1.1, 0.5), (0.9, 0.4))) == []
     assert verdict(report("validation", (1.1, 1.3), (0.9, 1.2))) == []
+
+
+def test_where_a_design_takes_long_its_command_stands_beside_what_would_do():
+    asked = report("test", (1.1, 0.5), (0.9, 0.4))
+    command = "it2hys design report.json -o DIR"
+    later = {"promise": [], "command": command, "power": None}
+    more = {"experiments": ["Record a chirp."], "unexplained": False, "next": later}
+    quiet = {"warnings": [], "left_over": []}
+    first, second = next_measurements({**asked, **more, **quiet})
+    assert first == "Record a chirp." and second.startswith(f"`{command}` in this folder designs")
 
 
 def test_an_inverse_that_is_worse_than_the_one_before_is_used_with_care():

@@ -16,7 +16,15 @@ from scipy.optimize import brentq
 from scipy.stats import norm
 
 from it2hys.designs.checking import Simulated, simulate_pair
-from it2hys.designs.designing import CHIRP, PAPER, Search, design, paper_signal, probability
+from it2hys.designs.designing import (
+    CHIRP,
+    PAPER,
+    Search,
+    design,
+    paper_signal,
+    probability,
+    takes_long,
+)
 from it2hys.designs.families import FAMILIES
 from it2hys.designs.hypotheses import between, question_of, question_of_report, question_of_set
 from it2hys.designs.limits import Limits, Wanted, limits_of
@@ -525,6 +533,13 @@ def test_a_design_says_what_its_parameters_will_be_known_to(found):
     low, high = found.intervals["delay"]["delay.time"]
     truth = found.question.hypotheses[0].parameters["delay.time"]
     assert low < truth < high and high - low < 0.1 * truth
+
+
+def test_a_report_does_not_wait_for_the_design_of_a_long_record():
+    """The owner of one loop of 50,000 samples waited for seven minutes, without a word, behind one."""
+    question = between(table_1(), ["delay", "lag", "play"], NOISE)
+    assert not takes_long(question)
+    assert takes_long(replace(question, duration=50_000 * TS))
 
 
 def test_the_same_seed_gives_the_same_record_and_another_one_another(found):

@@ -21,7 +21,7 @@ from it2hys.policy import DESIGN
 from it2hys.stand.excitations import identification
 from it2hys.support.keys import known_names
 from it2hys.support.numerals import plain
-from it2hys.support.progress import Progress, silent
+from it2hys.support.progress import Progress, part, silent
 
 #: Refits of records of the usual length that a search may take, and the fewest and most records.
 _REFITS, _FEWEST, _MOST = 1000, 60, 260
@@ -244,6 +244,20 @@ def design(
     )
 
 
+def takes_long(question: Question) -> bool:
+    """Return whether even the coarse design of a question takes longer than a report can wait.
+
+    Raises
+    ------
+    InputError
+        As `design` does.
+    """
+    wanted = Wanted()
+    check_resolved(question, wanted)
+    search = Search(question, _limits(question, wanted), [], 0, True, silent)
+    return search.work > DESIGN.most_work
+
+
 def _limits(question: Question, wanted: Wanted) -> Limits:
     base = question.base
     return limits_of(wanted, base.voltage_range, base["sampleTime"], question.duration, question.rate)
@@ -267,14 +281,18 @@ class Search:
         return Ground(self.question, self.limits)
 
     @cached_property
+    def work(self) -> float:
+        """Refits of records of the usual length that comparing one record takes."""
+        length = self.limits.samples * self.limits.periods / DESIGN.duration_samples
+        return max(1, len(self.ground.pairs)) * max(length, 0.25)
+
+    @cached_property
     def budget(self) -> int:
         """How many records are compared: fewer where one takes longer."""
-        length = self.limits.samples * self.limits.periods / DESIGN.duration_samples
-        work = max(1, len(self.ground.pairs)) * max(length, 0.25)
         if self.coarse:
-            return int(np.clip(_COARSE_REFITS / work, _COARSE_FEWEST, _COARSE_MOST))
+            return int(np.clip(_COARSE_REFITS / self.work, _COARSE_FEWEST, _COARSE_MOST))
         most = min(_MOST, max(_FEWEST, _BY_FAMILY * len(self.families)))
-        return int(np.clip(_REFITS / work, _FEWEST, most))
+        return int(np.clip(_REFITS / self.work, _FEWEST, most))
 
     @cached_property
     def _pairs(self) -> list[tuple[Hypothesis, Hypothesis]]:
@@ -513,7 +531,8 @@ class Search:
         )
         if free.rate <= 1.01 * self.limits.rate and free.highest <= 1.01 * self.limits.highest:
             return ""
-        found = Search(self.question, free, self.families, self.seed, True, silent)
+        progress = part(self.progress, 0.7, 0.72)
+        found = Search(self.question, free, self.families, self.seed, True, progress)
         family, point = found._best()
         voltage = family.voltage(point, free)
         promised = found._separations(voltage)

@@ -401,9 +401,13 @@ def next_measurements(report: Mapping) -> list[str]:
 
 def _designed(report: Mapping) -> list[str]:
     """Return what to play where effects or their parameters are open; or else what would show them."""
-    found = report.get("next")
-    if not found or found["command"] is None:
-        return [*report["experiments"], *(found["promise"] if found else [])]
+    found = report.get("next") or {"promise": [], "command": None, "power": None}
+    if found["power"] is None:
+        later = (
+            f"`{found['command']}` in this folder designs the record to measure next. With records as "
+            "long as these, that takes many minutes."
+        )
+        return [*report["experiments"], *found["promise"], *([later] if found["command"] else [])]
     return [
         *found["promise"],
         f"This is a quick design within the limits of these records. `{found['command']}` in this "

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from it2hys.designs.designing import Design, design, probability
+from it2hys.designs.designing import Design, design, probability, takes_long
 from it2hys.designs.hypotheses import NEITHER, question_of_report
 from it2hys.designs.promise import Separation
 from it2hys.diagnosis.outcome import Diagnosis
@@ -25,11 +25,14 @@ from it2hys.reports.provenance import Provenance, about
 from it2hys.reports.summary import finite_or_none
 from it2hys.support.files import make_directory, read_json, write_atomically
 from it2hys.support.numerals import plain
+from it2hys.support.progress import Progress
 
 UM = 1e6
 #: Files that a design writes.
 VOLTAGE, DESIGN_JSON, DESIGN_PAGE, PICTURE = "voltage.csv", "design.json", "design.html", "design"
-#: The figure of the record to measure next, in a diagnosis.
+#: What designs the record to measure next, in the folder of a diagnosis.
+_COMMAND = "it2hys design report.json -o DIR"
+#: Its figure in that diagnosis.
 NEXT = "next"
 NEXT_CAPTION = (
     "The record to measure next: its voltage, its spectrum and the displacement that each model in "
@@ -306,7 +309,9 @@ def _how(report: Mapping) -> str:
 # --- what a diagnosis ends with ------------------------------------------------------------------
 
 
-def next_record(report: Mapping, result: object) -> tuple[dict | None, list[Picture]]:
+def next_record(
+    report: Mapping, result: object, progress: Progress
+) -> tuple[dict | None, list[Picture]]:
     """Return the record that decides what a diagnosis could not, coarsely designed, and its figure.
 
     Parameters
@@ -315,11 +320,14 @@ def next_record(report: Mapping, result: object) -> tuple[dict | None, list[Pict
         What the diagnosis says, but for this.
     result : Diagnosis or another result
         Of which there is no such record.
+    progress : callable
+        Told the share done and what is being done.
 
     Notes
     -----
     It is designed between effects that cannot be told apart; where there are none, for the parameters
-    of effects that were found and the records leave open.
+    of effects that were found and the records leave open. Where that takes long, there is the command
+    alone.
 
     Returns
     -------
@@ -331,14 +339,12 @@ def next_record(report: Mapping, result: object) -> tuple[dict | None, list[Pict
         return None, []
     try:
         question = question_of_report(report, lambda: result.parameters)
-        found = design(question, coarse=True)
+        if takes_long(question):
+            return {"promise": [], "command": _COMMAND, "power": None}, []
+        found = design(question, coarse=True, progress=progress)
     except InputError as error:  # what no voltage decides: a channel is needed, or a faster sampling
         return {"promise": [f"No record was designed: {error}"], "command": None, "power": None}, []
-    entry = {
-        "promise": found.sentences,
-        "command": "it2hys design report.json -o DIR",
-        "power": found.power,
-    }
+    entry = {"promise": found.sentences, "command": _COMMAND, "power": found.power}
     return entry, [Picture(NEXT, drawn(found), "")]
 
 

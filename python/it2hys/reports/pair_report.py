@@ -43,7 +43,7 @@ from it2hys.reports.summary import START, Result, judged_records, pooled, settle
 from it2hys.reports.verdict import has_offsets, straight_line
 from it2hys.stand.excitations import time_grid, tracking_reference
 from it2hys.support.files import make_directory, read_json, write_atomically
-from it2hys.support.progress import Progress
+from it2hys.support.progress import Progress, part
 
 UM = 1e6
 #: The file that the page is drawn from.
@@ -135,7 +135,7 @@ def write_report(
     if promised is not None:
         trained = [r for r, role in zip(records, roles, strict=True) if role == "train"]
         report["promised"] = beside_promise(*promised, trained, report)
-    report["next"], drawn_next = next_record(report, result)
+    report["next"], drawn_next = next_record(report, result, part(progress, 0.0, 0.7))
     pictures += drawn_next
     if isinstance(result, Diagnosis):
         if result.sensor_curves:
@@ -149,7 +149,7 @@ def write_report(
         pictures.append(picture)
     pictures.append(_overview(result, records, tracked, report["names"]))
     pictures += [p for section in extra for p in section.pictures]
-    write_pictures(directory, pictures, progress)
+    write_pictures(directory, pictures, part(progress, 0.7, 1.0))
     report["lead"] = None if lead is None else _answer_json(lead)
     report["sections"] = [section.as_json() for section in extra]
     write_courses(directory, _courses(result, records))
@@ -198,7 +198,7 @@ def draw_report(directory: str | Path) -> Path:
     if len(courses) > len(views):
         hint += f" {len(views)} of {len(courses)} records are shown; the others are in the PNG files."
     pictures = [Picture("overview", None, _overview_caption(report)), *_waterfall(report)]
-    if (report.get("next") or {}).get("command"):  # otherwise it says why there is no record
+    if (report.get("next") or {}).get("power") is not None:  # otherwise no record was designed
         pictures.append(Picture(NEXT, None, NEXT_CAPTION))
     page = Page(report["title"], about(report), answered, pictures, views, hint, details(report))
     return write_page(directory, page)
