@@ -30,7 +30,17 @@ def report(role, plant, inverse, noise=0.03):
         "error": {"before": {"one": entry(0)}, "after": {"one": entry(1)}},
         "straight_line": {"one": line},
         "range": {"displacement_um": [0.0, 40.0], "voltage_V": [0.0, 3.6]},
+        "records": {"one": {"driven_up_to_Hz": None}},
     }
+
+
+@pytest.mark.parametrize(("driven", "said"), [(None, 5), (20.0, 5), (1.0, 1)])
+def test_a_pair_is_promised_no_faster_references_than_it_was_fitted_and_judged_on(driven, said):
+    """One loop at 0.4 Hz was said to make feedforward up to 23 Hz, which is where noise begins."""
+    slow = {**report("test", (1.1, 0.5), (0.9, 0.4)), "records": {"one": {"driven_up_to_Hz": driven}}}
+    first, *_ = feedforward(slow)
+    assert f"and up to {said} Hz" in first
+    assert ("as fast as the records are driven" in first) == (said < 5)
 
 
 @pytest.mark.parametrize(

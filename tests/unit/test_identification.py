@@ -15,7 +15,7 @@ from scipy.optimize import lsq_linear
 from it2hys.errors import InputError
 from it2hys.identification import SOLVERS, Identification, Options, identify
 from it2hys.identification.casadi_problem import casadi_problem
-from it2hys.identification.coverage import holds_one_tone
+from it2hys.identification.coverage import driven_up_to, holds_one_tone
 from it2hys.identification.criterion import (
     ChainCriterion,
     ChainFit,
@@ -548,6 +548,20 @@ def test_levels_held_one_after_the_other_are_no_tone(count):
     voltage = np.convolve(np.repeat(levels, 400), np.ones(30) / 30, "valid")
     clock = np.arange(len(voltage)) * 1e-4
     assert not holds_one_tone([prepare(Record("a", clock, voltage, 1e-7 * voltage, 1e-4))])
+
+
+def test_a_record_is_driven_up_to_its_fastest_sine_and_by_steps_up_to_any_frequency():
+    t = np.arange(10_000) * 1e-3
+    slow, fast = 50.0 - 50.0 * np.cos(2 * np.pi * t), 10.0 * np.sin(2 * np.pi * 40.0 * t)
+    held = np.full(len(t), 50.0)
+
+    def driven(voltage):
+        return driven_up_to(Record("a", t, voltage, 1e-7 * voltage, 1e-3))
+
+    assert driven(slow) == pytest.approx(1.0, abs=0.2)
+    assert driven(slow + fast) == pytest.approx(40.0, abs=0.2)
+    assert driven(held) == 0.0
+    assert driven(np.where(t < 5.0, 0.0, 50.0)) is None
 
 
 def test_a_test_record_beyond_the_training_range_is_warned_of():

@@ -9,6 +9,7 @@ from scipy.signal import find_peaks
 
 from it2hys.identification.preparation import Prepared
 from it2hys.policy import COVERAGE
+from it2hys.records import Record
 
 
 def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> list[str]:
@@ -22,7 +23,7 @@ def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> 
         )
     low, high = _voltage_range(train)
     slack = COVERAGE.range_slack * (high - low)
-    fastest = max(_highest_frequency(p) for p in train)
+    fastest = max(_highest_frequency(p.record.voltage[p.skip :], p.record.sample_time) for p in train)
     for p in others:
         below, above = _voltage_range([p])
         if below < low - slack or above > high + slack:
@@ -30,9 +31,10 @@ def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> 
                 f"Record '{p.record.name}' spans {below:.4g} to {above:.4g} V, the training "
                 f"records {low:.4g} to {high:.4g} V: beyond that the model extrapolates."
             )
-        if _highest_frequency(p) > 1.5 * fastest:
+        highest = _highest_frequency(p.record.voltage[p.skip :], p.record.sample_time)
+        if highest > 1.5 * fastest:
             warnings.append(
-                f"Record '{p.record.name}' is driven up to {_highest_frequency(p):.4g} Hz, the "
+                f"Record '{p.record.name}' is driven up to {highest:.4g} Hz, the "
                 f"training records up to {fastest:.4g} Hz: the phase lag is not known there."
             )
     return warnings
@@ -102,10 +104,18 @@ def _turns(x: np.ndarray, sample_time: float) -> np.ndarray:
     return np.column_stack([ends.min(axis=1), ends.max(axis=1), np.log(duration)])
 
 
-def _highest_frequency(prepared: Prepared) -> float:
-    """Return the frequency in Hz below which 99 % of the drive's power lie."""
-    x = prepared.record.voltage[prepared.skip :]
+def driven_up_to(record: Record) -> float | None:
+    """Return up to which frequency in Hz a record is driven; None where it steps, which holds all."""
+    if _has_steps(record.voltage):
+        return None
+    return _highest_frequency(record.voltage, record.sample_time)
+
+
+def _highest_frequency(x: np.ndarray, sample_time: float) -> float:
+    """Return the frequency in Hz below which 99 % of a drive's power lie."""
     power = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(len(x)))) ** 2
+    if not power.any():  # a voltage that is held
+        return 0.0
     share = np.cumsum(power) / np.sum(power)
-    frequencies = np.fft.rfftfreq(len(x), prepared.record.sample_time)
+    frequencies = np.fft.rfftfreq(len(x), sample_time)
     return float(frequencies[np.searchsorted(share, 1.0 - COVERAGE.power_tail)])

@@ -257,9 +257,15 @@ def feedforward(report: Mapping) -> list[str]:
             f"The inverse of the {report['names']['before']} is the better one by this measure, with "
             f"{micrometres(first)}.",
         )
+    driven = _driven_up_to(report)
+    reach = (
+        f"{plain(driven)} Hz, as fast as the records are driven"
+        if driven < band
+        else f"{plain(band)} Hz"
+    )
     texts = [
         f"{'With care' if cautions else 'Yes'}, for references from {_ends(low, high)} µm "
-        f"({bottom:.4g} to {top:.4g} V) and up to {plain(band)} Hz: expect a tracking error of {size}. "
+        f"({bottom:.4g} to {top:.4g} V) and up to {reach}: expect a tracking error of {size}. "
         f"A straight line as feedforward would have {micrometres(line)}.",
         *cautions,
     ]
@@ -282,6 +288,12 @@ def feedforward(report: Mapping) -> list[str]:
         "measured, and its voltage compared with the one that was applied."
     )
     return texts
+
+
+def _driven_up_to(report: Mapping) -> float:
+    """Return up to which frequency in Hz the records are driven, infinite where one steps."""
+    driven = [entry.get("driven_up_to_Hz") for entry in report["records"].values()]
+    return np.inf if None in driven else max(driven)
 
 
 def _halved(error: float, line: float) -> list[str]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.outcome import Diagnosis
+from it2hys.identification.coverage import driven_up_to
 from it2hys.identification.excerpts import searched_text
 from it2hys.identification.findings import sensor_step
 from it2hys.identification.judgement import Judgement
@@ -264,6 +265,7 @@ def record_json(record: Record, judgement: Judgement, ends: ParameterSet) -> dic
         "samples": len(record),
         "sample_time_s": record.sample_time,
         "fastest_V_per_s": float(np.max(np.abs(np.diff(record.voltage)))) / record.sample_time,
+        "driven_up_to_Hz": driven_up_to(record),
         "noise_method": judgement.noise_method,
         "out_of_range": out_of_range_sentence(
             ends, judgement.out_of_range, record.voltage, judgement.y - judgement.offset
