@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from it2hys.identification.coverage import ONE_TONE
 from it2hys.records import Record
 from it2hys.reports.answers import feedforward, next_measurements, verdict
 from it2hys.reports.summary import settled_training
@@ -31,6 +32,7 @@ def report(role, plant, inverse, noise=0.03):
         "straight_line": {"one": line},
         "range": {"displacement_um": [0.0, 40.0], "voltage_V": [0.0, 3.6]},
         "records": {"one": {"driven_up_to_Hz": None}},
+        "warnings": [],
     }
 
 
@@ -41,6 +43,14 @@ def test_a_pair_is_promised_no_faster_references_than_it_was_fitted_and_judged_o
     first, *_ = feedforward(slow)
     assert f"and up to {said} Hz" in first
     assert ("as fast as the records are driven" in first) == (said < 5)
+
+
+@pytest.mark.parametrize(("role", "careful"), [("train", True), ("test", False)])
+def test_what_was_judged_on_the_one_loop_that_it_was_fitted_to_is_used_with_care(role, careful):
+    looped = {**report(role, (1.1, 0.5), (0.9, 0.4)), "warnings": [f"{ONE_TONE}: add another."]}
+    first, second, *_ = feedforward(looped)
+    assert first.startswith("With care, ") == careful
+    assert ("smaller ones is not known" in second) == careful
 
 
 @pytest.mark.parametrize(
@@ -67,8 +77,7 @@ def test_where_a_design_takes_long_its_command_stands_beside_what_would_do():
     command = "it2hys design report.json -o DIR"
     later = {"promise": [], "command": command, "power": None}
     more = {"experiments": ["Record a chirp."], "unexplained": False, "next": later}
-    quiet = {"warnings": [], "left_over": []}
-    first, second = next_measurements({**asked, **more, **quiet})
+    first, second = next_measurements({**asked, **more, "left_over": []})
     assert first == "Record a chirp." and second.startswith(f"`{command}` in this folder designs")
 
 

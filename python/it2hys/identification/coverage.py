@@ -11,15 +11,18 @@ from it2hys.identification.preparation import Prepared
 from it2hys.policy import COVERAGE
 from it2hys.records import Record
 
+#: Begins the warning of records that hold one loop at one frequency.
+ONE_TONE = "The training records hold one amplitude at one frequency"
+
 
 def coverage_warnings(train: Sequence[Prepared], others: Sequence[Prepared]) -> list[str]:
     """Return sentences on what the records lack: amplitudes, frequencies, range, a start at rest."""
     warnings = [_ringing(p) for p in [*train, *others] if p.rings and p.skip]
     if holds_one_tone(train):
         warnings.append(
-            "The training records hold one amplitude at one frequency: memory of turning points, "
-            "phase lag and dead time cannot be told apart, and other amplitudes or frequencies are "
-            "extrapolated. Add a record with minor loops or another frequency."
+            f"{ONE_TONE}: memory of turning points, phase lag and dead time cannot be told apart, "
+            "and other amplitudes or frequencies are extrapolated. Add a record with minor loops or "
+            "another frequency."
         )
     low, high = _voltage_range(train)
     slack = COVERAGE.range_slack * (high - low)

@@ -12,6 +12,7 @@ import numpy as np
 
 from it2hys.designs.designing import probability, told_apart
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS
+from it2hys.identification.coverage import ONE_TONE
 from it2hys.identification.explained import low_share
 from it2hys.policy import REFERENCE, TELLING
 from it2hys.records.figures_of_merit import Errors, noise_size, small_figure, times_the_noise
@@ -250,7 +251,7 @@ def feedforward(report: Mapping) -> list[str]:
             f"No: fed with the measured displacement, the inverse is off by {size}; a straight line "
             f"would be by {micrometres(line)}. {advice(report)}"
         ]
-    cautions = [*_halved(error, line), *_enlarged(report, error / travel)]
+    cautions = [*_halved(error, line), *_enlarged(report, error / travel), *_of_one_loop(report)]
     if report["kind"] == "diagnosis" and error > TELLING.worse * first:
         cautions.insert(
             0,
@@ -288,6 +289,14 @@ def feedforward(report: Mapping) -> list[str]:
         "measured, and its voltage compared with the one that was applied."
     )
     return texts
+
+
+def _of_one_loop(report: Mapping) -> list[str]:
+    """Return a caution where the inverse was fitted and judged on one loop alone."""
+    judged = {report["error"]["after"][name]["role"] for name in judged_records(report)}
+    if judged != {"train"} or not any(text.startswith(ONE_TONE) for text in report["warnings"]):
+        return []
+    return ["The records hold one loop: how well the inverse follows smaller ones is not known."]
 
 
 def _driven_up_to(report: Mapping) -> float:
