@@ -15,7 +15,7 @@ from it2hys.identification.usability import STRENGTHS, widest_range
 from it2hys.policy import COVERAGE, STARTS
 
 #: Iterations of the last fit, and of that with what goes on: its way is long, and nearly level.
-_ITERATIONS, _GOING_ON = 150, 10
+_ITERATIONS, _GOING_ON = 150, 60
 
 
 def last_fit(bench: Bench, model: Model, before: Model) -> tuple[Bench, ChainFit]:
