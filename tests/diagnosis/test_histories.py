@@ -8,7 +8,7 @@ import pytest
 from conftest import TS, UM
 from effects import signals, surroundings
 
-from it2hys.diagnosis import diagnose, fitting
+from it2hys.diagnosis import diagnose, fitting, last_fit
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.refinement import _narrowed, _with_histories, finest, node_of
@@ -338,6 +338,38 @@ def test_creep_goes_on_behind_records_of_one_rest_as_at_their_end():
     noise = 5e-4 * np.ptp(creeping(None, 2, 1.5).displacement)
     assert judged.cold_start < 2.0 * noise  # 1.16 now
     assert judged.e_rms < 1.2 * noise
+
+
+def test_creep_of_stages_at_rest_at_two_voltages_foretells_rest_at_a_third():
+    """Few terms, at the times where records show the most, miss how much there is in all of it."""
+    fitted = [creeping(None, 3, 1.5), creeping(None, 4, 1.8, pace=1.5)]
+    foretold = creeping(None, 5, pace=1.2)
+    begins = [r.voltage[0] for r in fitted]
+    assert foretold.voltage[0] < min(begins) - np.ptp(begins)
+    found = diagnose(fitted, [], [foretold], **alone("creep"))
+    noise = 5e-4 * np.ptp(foretold.displacement)
+    assert [j.cold_start < 2.0 * noise for j in found.after] == [True] * 3  # 3.6, 1.7 and 10.6 before
+    # what is held is no result of the fit
+    assert found.parameters["creepCount"] > 6
+    assert np.all(np.isfinite(found.intervals["creep[1].gain"]))
+    assert not any(name.endswith("timeConstant") for name in found.intervals)
+
+
+def test_what_goes_on_is_fitted_to_its_end(monkeypatch):
+    """After ten iterations it seemed worse than nothing once, and was left out."""
+    ends = []
+
+    def noted(bench, fit, going_on=last_fit._going_on):
+        ends.append(going_on(bench, fit))
+        return ends[-1]
+
+    monkeypatch.setattr(last_fit, "_going_on", noted)
+    records = [creeping(None, 2, 1.5, gains=2.0 * LOGARITHMIC, pace=p) for p in (0.5, 0.75)]
+    diagnose(records, [], [], **alone("creep"))
+    (end,) = ends
+    assert end.criterion.held
+    assert end.minimum.converged
+    assert end.minimum.iterations > 10
 
 
 def of_terms(gains, constants) -> dict[str, float]:

@@ -24,11 +24,12 @@ def bench(monkeypatch):
         module, "usable_over", lambda m, _: m if np.array_equal(m.rules, USABLE) else None
     )
 
-    def stay(model, *_):
-        return SimpleNamespace(model=model, minimum=None)
-
     def criterion(model):
-        return SimpleNamespace(model=model)
+        held = SimpleNamespace(model=model, held=())
+        return SimpleNamespace(holding=lambda _: held, **vars(held))
+
+    def stay(model, *_):
+        return SimpleNamespace(model=model, minimum=None, criterion=criterion(model))
 
     ways = {"finish": stay, "fit": stay, "rested": lambda fit, *_: fit, "criterion": criterion}
     return SimpleNamespace(traces=[], begins_alike=False, **ways)

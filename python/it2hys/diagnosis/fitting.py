@@ -259,24 +259,29 @@ class Bench(Starts):
         """Noise of the records that decide, m rms."""
         return _root_mean_square([t.noise for t in self.deciding])
 
-    def fit(self, model: Model, iterations: int, strength: float = 1.0) -> ChainFit:
-        """Fit everything jointly from a model; `strength` is that of the penalties for a poor core."""
-        return minimise(self.criterion(model).guarded(strength), iterations)
+    def fit(
+        self, model: Model, iterations: int, strength: float = 1.0, held: Sequence[str] = ()
+    ) -> ChainFit:
+        """Fit everything jointly from a model, but for what is `held`.
 
-    def finish(self, model: Model, iterations: int) -> ChainFit:
+        `strength` is that of the penalties for a poor core.
+        """
+        return minimise(self.criterion(model).holding(held).guarded(strength), iterations)
+
+    def finish(self, model: Model, iterations: int, held: Sequence[str] = ()) -> ChainFit:
         """Fit everything jointly to the end, on two ways of which the better one counts.
 
         The penalties for a poor core bar the way where the core is poor for a while on it: one fit is
         held by them from the beginning, one only once it has arrived without them.
         """
-        free = minimise(self.criterion(model), iterations)
+        free = minimise(self.criterion(model).holding(held), iterations)
         starts = [model]
         if np.isfinite(free.minimum.cost):
-            held = self.criterion(free.model).guarded(1.0)
-            if not held.penalised(free.minimum.coordinates):
-                return ChainFit(held, free.minimum)
+            guarded = self.criterion(free.model).holding(held).guarded(1.0)
+            if not guarded.penalised(free.minimum.coordinates):
+                return ChainFit(guarded, free.minimum)
             starts.append(free.model)
-        fits = self._shared(partial(self.fit, iterations=iterations), starts)
+        fits = self._shared(partial(self.fit, iterations=iterations, held=held), starts)
         return min(fits, key=lambda fit: fit.minimum.cost)
 
     def rested(self, fit: ChainFit, iterations: int, found: Model | None = None) -> ChainFit:
@@ -286,28 +291,35 @@ class Bench(Starts):
         a part of what the effects do, and leads them astray: a model that was `found` with its records
         at rest is a better start than what came of that.
         """
-        remembered = memories(fit.model)
-        if fit.model.rested or not remembered:
+        if fit.model.rested or not memories(fit.model):
             return fit
         starts = [at_rest(fit.model)]
         if found is not None and found.rested:
             starts.append(replace(found, offsets=fit.model.offsets))
         fits = self._shared(partial(self.fit, iterations=iterations), starts)
         other = min(fits, key=lambda fit: fit.minimum.cost)
+        return other if self.is_as_good(other, fit) else fit
+
+    def is_as_good(self, other: ChainFit, fit: ChainFit) -> bool:
+        """Return whether a fit with records begun after long rest is as good as another one.
+
+        It is so by its cost, by what it leaves of the records, by chance where the other one has starts
+        of its own, or because it foretells what decides better.
+        """
         if not np.isfinite(other.minimum.cost):
-            return fit
+            return False
         if other.minimum.cost <= _ALIKE * fit.minimum.cost:
-            return other
+            return True
+        # without priors: those of what a fit holds are none of its
         loss = sum(
             _loss(*((t.weight * (f.model.predict(t, i) - t.y))[t.fitted] for f in (fit, other)))
             for i, t in enumerate(self.traces)
         )
-        freedom = len(remembered) * len(self.traces)
-        if chi2.sf(loss, freedom) > STARTS.rested:
-            return other
+        freedom = 0 if fit.model.rested else len(memories(fit.model)) * len(self.traces)
+        if loss <= 0.0 or (freedom and chi2.sf(loss, freedom) > STARTS.rested):
+            return True
         # these odds are those of a model that misses nothing: what else starts fit shows elsewhere
-        foretold = compare(self.errors(fit.model).free, self.errors(other.model).free)
-        return other if foretold.refines else fit
+        return compare(self.errors(fit.model).free, self.errors(other.model).free).refines
 
     def without_unseen(self, fit: ChainFit) -> ChainFit:
         """Return the fit without what does nothing on its records: it would on others.

@@ -10,7 +10,8 @@ from scipy.stats import chi2
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench
 from it2hys.errors import InputError
-from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
+from it2hys.identification.criterion import ChainFit, Model, Trace, with_rules
+from it2hys.identification.starts import at_rest
 from it2hys.identification.usability import STRENGTHS, widest_range
 from it2hys.policy import COVERAGE, STARTS
 
@@ -44,7 +45,7 @@ def last_fit(bench: Bench, model: Model, before: Model) -> tuple[Bench, ChainFit
     """
     fit = bench.finish(replace(model, rested=False), _ITERATIONS)
     bench, fit = _without_offsets(bench, fit)
-    fit = bench.rested(fit, _ITERATIONS, model)
+    fit = _even_at_rest(bench, bench.rested(fit, _ITERATIONS, model))
     usable = _made_usable(bench, fit)
     if usable is None:
         # a core that few voltages determine may be past mending: that of before has a range
@@ -64,8 +65,7 @@ def _made_usable(bench: Bench, fit: ChainFit) -> ChainFit | None:
         if usable_over(fit.model, bench.traces) is not None:
             break
         fit = bench.fit(fit.model, _ITERATIONS, strength)
-    usable = usable_over(fit.model, bench.traces)
-    return None if usable is None else ChainFit(bench.criterion(usable), fit.minimum)
+    return _over_range(bench, fit)
 
 
 def _without_offsets(bench: Bench, fit: ChainFit) -> tuple[Bench, ChainFit]:
@@ -82,8 +82,36 @@ def _without_offsets(bench: Bench, fit: ChainFit) -> tuple[Bench, ChainFit]:
     return plain, other
 
 
+def _over_range(bench: Bench, fit: ChainFit) -> ChainFit | None:
+    """Return the fit as one of a model with the range in which its core is usable; None without one."""
+    usable = usable_over(fit.model, bench.traces)
+    if usable is None:
+        return None
+    return ChainFit(bench.criterion(usable).holding(fit.criterion.held), fit.minimum)
+
+
+def _even_at_rest(bench: Bench, fit: ChainFit) -> ChainFit:
+    """Return the fit with what goes on begun alike in every decade, and all records at long rest.
+
+    If that is as good. Rest at several voltages shows how much there is in all. Few elements, at the
+    times where they are worth most within the records, miss it; of many, nothing tells the times, which
+    are held.
+    """
+    if bench.begins_alike:
+        return fit
+    for effect in fit.model.effects:
+        found = EVIDENCE[effect].even(fit.model.values, bench.extent)
+        if found is None:
+            continue
+        values, held = found
+        begun = bench.finish(replace(fit.model, values=values), _ITERATIONS, held)
+        other = bench.finish(at_rest(begun.model), _ITERATIONS, held)
+        fit = other if bench.is_as_good(other, fit) else fit
+    return fit
+
+
 def _going_on(bench: Bench, fit: ChainFit) -> ChainFit:
-    """Return the fit with what goes on for longer than records that all begin at one voltage.
+    """Return the fit with what goes on for longer than records that all begin near one voltage.
 
     They hardly show how much there is, and a stage that rested at another voltage moves by all of it.
     That it goes on as at their end is kept if it explains them as well. It is held, and has no
@@ -96,12 +124,11 @@ def _going_on(bench: Bench, fit: ChainFit) -> ChainFit:
         if found is None:
             continue
         values, held = found
-        slower = bench.criterion(replace(fit.model, values=values)).holding(held)
-        other = minimise(slower.guarded(1.0), _GOING_ON)
-        usable = usable_over(other.model, bench.traces)
+        other = bench.fit(replace(fit.model, values=values), _GOING_ON, held=held)
+        usable = _over_range(bench, other)
         loss = fit.criterion.samples * np.log(_power(other) / max(_power(fit), np.finfo(float).tiny))
         if usable is not None and chi2.sf(loss, len(held)) >= STARTS.rested:
-            fit = ChainFit(bench.criterion(usable).holding(held), other.minimum)
+            fit = usable
     return fit
 
 

@@ -240,6 +240,7 @@ class ChainCriterion:
         self.samples = sum(float(t.weight @ t.weight) for t in self.traces)
         self._guard: Guard | None = None
         self._free_groups = {"rules", "effects"}
+        self.held: tuple[str, ...] = ()
         self._places = self._layout()
         self._shared = compiled.pack_chain(model.values)
         self._drives = compiled.Drives([t.drive for t in self.traces])
@@ -446,6 +447,7 @@ class ChainCriterion:
             place = self._places[name] if name in self._places else self._place_of(name)
             held.lower[place] = held.upper[place] = self._guess[place]
         held._free_groups = self._free_groups - {*names}
+        held.held = (*self.held, *names)
         return held
 
     def _place_of(self, name: str) -> int:

@@ -34,7 +34,7 @@ class Uncertainty:
     ----------
     intervals : dict of str to (float, float)
         95 % intervals of rules and effects by FMU parameter name, SI units; NaN for a parameter at a
-        bound or that the records do not determine.
+        bound or that the records do not determine, none of one that the fit held.
     starts : dict of str to (float, float)
         The same of what belongs to the first record alone.
     condition : float
@@ -189,6 +189,8 @@ def _undetermined(
 def _of_effects(criterion: ChainCriterion, point: np.ndarray, covariance: np.ndarray) -> Intervals:
     result = {}
     for i, coordinate in enumerate(criterion.common, start=criterion.rule_size):
+        if coordinate.name in criterion.held:
+            continue
         half = NORMAL_95 * np.sqrt(covariance[i, i])
         with np.errstate(over="ignore"):  # of what the records hardly determine
             ends = (coordinate.value(point[i] - half), coordinate.value(point[i] + half))

@@ -139,6 +139,13 @@ class EffectEvidence(ABC):
         """
         return None
 
+    def even(self, values: Mapping, extent: Extent) -> tuple[dict[str, float], list[str]] | None:
+        """Return the values with elements of one size at all times that records show and behind, held.
+
+        None where there is no such thing, which is the default.
+        """
+        return None
+
     def beyond(self, values: Mapping) -> str:
         """Return in what it is more than a stage can have, as a part of a sentence; empty if it is not.
 

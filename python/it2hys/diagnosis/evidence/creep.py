@@ -24,6 +24,9 @@ from it2hys.policy import PHYSICS, STARTS
 from it2hys.records import Record
 from it2hys.records.clues import Clues, Extent
 
+#: Terms in each decade of creep that is as large in all, and durations of the records at which it ends.
+_A_DECADE, _BEHIND = 2, 10.0
+
 
 class CreepEvidence(EffectEvidence):
     """A residual that goes on after the displacement has moved, over decades of time."""
@@ -57,8 +60,7 @@ class CreepEvidence(EffectEvidence):
             return []
         gains, constants = _terms(values)
         slower = [*constants, min(3.0 * max(constants), extent.duration)]
-        fastest = max(min(constants) / 3.0, PHYSICS.dynamics_longest * extent.sample_time)
-        spread = np.geomspace(fastest, max(constants), count + 1)
+        spread = np.geomspace(_fastest(constants, extent), max(constants), count + 1)
         return [
             _of_terms([*gains, 1e-3], slower),
             _of_terms([sum(gains) / (count + 1)] * (count + 1), [float(t) for t in spread]),
@@ -154,6 +156,18 @@ class CreepEvidence(EffectEvidence):
         last = int(terms["creepCount"])
         return {**rest, **terms}, [f"creep[{last}].gain", f"creep[{last}].timeConstant"]
 
+    def even(self, values: Mapping, extent: Extent) -> tuple[dict[str, float], list[str]] | None:
+        """Return the values of terms that creep as much within every decade, to behind the records."""
+        _, constants = _terms(values)
+        fastest, longest = _fastest(constants, extent), extent.duration
+        decades = float(np.log10(_BEHIND * longest / fastest))
+        count = min(round(_A_DECADE * decades) + 1, load_table().counts["creep"]["maximum"])
+        growth = _growth(values, fastest, longest) / np.log10(longest / fastest)
+        spread = np.geomspace(fastest, _BEHIND * longest, count)
+        terms = _of_terms([growth * decades / count] * count, spread.tolist())
+        rest = {name: value for name, value in values.items() if not name.startswith("creep[")}
+        return {**rest, **terms}, [name for name in terms if name.endswith("timeConstant")]
+
     def beyond(self, values: Mapping) -> str:
         """Return that it grows by more than a stage's does within a decade of time, if so.
 
@@ -173,6 +187,11 @@ class CreepEvidence(EffectEvidence):
         """Return a constant, and what the slowest term forgets: it stands for those that are slower."""
         _, constants = _terms(values)
         return [np.ones_like(time), np.exp(-time / max(constants))]
+
+
+def _fastest(constants: Sequence[float], extent: Extent) -> float:
+    """Return from which time constant on terms are spread anew, s: faster than the fastest found."""
+    return max(min(constants) / 3.0, PHYSICS.dynamics_longest * extent.sample_time)
 
 
 def _growth(values: Mapping, early: float, late: float) -> float:
