@@ -310,7 +310,7 @@ class Bench(Starts):
             return False
         if other.minimum.cost <= _ALIKE * fit.minimum.cost:
             return True
-        # without priors: those of what a fit holds are none of its
+        # by the residuals alone: the cost also has priors on parameters that a fit holds
         loss = sum(
             _loss(*((t.weight * (f.model.predict(t, i) - t.y))[t.fitted] for f in (fit, other)))
             for i, t in enumerate(self.traces)

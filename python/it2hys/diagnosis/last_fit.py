@@ -91,11 +91,11 @@ def _over_range(bench: Bench, fit: ChainFit) -> ChainFit | None:
 
 
 def _even_at_rest(bench: Bench, fit: ChainFit) -> ChainFit:
-    """Return the fit with what goes on begun alike in every decade, and all records at long rest.
+    """Return the fit with even creep, and all records begun after long rest, if that is as good.
 
-    If that is as good. Rest at several voltages shows how much there is in all. Few elements, at the
-    times where they are worth most within the records, miss it; of many, nothing tells the times, which
-    are held.
+    Rest at several voltages shows how much creep there is in all. Few terms, at the time constants
+    where they are worth most within the records, miss it. Records do not determine the time constants
+    of many terms, so these are held.
     """
     if bench.begins_alike:
         return fit
@@ -111,7 +111,7 @@ def _even_at_rest(bench: Bench, fit: ChainFit) -> ChainFit:
 
 
 def _going_on(bench: Bench, fit: ChainFit) -> ChainFit:
-    """Return the fit with what goes on for longer than records that all begin near one voltage.
+    """Return the fit with what goes on for longer than records that all begin at one voltage.
 
     They hardly show how much there is, and a stage that rested at another voltage moves by all of it.
     That it goes on as at their end is kept if it explains them as well. It is held, and has no

@@ -152,9 +152,8 @@ class CreepEvidence(EffectEvidence):
         least = np.append(-np.inf, np.full_like(others, -np.sum(gains[slow])))
         less = lsq_linear(taken, more, (least, most)).x[1:]
         terms = _of_terms([*np.maximum(others - less, 0.0).tolist(), growth], [*kept.tolist(), far])
-        rest = {name: value for name, value in values.items() if not name.startswith("creep[")}
         last = int(terms["creepCount"])
-        return {**rest, **terms}, [f"creep[{last}].gain", f"creep[{last}].timeConstant"]
+        return _with_terms(values, terms), [f"creep[{last}].gain", f"creep[{last}].timeConstant"]
 
     def even(self, values: Mapping, extent: Extent) -> tuple[dict[str, float], list[str]] | None:
         """Return the values of terms that creep as much within every decade, to behind the records."""
@@ -165,8 +164,7 @@ class CreepEvidence(EffectEvidence):
         growth = _growth(values, fastest, longest) / np.log10(longest / fastest)
         spread = np.geomspace(fastest, _BEHIND * longest, count)
         terms = _of_terms([growth * decades / count] * count, spread.tolist())
-        rest = {name: value for name, value in values.items() if not name.startswith("creep[")}
-        return {**rest, **terms}, [name for name in terms if name.endswith("timeConstant")]
+        return _with_terms(values, terms), [name for name in terms if name.endswith("timeConstant")]
 
     def beyond(self, values: Mapping) -> str:
         """Return that it grows by more than a stage's does within a decade of time, if so.
@@ -210,6 +208,11 @@ def _terms(values: Mapping) -> tuple[list[float], list[float]]:
     terms = range(1, int(values["creepCount"]) + 1)
     gains, constants = ([values[f"creep[{i}].{n}"] for i in terms] for n in ("gain", "timeConstant"))
     return gains, constants
+
+
+def _with_terms(values: Mapping, terms: Mapping) -> dict[str, float]:
+    """Return the values of a model with terms in place of those that it has."""
+    return {**{n: v for n, v in values.items() if not n.startswith("creep[")}, **terms}
 
 
 def _of_terms(gains: Sequence[float], constants: Sequence[float]) -> dict[str, float]:
