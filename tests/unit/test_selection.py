@@ -292,6 +292,44 @@ def test_an_inverse_that_enlarges_less_noise_tells_no_effects_apart():
     assert Gains(same, calmer, same).tell(least=0.1) and Gains(calmer, same, same).tell(least=0.9)
 
 
+@pytest.mark.parametrize(
+    ("parameters", "held_out", "fitted", "told"),
+    [
+        (24, (0.01, 0.03), 0.02, True),
+        (25, (0.01, 0.03), 0.02, True),
+        (54, (0.01, 0.03), 0.02, False),
+        (24, (0.01, 0.3), 0.02, False),
+        (24, (0.2, 0.3), 9.0, True),
+        (24, (-0.01, 0.03), 0.02, False),
+        (24, (0.01, 0.03), 0.0, False),
+    ],
+    ids=[
+        "both",
+        "a parameter more",
+        "many more",
+        "held-out by chance",
+        "most of the fitted",
+        "held-out worse",
+        "fitted alike",
+    ],
+)
+def test_what_is_fitted_tells_too_which_of_two_models_is_right(parameters, held_out, fitted, told):
+    """Near the noise a delay and a lag differed by 1 % held-out: the FMU had neither of them."""
+    noise = np.random.default_rng(3).standard_normal(4000)
+    one, other = (
+        SimpleNamespace(
+            minimum=SimpleNamespace(coordinates=np.zeros(n)),
+            model=SimpleNamespace(left=left),
+            criterion=SimpleNamespace(samples=len(noise)),
+        )
+        for n, left in ((parameters, noise), (24, noise * (1.0 + fitted)))
+    )
+    search = Search(SimpleNamespace(residuals=lambda model: [model.left]))
+    seen = Comparison(1.0, 1.0 - held_out[0], held_out[1], (-0.1, 0.1))
+    nodes = (Node(frozenset({e}), fit, None) for e, fit in (("delay", one), ("lag", other)))
+    assert search._all_records_tell(*nodes, seen) == told
+
+
 # --- the model that was chosen, once more ----------------------------------------------------------
 
 

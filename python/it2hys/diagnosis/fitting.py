@@ -42,8 +42,9 @@ from it2hys.support.processes import LONG, called, thread_map
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
 #: Guesses of an effect that the rules imitate for which those are sought anew, how many of them are
-#: then fitted on with everything free, and the starts of each.
-_ANEW, _ANEW_SETTLED, _ANEW_STARTS = 6, 4, 1
+#: then fitted on with everything free, and the starts of each. Where an effect is much of what a stage
+#: does, the cost falls but near the truth: of 10 time constants of a lag, only one led to it.
+_ANEW, _ANEW_SETTLED, _ANEW_STARTS = 10, 4, 1
 #: Starts where the effects' parameters are known already.
 _STARTS = 12
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
@@ -311,10 +312,8 @@ class Bench(Starts):
         if other.minimum.cost <= _ALIKE * fit.minimum.cost:
             return True
         # by the residuals alone: the cost also has priors on parameters that a fit holds
-        loss = sum(
-            _loss(*((t.weight * (f.model.predict(t, i) - t.y))[t.fitted] for f in (fit, other)))
-            for i, t in enumerate(self.traces)
-        )
+        pairs = zip(self.residuals(fit.model), self.residuals(other.model), strict=True)
+        loss = sum(_loss(*pair) for pair in pairs)
         freedom = 0 if fit.model.rested else len(memories(fit.model)) * len(self.traces)
         if loss <= 0.0 or (freedom and chi2.sf(loss, freedom) > STARTS.rested):
             return True
@@ -518,10 +517,7 @@ class Bench(Starts):
         basis = np.linalg.qr(linear[0][::step])[0] if linear else None
 
         def left_by(trial: Model) -> np.ndarray:
-            errors = [
-                (t.weight * (trial.predict(t, i) - t.y))[t.fitted] for i, t in enumerate(self.traces)
-            ]
-            residual = np.concatenate(errors)[::step] / self.scaling.y_unit
+            residual = np.concatenate(self.residuals(trial))[::step] / self.scaling.y_unit
             return residual if basis is None else residual - basis @ (basis.T @ residual)
 
         costs, before = [], left_by(model)
@@ -575,6 +571,10 @@ class Bench(Starts):
             found = search_rules(seen, self.scaling, count, Options(starts=starts), [own], each)
             return with_rules(model, self.scaling.physical_rules(found))
         return model
+
+    def residuals(self, model: Model) -> list[np.ndarray]:
+        """Return the weighted errors of the free run on the fitted training samples, m, by record."""
+        return [(t.weight * (model.predict(t, i) - t.y))[t.fitted] for i, t in enumerate(self.traces)]
 
     def errors(self, model: Model, traces: Sequence[Trace] | None = None) -> Errors:
         """Return the errors on the judged samples of records, by default of those that decide.

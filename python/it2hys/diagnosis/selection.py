@@ -10,7 +10,15 @@ import numpy as np
 from scipy.stats import chi2, combine_pvalues
 
 from it2hys.diagnosis.bounds import pressed_with_values, resting_on_bounds, touching_bounds
-from it2hys.diagnosis.chances import BEAM, DEPTH, Gains, largest_chance, level, level_of_planned
+from it2hys.diagnosis.chances import (
+    BEAM,
+    DEPTH,
+    Gains,
+    chance_of_a_rival,
+    largest_chance,
+    level,
+    level_of_planned,
+)
 from it2hys.diagnosis.comparison import Comparison, compare
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import SHIFTING, Bench, excess, is_delay, is_sampling
@@ -620,8 +628,29 @@ class Search:
 
     def _predicts_better(self, one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
-        least = self.bench.least_inverse_error(other.fit.model)
-        return Gains.of(other.errors, one.errors).tell(least)
+        gains = Gains.of(other.errors, one.errors)
+        tell = gains.tell(self.bench.least_inverse_error(other.fit.model))
+        return tell or self._all_records_tell(one, other, gains.free)
+
+    def _all_records_tell(self, one: Node, other: Node, held_out: Comparison) -> bool:
+        """Return whether the records that are fitted and those that decide tell, taken together.
+
+        On the former Vuong's test compares models that do not contain each other; for each parameter
+        more the fit has to be better by what Schwarz's criterion asks. Fisher's method makes one test
+        of that and of what both foretell, which differs by little where both are near the noise.
+        """
+        if held_out.gain <= 0.0:
+            return False
+        fitted = compare(*(self.bench.residuals(node.fit.model) for node in (other, one)))
+        if held_out.p_value > SEARCH.likely and fitted.gain <= SEARCH.indispensable:
+            return False
+        more = len(one.fit.minimum.coordinates) - len(other.fit.minimum.coordinates)
+        samples = one.fit.criterion.samples
+        if 2.0 * samples * np.log(fitted.before / fitted.after) <= more * np.log(samples):
+            return False
+        chances = np.maximum([fitted.p_value, held_out.p_value], _TINY)
+        together = combine_pvalues(chances, method="fisher").pvalue
+        return bool(together <= chance_of_a_rival(held_out.gain))
 
     def _beats(self, one: Node, other: Node) -> bool:
         if one is other:
