@@ -10,8 +10,10 @@ from conftest import TS, UM
 from effects import signals, surroundings
 
 from it2hys.diagnosis.bounds import bound_sentences
+from it2hys.diagnosis.chances import Gains
+from it2hys.diagnosis.fitting import Errors
 from it2hys.diagnosis.refinement import Node
-from it2hys.diagnosis.selection import Search, overdriven_by
+from it2hys.diagnosis.selection import Search, overdriven_by, refusal
 from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
 from it2hys.identification.effect_coordinates import Coordinate
 from it2hys.identification.inverse import References
@@ -27,9 +29,15 @@ SAMPLES, NOISE = 3000, 0.005 * UM
 EXTENT = Extent(TS, SAMPLES * TS, (0.0, 100.0), (0.0, 16 * UM))
 
 
-def fitted_creep(gain: float, time_constant: float, of_sampling: bool = False) -> ChainFit:
-    """Return the fit of one term of creep to a stage that creeps by one, its rules known."""
-    known = {**table_1(), "creepCount": 1}
+def fitted_creep(
+    gain: float,
+    time_constant: float,
+    of_sampling: bool = False,
+    rested: bool = False,
+    **others: float,
+) -> ChainFit:
+    """Return the fit of one term of creep to a stage that creeps by one, its rules and others known."""
+    known = {**table_1(), "creepCount": 1, **others}
     truth = {**known, "creep[1].gain": gain, "creep[1].timeConstant": time_constant}
     voltage = signals(SAMPLES, 5.0, 95.0)
     drive = compiled.Drive.of(voltage, *surroundings(SAMPLES))
@@ -39,7 +47,7 @@ def fitted_creep(gain: float, time_constant: float, of_sampling: bool = False) -
         "initialCreep": np.zeros(1),
         "initialCreepAge": np.zeros(1),
     }
-    model = Model(truth, ("creep",), np.zeros(1), own)
+    model = Model(truth, ("creep",), np.zeros(1), own, rested=rested)
     used = np.ones(SAMPLES, dtype=bool)
     empty = Trace(
         "record", "train", drive, np.zeros(SAMPLES), 1.0 * used, used, 40, NOISE,
@@ -127,3 +135,33 @@ def test_an_effect_of_which_the_last_fit_leaves_nothing_is_taken_back():
     withdrawn = search.withdrawn_by(node, ChainFit(within.criterion, at_zero))
     assert withdrawn == {"creep": "the fit to the whole records leaves nothing of it"}
     assert search.anew_without(withdrawn).withdrawn == withdrawn
+
+
+def drift_beside_creep(share: float, rested: bool = False, **drift: float) -> str:
+    """Return why a drift beside creep is refused, which leaves a share of the error."""
+    fit = fitted_creep(0.02, 0.03, rested=rested, **drift)
+    noise = NOISE * np.random.default_rng(2).standard_normal(SAMPLES)
+    without, found = (
+        Node(frozenset(effects), fit, Errors(*([size * noise] for _ in range(3))))
+        for effects, size in (({"creep"}, 1.0), ({"creep", "drift"}, share))
+    )
+    assert not refusal(found, found, Gains.of(found.errors, found.errors))
+    return refusal(without, found, Gains.of(without.errors, found.errors))
+
+
+def test_a_drift_with_time_is_refused_where_creep_is_still_under_way():
+    """Records of a stage that was driven before named a drift that was creep of minutes."""
+    assert "begin them after a longer rest" in drift_beside_creep(0.7, **{"drift.rate": 2e-9})
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        {"share": 0.3, "drift.rate": 2e-9},
+        {"share": 0.7, "drift.rate": 2e-9, "rested": True},
+        {"share": 0.7, "drift.rate": 2e-9, "drift.temperatureCoefficient": 1e-8},
+    ],
+    ids=["most of the error", "begun at rest", "by temperature"],
+)
+def test_a_drift_that_creep_does_not_do_is_accepted(found):
+    assert not drift_beside_creep(**found)

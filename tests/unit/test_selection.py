@@ -124,7 +124,9 @@ def searched(*models):
     for effects, free, inverse in models:
         GENERATOR.bit_generator.state = state
         minimum = SimpleNamespace(cost=free**2, coordinates=np.zeros(len(effects)))
-        criterion, model = SimpleNamespace(common=[]), SimpleNamespace(values={}, effects=effects)
+        criterion = SimpleNamespace(common=[])
+        values = {"creepCount": int("creep" in effects), "drift.temperatureCoefficient": 0.0}
+        model = SimpleNamespace(values=values, effects=effects, rested=False)
         fit = SimpleNamespace(minimum=minimum, criterion=criterion, model=model)
         nodes.append(Node(frozenset(effects), fit, errors(free, inverse)))
     bench = SimpleNamespace(
@@ -146,6 +148,12 @@ def test_a_larger_model_that_spoils_the_inverse_hides_no_smaller_one_that_is_bet
         (("delay", "nonlinearity", "play", "resonance"), 0.85, 2.0),
     )
     assert search._simplest() is nodes[1]
+
+
+@pytest.mark.parametrize(("error", "chosen"), [(0.7, 0), (0.3, 1)])
+def test_a_drift_beside_creep_under_way_takes_away_most_of_the_error_or_is_none(error, chosen):
+    search, nodes = searched((("creep",), 1.0, 1.0), (("creep", "drift"), error, 1.0))
+    assert search._simplest() is nodes[chosen]
 
 
 @pytest.mark.parametrize(("free", "inverse", "kept"), [(0.97, 0.97, 2), (0.5, 0.97, 3), (0.97, 0.4, 3)])

@@ -197,8 +197,8 @@ def _reason(effect: str, trial: Trial, verdict: Verdict) -> str:
         return "these records cannot tell it from " + ", ".join(e for e in rivals[0] if e != effect)
     if effect in verdict.search.withdrawn:
         return verdict.search.withdrawn[effect]
-    if trial.overdriven:
-        return f"it fits only with {' and '.join(trial.overdriven)} pressed against its bounds"
+    if trial.refused:
+        return trial.refused
     c = trial.comparison
     is_chance = c.p_value > largest_chance(c.gain, trial.level)
     if trial.accepted and not is_chance and verdict.node.effects <= trial.base:

@@ -69,8 +69,8 @@ class Trial:
         Whether with it an effect does no more than how signals were sampled, or a delay.
     fitted : float
         Share of the error on the training records, which decide nothing, that it takes away.
-    overdriven : tuple of str
-        Other effects that it would press against their bounds, for which it is not accepted.
+    refused : str
+        Why it is not accepted although it is better, see `refusal`; empty where nothing speaks against.
     level : float
         Probability by chance up to which a small gain of it counts.
     """
@@ -83,7 +83,7 @@ class Trial:
     accepted: bool
     sampling: bool
     fitted: float
-    overdriven: tuple[str, ...] = ()
+    refused: str = ""
     level: float = field(default_factory=level)
 
 
@@ -198,19 +198,18 @@ class Search:
             model = child.fit.model
             sampling = any(is_sampling(model, e) or is_delay(model, e) for e in child.effects)
             fitted = _share_of_error(node, child)
-            accepted = not sampling and self._accepts(node, child, addition, gains, fitted)
-            gain = max(gains.free.gain, gains.band.gain)
-            overdriven = overdriven_by(node, child, gain) if accepted else ()
-            accepted = accepted and not overdriven
+            better = not sampling and self._accepts(node, child, addition, gains, fitted)
+            refused = refusal(node, child, gains) if better else ""
+            accepted = better and not refused
             trial = Trial(
                 node.added, addition, gains.free, gains.band, gains.wide, accepted, sampling, fitted,
-                overdriven, self._level(node, child),
+                refused, self._level(node, child),
             )  # fmt: skip
             self.trials.append(trial)
             if accepted:
                 self._keep(child)
                 grown.append(child)
-            elif not (sampling or overdriven):
+            elif not (sampling or refused):
                 if self._accepts(node, child, addition, gains, fitted, likely=True):
                     near.append(child)
                 if child.fit.minimum.cost < SEARCH.promising * node.fit.minimum.cost:
@@ -338,7 +337,8 @@ class Search:
         better by far and the free run not worse.
         """
         gains = Gains.of(before.errors, after.errors)
-        return self._predicts(before, after, gains) or self._waits(before, after, gains)
+        better = self._predicts(before, after, gains) or self._waits(before, after, gains)
+        return better and not imitated_by(before, after, gains)
 
     def _predicts(self, before: Node, after: Node, gains: Gains) -> bool:
         chance = largest_chance(gains.free.gain, self._level(before, after))
@@ -676,6 +676,27 @@ def _share_of_error(before: Node, after: Node) -> float:
     """Return the share of the error on the fitted records that a model takes away from another's."""
     cost = max(before.fit.minimum.cost, _TINY)  # 0 of a record that is matched
     return 1.0 - float(np.sqrt(after.fit.minimum.cost / cost))
+
+
+def refusal(node: Node, child: Node, gains: Gains) -> str:
+    """Return why an addition that makes a model better is not accepted; empty if it is."""
+    gain = max(gains.free.gain, gains.band.gain)
+    if overdriven := overdriven_by(node, child, gain):
+        return f"it fits only with {' and '.join(overdriven)} pressed against its bounds"
+    return imitated_by(node, child, gains)
+
+
+def imitated_by(node: Node, child: Node, gains: Gains) -> str:
+    """Return what of a model does nearly the same as what it has more than another; empty without it.
+
+    What takes away the larger part of the error is there, whatever else there is.
+    """
+    if gains.free.gain > SEARCH.indispensable:
+        return ""
+    model = child.fit.model
+    added = sorted(child.effects - node.effects)
+    said = (EVIDENCE[effect].imitated_by(model.values, model.rested) for effect in added)
+    return next(filter(None, said), "")
 
 
 def overdriven_by(node: Node, child: Node, gain: float) -> tuple[str, ...]:

@@ -153,6 +153,13 @@ class EffectEvidence(ABC):
         """
         return ""
 
+    def imitated_by(self, values: Mapping, rested: bool) -> str:
+        """Return what of a model does nearly the same, as a part of a sentence; empty without it.
+
+        `rested` says whether all records began after long rest, rather than each as it fits best.
+        """
+        return ""
+
     def unshown(self, values: Mapping, time: np.ndarray) -> list[np.ndarray]:
         """Return the shapes, (N,), that this leaves in the residual of a record, over its time, s."""
         return []

@@ -4,6 +4,8 @@ Its signature is a residual that follows the temperature channel, or time, linea
 whatever the voltage does; held voltages drift as moving ones do.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from it2hys.diagnosis.evidence.base import EffectEvidence, Signature
@@ -58,6 +60,19 @@ class DriftEvidence(EffectEvidence):
             "its power."
         )
         return Signature(trial.share, min(1.0, len(found) * trial.p_value), text)
+
+    def imitated_by(self, values: Mapping, rested: bool) -> str:
+        """Return that slower creep does, where a drift with time is beside creep that is under way.
+
+        How the stage was driven before a record, two numbers tell the model. What these leave goes one
+        way in every record that is shorter than the creep.
+        """
+        if rested or not values["creepCount"] or values["drift.temperatureCoefficient"]:
+            return ""
+        return (
+            "the stage still creeps when the records begin, and slow creep goes on in them nearly as a "
+            "drift with time: begin them after a longer rest to tell the two apart"
+        )
 
 
 EVIDENCE = DriftEvidence()
