@@ -73,8 +73,9 @@ class Search:
     indispensable: float = _number(
         0.5, "share of the error",
         "gain above which an addition is accepted though its own fit or another effect's rests on its "
-        "bounds then; above it on fitted and held-out records, its signature and its gain are one "
-        "test; above it in both held-out errors, no share of it is asked of the training records",
+        "bounds then, or though creep under way does nearly the same; above it on fitted and held-out "
+        "records, its signature and its gain are one test; above it in both held-out errors, no share "
+        "of it is asked of the training records; above it on fitted records, these tell rivals apart",
         "the larger part; 0.2 on a measured stage, where it was an artefact, and 0.94 on seed 63001, "
         "where it was a resonance",
     )  # fmt: skip
@@ -181,8 +182,9 @@ class Search:
     )  # fmt: skip
     likely: float = _number(
         0.05, "probability",
-        "largest p-value of a variant's gain, of an effect's signature, and of the gain of what is as "
-        "good as an accepted addition, and so its rival",
+        "largest p-value of a variant's gain, of an effect's signature, of the gain of what is as good "
+        "as an accepted addition, and so its rival, and of the gain of one rival over another where "
+        "the fitted records tell them apart",
         "statistic: the usual level of one test; nothing is named by it alone",
     )  # fmt: skip
     promising: float = _number(
