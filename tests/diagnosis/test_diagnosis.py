@@ -163,6 +163,15 @@ def test_what_is_there_is_named_and_nothing_else(name):
     assert unseen_error(found.after) < 1.1 * unseen_error(told.after)
 
 
+@pytest.mark.parametrize("name", ["lag 2", "saturation 5"])
+def test_what_is_declared_is_fitted_to_the_noise(name):
+    """A strong lag was fitted from constants that lead elsewhere, a limit from a model not fitted."""
+    case = next(case for case in suite(580_000) if case.name == name)
+    others = [e for e in EFFECTS if e not in case.truth]
+    told = diagnose(case.train, case.validation, case.test, declared=case.truth, excluded=others)
+    assert unseen_error(told.after) < 1.3 * case.noise_rms
+
+
 def test_where_nothing_is_nothing_is_named_and_noise_is_left():
     case = CASES["none 1"]
     roles = records(case, 1500)

@@ -17,7 +17,7 @@ from it2hys.diagnosis.fitting import Bench
 from it2hys.diagnosis.last_fit import last_fit, usable_over
 from it2hys.diagnosis.next_experiment import deciding_experiment
 from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Rival, Stage
-from it2hys.diagnosis.refinement import Node, with_effects
+from it2hys.diagnosis.refinement import FINISHING, Node, with_effects
 from it2hys.diagnosis.residuals import LeftOver, left_over
 from it2hys.diagnosis.rest import begins_at_zero, begun_at_rest, resting
 from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
@@ -325,9 +325,13 @@ class _Session:
 
     def _declare(self, bench: Bench, base: Model) -> Model:
         """Return the model with the declared effects."""
+        if not self._declared:
+            return base
+        # what an effect is sought in has to be where it fits best without it, as in the search
+        fitted = bench.fit(base, FINISHING)
         model, missing = with_effects(
             bench,
-            base,
+            fitted.model if np.isfinite(fitted.minimum.cost) else base,
             self._declared,
             self._each,
             lambda effect: self._progress(0.25, f"declared: {effect}"),

@@ -54,6 +54,8 @@ _SETTLING_ANEW = 60
 _SETTLING_FAR = 150
 #: Costs of fits that are as good as the best one, as a multiple of its.
 _ALIKE = 1.02
+#: Share of a bound up to which a value is on it: it goes there and back through its coordinate.
+_ROUNDING = 1e-9
 #: Rows of the Jacobian by which guesses are compared.
 _ROWS = 20_000
 #: No range limits an inverse.
@@ -442,7 +444,7 @@ class Bench(Starts):
             for c in fit.criterion.common
             if of_effect[c.name].effect == effect
             and of_effect[c.name].group is None
-            and fit.model.values[c.name] in c.bounds
+            and np.any(np.isclose(fit.model.values[c.name], c.bounds, rtol=_ROUNDING, atol=0.0))
         ]
 
     def add_anew(self, model: Model, effect: str) -> ChainFit | None:
