@@ -173,7 +173,7 @@ def test_what_a_rival_speaks_for_is_needed():
     search, (_, chosen, rival) = searched(
         (("play",), 1.0, 1.0), (("lag", "play"), 0.97, 0.97), (("delay", "play"), 1.0, 0.4)
     )
-    search.rivals = [rival]
+    search.rivals = search._alike = [rival]
     search.bench.inverts_well = lambda error, deciding: error < 0.9
     assert search._needed(chosen) is chosen and search.rivals == [rival]
 

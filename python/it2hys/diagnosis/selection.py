@@ -121,6 +121,7 @@ class Search:
     nodes: dict[frozenset[str], Node] = field(default_factory=dict)
     rivals: list[Node] = field(default_factory=list)
     _kept: dict[tuple[str, Node], ChainFit | None] = field(default_factory=dict, init=False)
+    _alike: list[Node] = field(default_factory=list, init=False)
 
     def run(self, model: Model, plain: Model) -> Node:
         """Search from a model; return what was chosen. `plain` has no effect that was declared."""
@@ -458,17 +459,18 @@ class Search:
     def _needed(self, chosen: Node) -> Node:
         """Return the chosen model without effects that it is no better for by itself.
 
-        A model with more effects, all of which it needs together, may have spoken for them. Where the
-        chosen one has rivals, they speak for it.
+        A model with more effects, all of which it needs together, may have spoken for them. Where
+        others foretell as well as the chosen one, they speak for it, even where the fitted records tell
+        which it is.
         """
         # the free run does without a delay, which shows in the inverse
         less = [n for n in self._with_one_less(chosen) if WAITING not in chosen.effects - n.effects]
-        alike = [chosen, *self.rivals]
+        alike = [chosen, *self._alike]
         less = [n for n in less if not any(self._beats(o, n) for o in alike)]
         less = [n for n in less if not self._lacks_what_shows(n, chosen)]
         if not less:
             return chosen
-        self.rivals = []
+        self.rivals, self._alike = [], []
         return self._needed(less[0])
 
     def _is_best_known(self, node: Node) -> bool:
@@ -530,7 +532,10 @@ class Search:
         alike = [n for n in alike if not any(_follows_noise(n, other) for other in alike)]
         chosen, *others = sorted(alike, key=lambda n: n.rms)
         others = [n for n in others if not _imitates(n, chosen)]
-        self.rivals = [n for n in others if not self._predicts_better(chosen, n)]
+        self._alike = [n for n in others if not self._predicts_better(chosen, n)]
+        gains = [compare(n.errors.free, chosen.errors.free) for n in self._alike]
+        pairs = zip(self._alike, gains, strict=True)
+        self.rivals = [n for n, gain in pairs if not self._all_records_tell(chosen, n, gain)]
         return chosen
 
     def _children(self, node: Node) -> list[Node]:
@@ -628,12 +633,11 @@ class Search:
 
     def _predicts_better(self, one: Node, other: Node) -> bool:
         """Return whether of two equally simple models one is better by more than chance."""
-        gains = Gains.of(other.errors, one.errors)
-        tell = gains.tell(self.bench.least_inverse_error(other.fit.model))
-        return tell or self._all_records_tell(one, other, gains.free)
+        least = self.bench.least_inverse_error(other.fit.model)
+        return Gains.of(other.errors, one.errors).tell(least)
 
     def _all_records_tell(self, one: Node, other: Node, held_out: Comparison) -> bool:
-        """Return whether the records that are fitted and those that decide tell, taken together.
+        """Return whether fitted records and those that decide, together, tell that one model is right.
 
         On the former Vuong's test compares models that do not contain each other; for each parameter
         more the fit has to be better by what Schwarz's criterion asks. Fisher's method makes one test
