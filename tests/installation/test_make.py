@@ -166,7 +166,7 @@ def test_every_pin_is_for_the_python_of_debian():
     for name, version in (pins("requirements.lock") | pins("requirements-dev.lock")).items():
         installed = metadata(name)
         assert installed["Version"] == version  # or this is another one's answer
-        # a KeyError where a package does not say it and another one's reader is in use
+        # a package need not say it; `importlib_metadata`, where a test has loaded it, raises for that
         wanted = installed.get("Requires-Python") or ""
         assert DEBIAN in SpecifierSet(wanted), f"{name} asks for Python {wanted}"
 

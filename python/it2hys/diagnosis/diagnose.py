@@ -327,7 +327,7 @@ class _Session:
         """Return the model with the declared effects."""
         if not self._declared:
             return base
-        # what an effect is sought in has to be where it fits best without it, as in the search
+        # an effect is guessed from what the model leaves, which is its own unless it is fitted first
         fitted = bench.fit(base, FINISHING)
         model, missing = with_effects(
             bench,

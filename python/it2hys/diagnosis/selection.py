@@ -121,6 +121,7 @@ class Search:
     nodes: dict[frozenset[str], Node] = field(default_factory=dict)
     rivals: list[Node] = field(default_factory=list)
     _kept: dict[tuple[str, Node], ChainFit | None] = field(default_factory=dict, init=False)
+    #: Those that held-out records do not tell from the chosen model: the rivals, and what fits worse.
     _alike: list[Node] = field(default_factory=list, init=False)
 
     def run(self, model: Model, plain: Model) -> Node:
@@ -639,9 +640,9 @@ class Search:
     def _all_records_tell(self, one: Node, other: Node, held_out: Comparison) -> bool:
         """Return whether fitted records and those that decide, together, tell that one model is right.
 
-        On the former Vuong's test compares models that do not contain each other; for each parameter
-        more the fit has to be better by what Schwarz's criterion asks. Fisher's method makes one test
-        of that and of what both foretell, which differs by little where both are near the noise.
+        Vuong's test compares the fits of models that do not contain each other; for each parameter more
+        a fit has to be better by what Schwarz's criterion asks. Fisher's method makes one test of that
+        and of the held-out errors, which hardly differ where both models are near the noise.
         """
         if held_out.gain <= 0.0:
             return False

@@ -64,8 +64,8 @@ class DriftEvidence(EffectEvidence):
     def imitated_by(self, values: Mapping, rested: bool) -> str:
         """Return that slower creep does, where a drift with time is beside creep that is under way.
 
-        How the stage was driven before a record, two numbers tell the model. What these leave goes one
-        way in every record that is shorter than the creep.
+        The model describes what was before a record by two numbers. What they miss of creep that takes
+        longer than a record goes one way in it, as a drift does.
         """
         if rested or not values["creepCount"] or values["drift.temperatureCoefficient"]:
             return ""
