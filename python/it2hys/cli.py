@@ -1,45 +1,39 @@
-"""The command line `it2hys`."""
+"""The command line `it2hys`: its options, and how it ends; `cli_commands` does the work."""
 
 from __future__ import annotations
 
 import argparse
 import errno
-import json
 import os
-import shlex
-import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
-from dataclasses import replace
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from it2hys.cli_help import KINDS, completion, examples, listed
+from it2hys.cli_commands import (
+    do_build,
+    do_check_effect,
+    do_design,
+    do_diagnose,
+    do_identify,
+    do_list,
+    do_modelica,
+    do_new_effect,
+    do_package,
+    do_report,
+    do_run,
+    do_simulate,
+    do_sweep,
+)
+from it2hys.cli_help import KINDS, completion, examples
 from it2hys.errors import InputError
-from it2hys.support.files import check_directory, check_file, gathered, make_directory
 from it2hys.support.numerals import parse_number
 from it2hys.support.processes import (
     Terminated,
-    check_workers,
     ended_by_sigterm,
     temporary_files,
     without_threads,
 )
-from it2hys.support.progress import Progress, part, progress_bar
-
-if TYPE_CHECKING:
-    from it2hys.model.parameters import ParameterSet
-    from it2hys.records import Record
-
-# modules that take long to import are imported by the commands that need them
-
-# units in the CSV files that `simulate` writes; lengths are in um
-UNITS_WRITTEN = {
-    "voltage": "V", "force": "N", "temperature": "K", "saturated": "1", "outOfRange": "1",
-}  # fmt: skip
-# parameters that say for what a plant FMU holds
-ENDS = ("voltageMin", "voltageMax", "displacementMin", "displacementMax")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -121,13 +115,13 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    build = _command(commands, "build", _build, "write both FMUs with the paper's Table 1")
+    build = _command(commands, "build", do_build, "write both FMUs with the paper's Table 1")
     _add_output(build)
     _add_effect(build)
     _add_contents(build)
     _add_json(build)
 
-    identify = _command(commands, "identify", _identify, "identify the paper's model from records")
+    identify = _command(commands, "identify", do_identify, "identify the paper's model from records")
     _add_records(identify)
     _add_output(identify)
     identify.add_argument("--rules", type=int, metavar="L", help="number of rules (default: chosen)")
@@ -147,7 +141,10 @@ def make_parser() -> argparse.ArgumentParser:
     )
 
     diagnose = _command(
-        commands, "diagnose", _diagnose, "find the effects that a model lacks, and add them to it"
+        commands,
+        "diagnose",
+        do_diagnose,
+        "find the effects that a model lacks, and add them to it",
     )
     _add_records(diagnose)
     _add_output(diagnose)
@@ -185,7 +182,7 @@ def make_parser() -> argparse.ArgumentParser:
 
     _add_design(commands)
 
-    package = _command(commands, "package", _package, "write both FMUs from a parameter set")
+    package = _command(commands, "package", do_package, "write both FMUs from a parameter set")
     package.add_argument(
         "parameters",
         metavar="PARAMETERS.ssv",
@@ -210,7 +207,10 @@ def make_parser() -> argparse.ArgumentParser:
     _add_json(package)
 
     modelica = _command(
-        commands, "modelica", _modelica, "write the Modelica library, as a folder or an archive"
+        commands,
+        "modelica",
+        do_modelica,
+        "write the Modelica library, as a folder or an archive",
     )
     modelica.add_argument(
         "path", metavar="PATH", type=Path, help="a directory, or an archive that ends in .zip"
@@ -220,7 +220,7 @@ def make_parser() -> argparse.ArgumentParser:
 
     _add_own(commands)
 
-    simulate = _command(commands, "simulate", _simulate, "run an FMU over signals from a CSV")
+    simulate = _command(commands, "simulate", do_simulate, "run an FMU over signals from a CSV")
     simulate.add_argument(
         "fmu", metavar="FMU", type=Path, help="an FMU of FMI 2.0 or 3.0 with a sampleTime"
     )
@@ -247,7 +247,7 @@ def make_parser() -> argparse.ArgumentParser:
 
     _add_sweep(commands)
 
-    report = _command(commands, "report", _report, "draw the page of a report again")
+    report = _command(commands, "report", do_report, "draw the page of a report again")
     report.add_argument(
         "directory",
         metavar="DIR",
@@ -256,13 +256,13 @@ def make_parser() -> argparse.ArgumentParser:
     )
     _add_json(report)
 
-    run = _command(commands, "run", _run, "run a scenario by name, an experiment or a sweep")
+    run = _command(commands, "run", do_run, "run a scenario by name, an experiment or a sweep")
     run.add_argument("name", metavar="NAME", help="a name from `it2hys list scenarios`, or a TOML file")
     run.add_argument("-o", "--output", metavar="DIR", type=Path, help="default: out/NAME")
     _add_workers(run)
     _add_json(run)
 
-    names = _command(commands, "list", _list, "list scenarios, effects and excitations by name")
+    names = _command(commands, "list", do_list, "list scenarios, effects and excitations by name")
     names.add_argument("kind", nargs="?", choices=tuple(KINDS), help="what is listed (default: all)")
     _add_json(names, "print the list as JSON")
 
@@ -276,7 +276,10 @@ def make_parser() -> argparse.ArgumentParser:
 
 def _add_design(commands: argparse._SubParsersAction) -> None:
     design = _command(
-        commands, "design", _design, "design the record to measure next, which decides between models"
+        commands,
+        "design",
+        do_design,
+        "design the record to measure next, which decides between models",
     )
     design.add_argument(
         "source",
@@ -361,7 +364,7 @@ def _add_own(commands: argparse._SubParsersAction) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     actions = own.add_subparsers(required=True, metavar="ACTION", help="new or check")
-    new = _command(actions, "new", _new_effect, "write a working effect to start from", "effect")
+    new = _command(actions, "new", do_new_effect, "write a working effect to start from", "effect")
     new.add_argument(
         "name", metavar="NAME", help="name of the effect: small letters, digits and underscores"
     )
@@ -369,7 +372,7 @@ def _add_own(commands: argparse._SubParsersAction) -> None:
         "-o", "--output", metavar="FILE", type=Path, help="the file to write (default: NAME.py)"
     )
     _add_json(new)
-    check = _command(actions, "check", _check_effect, "check whether a file can be a stage", "effect")
+    check = _command(actions, "check", do_check_effect, "check whether a file can be a stage", "effect")
     check.add_argument("effect", nargs=1, metavar="FILE", type=Path, help="the Python file; it is run")
     check.add_argument(
         "--records",
@@ -384,7 +387,7 @@ def _add_own(commands: argparse._SubParsersAction) -> None:
 
 
 def _add_sweep(commands: argparse._SubParsersAction) -> None:
-    sweep = _command(commands, "sweep", _sweep, "run all cases of a sweep scenario, in parallel")
+    sweep = _command(commands, "sweep", do_sweep, "run all cases of a sweep scenario, in parallel")
     sweep.add_argument(
         "scenario",
         metavar="SCENARIO",
@@ -516,520 +519,6 @@ def _add_records(parser: argparse.ArgumentParser) -> None:
     _add_columns(parser)
 
 
-def _columns(options: argparse.Namespace) -> dict:
-    from it2hys.records import parse_column_option
-
-    parsed = (parse_column_option(text) for text in options.column)
-    return {quantity: (column, unit) for quantity, column, unit in parsed}
-
-
-def _read_records(options: argparse.Namespace) -> tuple[list, list, list]:
-    """Return training, validation and test records under names of their own."""
-    from it2hys.records import check_roles, read_record, record_name
-
-    roles = (options.train, options.validate, options.test)
-    paths = [path for role in roles for path in role]
-    for path in paths:
-        if sum(path.resolve() == other.resolve() for other in paths) > 1:
-            raise InputError(f"{path}: this file is given twice; a record has one role")
-    columns = _columns(options)
-    stems = [record_name(path) for path in paths]
-
-    def read(path: Path) -> Record:
-        record = read_record(
-            path,
-            columns,
-            options.resample,
-            check_swapped=not options.allow_lead,
-            invert_displacement=options.invert_displacement,
-        )
-        stem = record_name(path)
-        name = stem if stems.count(stem) == 1 else f"{path.parent.name}_{stem}"
-        return replace(record, name=name)
-
-    train, validate, test = ([read(path) for path in role] for role in roles)
-    check_roles(train, validate, test)
-    return train, validate, test
-
-
-def _say(options: argparse.Namespace, *texts: object) -> None:
-    if not options.quiet:
-        print(*texts)
-
-
-def _tell(options: argparse.Namespace, outcome: dict, lines: Sequence[object]) -> bool:
-    """Print what came out: JSON for a script, lines for a reader; return whether it is a reader."""
-    if options.json:
-        print(json.dumps(outcome, indent=1, default=str))
-        return False
-    for line in lines:
-        _say(options, line)
-    return True
-
-
-def _versions(options: argparse.Namespace) -> tuple[int, ...]:
-    return (options.fmi,) if options.fmi else (2, 3)
-
-
-def _progress(options: argparse.Namespace) -> AbstractContextManager[Progress]:
-    """Return the bar of a command, or what stands for it."""
-    quiet = options.quiet or getattr(options, "json", False)
-    return progress_bar(quiet, "lines" if options.verbose else "terminal")
-
-
-def _next(options: argparse.Namespace, text: str, *commands: str) -> None:
-    """End a command with what to do next."""
-    _say(options, f"\n{text}")
-    for command in commands:
-        _say(options, f"  {_program()} {command}")
-
-
-def _build(options: argparse.Namespace) -> int:
-    check_directory(options.output)
-    from it2hys.fmu.packaging import package
-    from it2hys.model.parameters import table_1
-
-    paths = package(table_1(), options.output, fmi=_versions(options), terminals=options.terminals)
-    _tell_packaged(options, paths)
-    return 0
-
-
-def _package(options: argparse.Namespace) -> int:
-    check_directory(options.output)
-    from it2hys.model.parameters import read_ssv
-
-    parameters = read_ssv(options.parameters)
-    with gathered(options.output) as folder:
-        written = _packaged(options, parameters, folder)
-    _tell_packaged(options, [options.output / path.relative_to(folder) for path in written])
-    return 0
-
-
-def _tell_packaged(options: argparse.Namespace, written: Sequence[Path]) -> None:
-    """Print what was written, and how to run the plant among it."""
-    if _tell(options, {"written": written}, written):
-        plant = next(path for path in written if path.name.startswith("IT2Plant"))
-        _next(
-            options,
-            "run the plant over a CSV of voltages:",
-            f"simulate {shlex.quote(str(plant))} --input U.csv -o Y.csv",
-        )
-
-
-def _modelica(options: argparse.Namespace) -> int:
-    from it2hys.export.modelica_release import write_release
-
-    written = write_release(options.path)
-    if _tell(options, {"written": [written]}, [written]):
-        _next(
-            options,
-            "open it in a Modelica tool; to write a parameter set of your own for it:",
-            "package PARAMETERS.ssv --modelica -o DIR",
-        )
-    return 0
-
-
-def _packaged(options: argparse.Namespace, parameters: ParameterSet, folder: Path) -> list[Path]:
-    """Write all that is asked for; return what to name of it."""
-    from it2hys.fmu.packaging import package
-
-    versions = _versions(options)
-    written = package(parameters, folder, fmi=versions, terminals=options.terminals)
-    if options.c_header:
-        from it2hys.export.embedded import HEADER, write_embedded
-        from it2hys.model.compiled import native_directory
-
-        write_embedded(parameters, folder / "embedded", native_directory())
-        written.append(folder / "embedded" / HEADER)
-    if options.modelica:
-        from it2hys.export.modelica import write_record
-
-        written.append(write_record(parameters, folder))
-    if options.ssp:
-        from it2hys.fmu.ssp import write_ssp
-
-        written += write_ssp(parameters, folder, versions)
-    return written
-
-
-def _identify(options: argparse.Namespace) -> int:
-    check_directory(options.output)
-    train, validate, test = _read_records(options)
-    # what takes long to load comes after what is refused most often
-    from it2hys.identification import Options, check_rule_count, identify
-    from it2hys.reports.pair_report import write_report
-    from it2hys.reports.provenance import Provenance
-
-    check_rule_count(options.rules)
-    settings = Options(options.seed, options.starts, options.max_iterations, options.solver)
-    records = [*train, *validate, *test]
-    provenance = Provenance.of_command(options.typed, options.seed)
-    with _progress(options) as progress:
-        found = identify(train, validate, test, options.rules, settings, part(progress, 0.0, 0.9))
-        with gathered(options.output) as folder:
-            drawing = part(progress, 0.9, 1.0)
-            write_report(found, records, folder, provenance=provenance, progress=drawing)
-    if _tell_report(options):
-        _next(options, "find what the model lacks:", f"diagnose {_given(options)} -o DIR")
-    return 0
-
-
-def _tell_report(options: argparse.Namespace) -> bool:
-    """Print what the report in the output's directory says, or its JSON; tell which."""
-    from it2hys.reports.page import PAGE
-    from it2hys.reports.pair_report import REPORT, read_report
-    from it2hys.reports.printed import printed
-
-    path = options.output / REPORT
-    if options.json:
-        print(path.read_text(encoding="utf-8"), end="")
-        return False
-    _say(options, printed(read_report(path)))
-    _say(options, f"\nreport: {options.output / PAGE}")
-    return True
-
-
-def _given(options: argparse.Namespace) -> str:
-    """Return the records of a command as they are typed."""
-    roles = (("", options.train), ("--validate", options.validate), ("--test", options.test))
-    return " ".join(
-        " ".join([*([option] if option else []), *(shlex.quote(str(path)) for path in paths)])
-        for option, paths in roles
-        if paths
-    )
-
-
-def _effects(text: str) -> list[str]:
-    """Return the names in a list that is separated by commas."""
-    return [name.strip() for name in text.split(",") if name.strip()]
-
-
-def _diagnose(options: argparse.Namespace) -> int:
-    check_directory(options.output)
-    check_workers(options.workers)
-    if options.model is not None:
-        check_file(options.output / "parameters.ssv", [options.model])
-    train, validate, test = _read_records(options)
-    from it2hys.diagnosis import RIVAL_FILES, RULES, diagnose
-    from it2hys.identification import Options, check_rule_count
-    from it2hys.model.parameters import read_ssv
-    from it2hys.model.stages import own_effects
-    from it2hys.reports.design_report import designed_voltage, read_design
-    from it2hys.reports.pair_report import write_report
-    from it2hys.reports.provenance import Provenance
-    from it2hys.reports.summary import PAPER, START
-
-    check_rule_count(options.rules)
-    designed = None if options.design is None else read_design(options.design)
-    settings = Options(seed=options.seed)
-    model = None if options.model is None else read_ssv(options.model)
-    records = [*train, *validate, *test]
-    given = [path for path in (options.model, options.design) if path is not None]
-    files = [*options.effect, *given]
-    provenance = Provenance.of_command(options.typed, options.seed, files)
-    promised = None if designed is None else (designed, designed_voltage(options.design, designed))
-    rivals = options.output.glob(RIVAL_FILES)
-    outdated = [rival for rival in rivals if not any(rival.samefile(path) for path in given)]
-    start = PAPER if model is None else START
-    with _progress(options) as progress:
-        diagnosis = diagnose(
-            train,
-            validate,
-            test,
-            model,
-            declared=_effects(options.declared),
-            excluded=_effects(options.exclude),
-            rules=RULES if options.rules is None else options.rules,
-            options=settings,
-            progress=part(progress, 0.0, 0.8),
-            workers=options.workers,
-            sensor_curve=options.sensor_curve,
-            planned=() if designed is None else designed["names"],
-        )
-        with gathered(options.output, outdated) as folder:
-            write_report(
-                diagnosis,
-                records,
-                folder,
-                provenance=provenance,
-                start=start,
-                progress=part(progress, 0.8, 1.0),
-                promised=promised,
-            )
-    if _tell_report(options):
-        if diagnosis.indistinguishable:
-            _next(
-                options,
-                "design the record that tells them apart:",
-                f"design {shlex.quote(str(options.output / 'report.json'))} -o DIR",
-            )
-        own = [options.output / f"{name}.py" for name in own_effects() if name in diagnosis.effects]
-        needed = "".join(f" --effect {shlex.quote(str(path))}" for path in own)
-        _next(
-            options,
-            "write systems of these FMUs, with feedforward and feedback:",
-            f"package {shlex.quote(str(options.output / 'parameters.ssv'))}{needed} --ssp -o DIR",
-        )
-    return 0
-
-
-def _design(options: argparse.Namespace) -> int:
-    check_directory(options.output)
-    check_file(options.output / "voltage.csv", [options.source])
-    from it2hys.designs.designing import design
-    from it2hys.designs.hypotheses import question_of
-    from it2hys.designs.limits import Wanted
-    from it2hys.reports.courses import voltages_at_hand
-    from it2hys.reports.design_report import DESIGN_JSON, DESIGN_PAGE, write_design
-    from it2hys.reports.provenance import Provenance
-
-    noise = None if options.noise is None else 1e-6 * options.noise
-    question = question_of(options.source, _effects(options.between), noise)
-    wanted = Wanted(
-        options.voltage,
-        options.rate,
-        options.bandwidth,
-        options.current,
-        options.capacitance,
-        options.sample_time,
-        options.duration,
-        options.periods,
-        options.band,
-    )
-    with _progress(options) as progress:
-        found = design(
-            question,
-            wanted,
-            options.family,
-            options.seed,
-            voltages_at_hand(options.source, question.base["sampleTime"]),
-            checked=options.check,
-            progress=progress,
-        )
-    provenance = Provenance.of_command(options.typed, options.seed, [options.source])
-    model = options.source if options.source.suffix == ".ssv" else options.source.with_name(
-        "parameters.ssv"
-    )  # fmt: skip
-    with gathered(options.output) as folder:
-        write_design(found, folder, provenance, shlex.quote(str(model)))
-    if options.json:
-        print((options.output / DESIGN_JSON).read_text(encoding="utf-8"), end="")
-        return 0 if found.decides else 1
-    for text in found.sentences:
-        _say(options, text)
-    for text in (*question.said, *found.limits.said):
-        _say(options, f"  {text}")
-    _say(options, f"\npage: {options.output / DESIGN_PAGE}")
-    _next(
-        options,
-        f"play {options.output / 'voltage.csv'}, record the displacement, and:",
-        f"diagnose NEW.csv --model {shlex.quote(str(model))} --design "
-        f"{shlex.quote(str(options.output / DESIGN_JSON))} -o DIR",
-    )
-    return 0 if found.decides else 1
-
-
-def _report(options: argparse.Namespace) -> int:
-    check_directory(options.directory)
-    from it2hys.sweeps.store import RESULTS
-
-    if (options.directory / RESULTS).is_file():
-        return _draw_sweep(options, options.directory / RESULTS, options.directory)
-    from it2hys.reports.design_report import DESIGN_JSON, draw_design
-    from it2hys.reports.pair_report import draw_report
-
-    is_design = (options.directory / DESIGN_JSON).is_file()
-    page = draw_design(options.directory) if is_design else draw_report(options.directory)
-    _tell(options, {"report": page}, [f"report: {page}"])
-    return 0
-
-
-def _new_effect(options: argparse.Namespace) -> int:
-    from it2hys.fmu.own_template import template
-    from it2hys.model.own_loading import check_name
-    from it2hys.model.stages import EFFECTS
-    from it2hys.support.files import write_atomically
-
-    check_name(options.name)
-    if options.name in EFFECTS:
-        raise InputError(f"{options.name}: there is an effect of this name already; choose another")
-    path = options.output or Path(f"{options.name}.py")
-    check_file(path)
-    if path.exists():
-        raise InputError(f"{path}: this file exists already; name another one with -o")
-    make_directory(path.parent)
-    write_atomically(path, template(options.name).encode())
-    if _tell(options, {"written": [path]}, [path]):
-        _next(options, "check whether it can be a stage:", f"effect check {shlex.quote(str(path))}")
-    return 0
-
-
-def _check_effect(options: argparse.Namespace) -> int:
-    from it2hys.fmu.own_check import check_effect
-    from it2hys.model.stages import own_effects
-    from it2hys.records import read_record
-
-    records = [read_record(path, _columns(options)) for path in options.records]
-    (effect,) = own_effects().values()
-    rows = check_effect(effect, records)
-    width = max(len(row.what) for row in rows)
-    good = all(row.good for row in rows)
-    checks = [{"what": row.what, "good": bool(row.good), "found": row.found} for row in rows]
-    lines = [f"{'ok  ' if row.good else 'FAIL'}  {row.what:{width}}  {row.found}" for row in rows]
-    if _tell(options, {"effect": effect.name, "good": good, "checks": checks}, lines) and good:
-        _next(
-            options,
-            "test it on records:",
-            f"diagnose TRAIN.csv --effect {shlex.quote(str(options.effect[0]))} -o DIR",
-        )
-    return 0 if good else 1
-
-
-def _simulate(options: argparse.Namespace) -> int:
-    check_file(options.output, [options.fmu, options.input])
-    from it2hys.cosimulation import simulation
-    from it2hys.cosimulation.slave import Slave
-    from it2hys.records.signals import read_signals, write_signals
-
-    start = dict(_assignment(text) for text in options.set)
-    with Slave(options.fmu, start) as slave:
-        names, sample_time = slave.names("input"), simulation.sample_time(slave)
-        ends = {name: slave.get(name) for name in ENDS if name in slave.variables}
-    signals = read_signals(options.input, names, columns=_columns(options))
-    if abs(signals.sample_time / sample_time - 1) > 1e-3:
-        raise InputError(
-            f"{options.input}: sampled every {signals.sample_time:g} s, but the FMU's sampleTime is "
-            f"{sample_time:g} s; resample the signals or identify a model at their rate"
-        )
-    with _progress(options) as progress:
-        outputs, messages = simulation.simulate(options.fmu, signals.values, start, progress)
-    columns = {
-        name: (value, UNITS_WRITTEN.get(name, "um"))
-        for name, value in {**signals.values, **outputs}.items()
-    }
-    make_directory(options.output.parent)
-    write_signals(options.output, signals.time, columns)
-    counts, sentences = _beyond(ends, signals.values, outputs)
-    for message in [*messages, *sentences]:
-        print(f"it2hys: {message}", file=sys.stderr)
-    said = {"output": options.output, "samples": len(signals.time), **counts}
-    _tell(options, {**said, "messages": [*messages, *sentences]}, [options.output])
-    return 0
-
-
-def _beyond(ends: dict, inputs: dict, outputs: dict) -> tuple[dict[str, int], list[str]]:
-    """Return how many samples were out of range or out of reach, and sentences where any were."""
-    from it2hys.reports.validity import out_of_range_sentence
-
-    counts, sentences = {}, []
-    if len(ends) == len(ENDS) and {"outOfRange", "displacement"} <= outputs.keys():
-        outside, displacement = outputs["outOfRange"] != 0, outputs["displacement"]
-        voltage = inputs.get("voltage", 0.0 * displacement)
-        counts["samples_out_of_range"] = int(outside.sum())
-        sentences.append(out_of_range_sentence(ends, outside, voltage, displacement))
-    if "saturated" in outputs:
-        saturated, samples = int((outputs["saturated"] != 0).sum()), len(outputs["saturated"])
-        counts["samples_saturated"] = saturated
-        if saturated:
-            sentences.append(
-                f"At {saturated} of {samples} samples the inverse was clamped (saturated)."
-            )
-    return counts, [text for text in sentences if text]
-
-
-def _assignment(text: str) -> tuple[str, float]:
-    name, _, value = text.partition("=")
-    try:
-        return name, parse_number(value)
-    except ValueError:
-        raise InputError(f"--set {text}: must be NAME=VALUE with a number in SI units") from None
-
-
-def _sweep(options: argparse.Namespace) -> int:
-    if options.scenario.endswith(".parquet"):
-        table = Path(options.scenario)
-        check_directory(options.output or table.parent)
-        return _draw_sweep(options, table, options.output or table.parent)
-    from it2hys.experiments.scenario_files import find_scenario
-
-    path = find_scenario(options.scenario)
-    directory = options.output or Path("out") / path.stem
-    check_directory(directory)
-    check_workers(options.workers)
-    from it2hys.reports.provenance import Provenance
-    from it2hys.sweeps import read_sweep, run_sweep
-
-    scenario = read_sweep(path)
-    with _progress(options) as progress:
-        outcome = run_sweep(
-            scenario,
-            directory,
-            options.workers,
-            options.dask,
-            options.restart,
-            progress,
-            Provenance.of_command(options.typed, scenario.seed, [path, *scenario.fmu_files]),
-        )
-    lines = [outcome.summary, f"table: {outcome.results}", f"report: {outcome.report}"]
-    if _tell(options, vars(outcome), lines):
-        drawn_from = shlex.quote(str(outcome.results))
-        _next(options, "draw the report again from the table:", f"sweep {drawn_from}")
-    return 0
-
-
-def _draw_sweep(options: argparse.Namespace, table: Path, directory: Path) -> int:
-    """Draw the page of a sweep again from its table."""
-    from it2hys.sweeps.report import write_sweep_report
-
-    page, _ = write_sweep_report(table, directory)
-    _tell(options, {"report": page}, [f"report: {page}"])
-    return 0
-
-
-def _run(options: argparse.Namespace) -> int:
-    from it2hys.experiments.scenario_files import find_scenario
-    from it2hys.support.keys import read_toml
-
-    path = find_scenario(options.name)
-    if "fmu" in read_toml(path):  # as `it2hys.sweeps.is_sweep`, which takes a while to load
-        more = {"scenario": options.name, "dask": None, "restart": False}
-        return _sweep(argparse.Namespace(**vars(options), **more))
-    check_workers(options.workers)
-    check_directory(options.output or Path("out") / path.stem)
-    from it2hys.experiments.running import run_scenario
-
-    with _progress(options) as progress:
-        outcome = run_scenario(options.name, options.output, progress, options.workers)
-    lines = [
-        *(f"\n{table.caption}\n{table.text()}" for table in outcome.tables),
-        *(f"\n{text}" for text in outcome.conclusion),
-        f"\nreport: {outcome.report}",
-    ]
-    tables = [vars(table) for table in outcome.tables]
-    if _tell(options, {**vars(outcome), "tables": tables}, lines):
-        _next(
-            options,
-            f"do the same with your own records, CSVs like those in {outcome.records}:",
-            outcome.command,
-        )
-    return 0
-
-
-def _list(options: argparse.Namespace) -> int:
-    kinds = KINDS if options.kind is None else [options.kind]
-    found = {kind: listed(kind) for kind in kinds}
-    if options.json:
-        print(json.dumps(found, indent=1))
-        return 0
-    for kind, rows in found.items():
-        print(f"{kind}:")
-        width = max((len(row["name"]) for row in rows), default=0)
-        for row in rows:
-            more = row.get("kind") or row.get("arguments") or row.get("place")
-            print(f"  {row['name']:{width}}  {row['text']}" + (f" ({more})" if more else ""))
-    return 0
-
-
 def _completion(options: argparse.Namespace) -> int:
     print(completion(make_parser(), options.shell))
     return 0
@@ -1039,9 +528,3 @@ def _help(options: argparse.Namespace) -> int:
     topic = [] if options.topic is None else [options.topic]
     make_parser().parse_args([*topic, "--help"])
     return 0
-
-
-def _program() -> str:
-    """Return what to type for this command line: its path where it is not found by name."""
-    path = Path(sys.argv[0])
-    return str(path) if path.name == "it2hys" and not shutil.which(path.name) else "it2hys"
