@@ -697,7 +697,7 @@ class Design:
     )  # fmt: skip
     duration_samples: int = _number(
         4000, "samples",
-        "length of a record where neither the user nor the records give one",
+        "length of a record where the user gives none and the records are no shorter",
         "convention: as long as the demonstration's, 0.4 s at 10 kHz",
     )  # fmt: skip
     most_work: float = _number(

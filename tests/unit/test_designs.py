@@ -28,7 +28,7 @@ from it2hys.designs.designing import (
 from it2hys.designs.families import FAMILIES
 from it2hys.designs.hypotheses import between, question_of, question_of_report, question_of_set
 from it2hys.designs.limits import Limits, Wanted, limits_of
-from it2hys.designs.promise import Ground, Left, above_chance, spread_of, worst
+from it2hys.designs.promise import Ground, Left, Separation, above_chance, spread_of, worst
 from it2hys.diagnosis.comparison import compare
 from it2hys.errors import InputError
 from it2hys.model.parameters import table_1, write_ssv
@@ -535,11 +535,24 @@ def test_a_design_says_what_its_parameters_will_be_known_to(found):
     assert low < truth < high and high - low < 0.1 * truth
 
 
-def test_a_report_does_not_wait_for_the_design_of_a_long_record():
-    """The owner of one loop of 50,000 samples waited for seven minutes, without a word, behind one."""
-    question = between(table_1(), ["delay", "lag", "play"], NOISE)
-    assert not takes_long(question)
-    assert takes_long(replace(question, duration=50_000 * TS))
+def test_a_report_does_not_wait_for_the_design_between_many_effects():
+    assert not takes_long(between(table_1(), ["delay", "lag", "play"], NOISE))
+    assert takes_long(between(table_1(), ["delay", "lag", "play", "creep", "resonance"], NOISE))
+
+
+def test_a_design_is_no_longer_than_usual_unless_that_is_asked_for(ground):
+    """For the owner of one loop of 50,000 samples a design did not end within 17 minutes."""
+    question = replace(ground.question, duration=50_000 * TS)
+    usual, long = (
+        limits_of(wanted, question.base.voltage_range, TS, question.duration)
+        for wanted in (Wanted(), Wanted(duration=50_000 * TS))
+    )
+    assert usual.samples == 4000 and "the usual length" in usual.said[1]
+    assert long.samples == 50_000 and "as given" in long.said[1]
+    open_one = Separation("delay", "lag", 0.1, 0.0, 0.05, -2.0)
+    search = Search(question, usual, [FAMILIES["steps"]], 0, True, silent)
+    told = search._needed(np.zeros(usual.samples), (open_one,))
+    assert any("--duration 5 asks for one as long" in text for text in told)
 
 
 def test_the_same_seed_gives_the_same_record_and_another_one_another(found):

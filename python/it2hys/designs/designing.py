@@ -511,6 +511,12 @@ class Search:
                 "" if self.coarse else "No lower noise would make this record decide: refitted, the "
                 "models differ at too few of the samples that decide, or not at all."
             )  # fmt: skip
+        longest = self.question.duration or 0.0
+        if longest > self.limits.duration:
+            texts.append(
+                f"A longer record shows more, and takes longer to find: --duration {plain(longest, 4)} "
+                "asks for one as long as the longest that was measured."
+            )
         texts.append(self._with_a_faster_amplifier())
         for effect in {e for h in self.question.hypotheses for e in h.own}:
             if channel := EVIDENCE[effect].channel:

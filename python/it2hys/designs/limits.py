@@ -203,8 +203,9 @@ def _samples(wanted: Wanted, sample_time: float, duration: float | None) -> tupl
     """Return the samples of a period, and where the duration is from."""
     _check_positive("duration", wanted.duration)
     _check_positive("number of periods", wanted.periods)
-    implied = DESIGN.duration_samples * sample_time if duration is None else duration
-    whole = wanted.duration or implied
+    # on a longer one the search takes many minutes, and the usual one decides where it can
+    usual = DESIGN.duration_samples * sample_time
+    whole = wanted.duration or min(usual, duration or usual)
     samples = round(whole / sample_time)
     fewest = 4 * STARTS.fewest_deciding
     if samples > MOST_SAMPLES:
@@ -217,7 +218,8 @@ def _samples(wanted: Wanted, sample_time: float, duration: float | None) -> tupl
             f"--duration {whole:g}: {samples} samples every {sample_time:g} s; a diagnosis needs at "
             f"least {fewest}, {fewest * sample_time:g} s"
         )
-    source = "the usual length" if duration is None else "as long as the longest record"
+    is_usual = duration is None or duration > usual
+    source = "the usual length" if is_usual else "as long as the longest record"
     return samples // wanted.periods, _said("duration", f"{whole:g} s", wanted.duration, source)
 
 
