@@ -96,6 +96,19 @@ def test_a_limit_that_no_record_reaches_is_none(plain, empty, limits, left):
     assert given.without_unseen(fit) is fit  # other records may have shown it
 
 
+def test_a_limit_that_takes_up_noise_at_the_end_of_the_records_is_none(plain, empty):
+    """It ended 0.09 V below the highest voltage; one 6 V higher was at 11 times the noise by it."""
+    end = float(empty.drive.voltage.max())
+    limits = {"saturation.minimum": 12.0, "saturation.maximum": end - 0.02}
+    limited = replace(plain, values={**plain.values, **limits}, effects=("saturation",))
+    bench = bench_of(empty, limited)
+    fit = bench.fit(limited, 5)
+    assert fit.model.values["saturation.maximum"] < end
+    freed = bench.without_unseen(fit).model.values
+    assert freed["saturation.maximum"] == pytest.approx(110.0)
+    assert freed["saturation.minimum"] == fit.model.values["saturation.minimum"]
+
+
 @pytest.mark.parametrize("late", [0.0, 2.0], ids=["at once", "late"])
 def test_behind_the_turns_of_the_voltage_a_displacement_that_waits_shows(plain, empty, late):
     """However much both models miss that is slow."""

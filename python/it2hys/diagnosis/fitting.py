@@ -323,22 +323,31 @@ class Bench(Starts):
         return compare(self.errors(fit.model).free, self.errors(other.model).free).refines
 
     def without_unseen(self, fit: ChainFit) -> ChainFit:
-        """Return the fit without what does nothing on its records: it would on others.
+        """Return the fit without what its records do not show: it would act on others.
 
-        A limit of the voltage may end where no record goes; one that goes further would be cut off.
+        A limit of the voltage may end where no record goes, or take up noise just below where the one
+        ends that goes farthest; one that goes further would be cut off. It has to make its records as
+        much likelier as Schwarz's criterion asks of a parameter.
         """
         model, point = fit.model, fit.minimum.coordinates.copy()
         found: dict[str, float] = {}
         for effect in model.effects:
-            found |= EFFECTS[effect].unseen(model.values, self.extent)
-        found = {
-            n: v for n, v in found.items() if not np.isclose(model.values[n], self.known.get(n, v))
-        }
+            found |= EFFECTS[effect].nowhere(self.extent)
+        found = {n: v for n, v in found.items() if not self._shows(model, n, v)}
         first = fit.criterion.places_of_common.start
         for place, c in enumerate(fit.criterion.common, first):
             if c.name in found:
                 point[place] = c.of_value(found[c.name])
         return replace(fit, minimum=replace(fit.minimum, coordinates=point)) if found else fit
+
+    def _shows(self, model: Model, name: str, nowhere: float) -> bool:
+        """Return whether a parameter is known, or its records show it by its value against another."""
+        if np.isclose(model.values[name], self.known.get(name, nowhere)):
+            return True
+        errors = self.residuals(model)
+        others = self.residuals(replace(model, values={**model.values, name: nowhere}))
+        loss = sum(_loss(*pair) for pair in zip(errors, others, strict=True))
+        return loss > np.log(sum(map(len, errors)))
 
     def _rough_fit(self, model: Model, iterations: int) -> ChainFit:
         """Fit as `fit`, as far as it takes to compare the result with others."""

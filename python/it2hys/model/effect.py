@@ -207,10 +207,11 @@ class Effect(ABC):
         """Return the rows, (K, C), of what the coordinates add to the slope of a static curve."""
         return np.zeros((0, len(units)))
 
-    def unseen(self, values: Values, extent: Extent) -> dict[str, float]:
-        """Return values for parameters that do nothing on the records, but may beyond them.
+    def nowhere(self, extent: Extent) -> dict[str, float]:
+        """Return the values of parameters at which they do nothing on the records.
 
-        By default there are none.
+        Of those that may act beyond them, too, which a fit to the records hardly shows. By default
+        there are none.
         """
         return {}
 

@@ -37,15 +37,13 @@ class Saturation(Effect):
             "saturation.maximum": Start(high - tenth, middle, high + tenth),
         }
 
-    def unseen(self, values: Values, extent: Extent) -> dict[str, float]:
-        """Return limits that no record reaches as far off as they may be: none was seen there."""
-        (low, high), starts = extent.voltage, self.starts(extent)
-        found = {}
-        if values["saturation.minimum"] < low:
-            found["saturation.minimum"] = starts["saturation.minimum"].low
-        if values["saturation.maximum"] > high:
-            found["saturation.maximum"] = starts["saturation.maximum"].high
-        return found
+    def nowhere(self, extent: Extent) -> dict[str, float]:
+        """Return the limits as far off as they may be."""
+        starts = self.starts(extent)
+        return {
+            "saturation.minimum": starts["saturation.minimum"].low,
+            "saturation.maximum": starts["saturation.maximum"].high,
+        }
 
 
 EFFECT = Saturation()
