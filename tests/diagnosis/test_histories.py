@@ -11,7 +11,7 @@ from effects import signals, surroundings
 from it2hys.diagnosis import diagnose, fitting, last_fit
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench
-from it2hys.diagnosis.refinement import _narrowed, _with_histories, finest, node_of
+from it2hys.diagnosis.refinement import _scaled, _with_histories, finest, node_of
 from it2hys.diagnosis.rest import begun_at_rest, resting
 from it2hys.identification import Options
 from it2hys.identification.criterion import ChainFit, Model, Trace
@@ -199,8 +199,12 @@ def test_what_no_start_describes_of_a_lead_in_is_not_made_up_for_behind_it(elsew
     assert np.sqrt(np.mean(error[driven.judged] ** 2)) < 1.4 * NOISE
 
 
-def test_a_memory_that_ends_at_once_is_found_by_operators_closer_together():
-    """A density held smooth up to where the records go left three times the noise."""
+@pytest.mark.parametrize(("share", "left"), [(None, 3.0), (0.8, 2.5)], ids=["wide", "narrow"])
+def test_a_memory_that_ends_at_once_is_found_by_operators_closer_together_or_apart(share, left):
+    """A density held smooth up to where the records go left three times the noise.
+
+    One that ended a tenth too early, after a step that was too long, had a core that made up for it.
+    """
     count = 9
     thresholds = {f"play[{j}].threshold": 1.1 * (j - 0.5) for j in range(1, count + 1)}
     weights = {f"play[{j}].weight": 0.1 for j in range(1, count + 1)}
@@ -210,11 +214,13 @@ def test_a_memory_that_ends_at_once_is_found_by_operators_closer_together():
     traces = [measured(truth, i, voltage) for i, voltage in enumerate(loops)]
     bench = Bench(traces=traces, deciding=traces, **BENCH)
     [even, *_] = EVIDENCE["play"].guesses(bench.clues(rest))
+    if share is not None:
+        even = {**truth.values, **EVIDENCE["play"].scaled(truth.values, bench.extent, share)}
     base = at_rest(replace(truth, values={**table_1(), **even}))
     node = node_of(bench, frozenset({"play"}), bench.fit(base, 60))
-    narrower = _narrowed(bench, node, "play")
-    assert node.rms > 3.0 * NOISE
-    assert narrower.rms < 1.5 * NOISE
+    scaled = _scaled(bench, node, "play")
+    assert node.rms > left * NOISE
+    assert scaled.rms < 1.5 * NOISE
 
 
 def play_operators(voltage: np.ndarray) -> np.ndarray:

@@ -59,13 +59,17 @@ def test_there_is_no_more_of_no_memory_nor_beyond_the_most_operators():
     assert EVIDENCE.extended(most(coarse([0.1] * COUNT)), EXTENT) == []
 
 
-@given(st.integers(1, COUNT), st.floats(0.1, 1.0))
-def test_a_narrower_memory_has_all_thresholds_at_a_share_and_its_weights(count, share):
+@given(st.integers(1, COUNT), st.floats(0.1, 2.0))
+def test_a_scaled_memory_has_all_thresholds_at_a_multiple_and_its_weights(count, factor):
     values = {**coarse([0.1] * COUNT), "playCount": count}
     r, w = operators(values)
-    narrower = {**values, **EVIDENCE.narrowed(values, share)}
-    assert np.allclose(operators(narrower)[0], share * r, rtol=1e-15)
-    assert np.array_equal(operators(narrower)[1], w)
+    change = EVIDENCE.scaled(values, EXTENT, factor)
+    scaled = {**values, **change}
+    if not change:  # no loop would engage the last one
+        assert factor > 1.0 and factor * r[-1] > 0.5 * EXTENT.voltage_span
+        return
+    assert np.allclose(operators(scaled)[0], factor * r, rtol=1e-15)
+    assert np.array_equal(operators(scaled)[1], w)
 
 
 def test_a_single_operator_becomes_two():

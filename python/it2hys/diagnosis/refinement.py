@@ -20,8 +20,9 @@ from it2hys.policy import CORE, SEARCH
 
 #: Candidates that are fitted to the end; iterations for that.
 FINALISTS, FINISHING = 4, 60
-#: Shares to which the places of elements are brought closer together, each again and again.
-_CLOSER = (0.7, 0.85)
+#: Factors by which the places of elements are brought closer together, each again and again, and apart
+#: in the end: the last step may have been too long.
+_SCALES = (0.7, 0.85, 1.1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +170,7 @@ def refined(bench: Bench, node: Node, each: Callable | None = None) -> Node:
         for effect in sorted(node.fit.model.effects):
             while (better := _with_more_elements(bench, node, effect)) is not node:
                 node = better
-            node = _narrowed(bench, node, effect)
+            node = _scaled(bench, node, effect)
     return node
 
 
@@ -242,7 +243,7 @@ def _resolved(bench: Bench, node: Node) -> Node:
     What they lack would be taken for another effect.
     """
     for effect in node.fit.model.effects:
-        node = _narrowed(bench, _with_more_elements(bench, node, effect), effect)
+        node = _scaled(bench, _with_more_elements(bench, node, effect), effect)
         if wider := EVIDENCE[effect].reaching(node.fit.model.values, bench.extent):
             model = replace(node.fit.model, values={**node.fit.model.values, **wider})
             farther = _better(bench, node, model)
@@ -256,15 +257,15 @@ def _resolved(bench: Bench, node: Node) -> Node:
     return node
 
 
-def _narrowed(bench: Bench, node: Node, effect: str) -> Node:
-    """Return the model with an effect's elements closer together, as long as that is better.
+def _scaled(bench: Bench, node: Node, effect: str) -> Node:
+    """Return the model with an effect's elements closer together or apart, as long as that is better.
 
     A memory may end at once far below where the records go. A grid that is held, and smooth, up to
     there smears it.
     """
-    for share in _CLOSER:
-        while narrower := EVIDENCE[effect].narrowed(node.fit.model.values, share):
-            model = replace(node.fit.model, values={**node.fit.model.values, **narrower})
+    for factor in _SCALES:
+        while scaled := EVIDENCE[effect].scaled(node.fit.model.values, bench.extent, factor):
+            model = replace(node.fit.model, values={**node.fit.model.values, **scaled})
             better = _better(bench, node, model)
             if better is node:
                 break

@@ -106,8 +106,11 @@ class EffectEvidence(ABC):
         """Return the values of more elements, in each way that a fit of them may begin."""
         return []
 
-    def narrowed(self, values: Mapping, share: float) -> dict[str, float]:
-        """Return the places of all elements at a share of what they are; none without places."""
+    def scaled(self, values: Mapping, extent: Extent, factor: float) -> dict[str, float]:
+        """Return the places of all elements at a multiple of what they are; none without places.
+
+        Nor where they would do nothing on the records.
+        """
         return {}
 
     def reaching(self, values: Mapping, extent: Extent) -> dict[str, float] | None:

@@ -97,10 +97,13 @@ class PlayEvidence(EffectEvidence):
         operators |= {f"play[{j}].weight": float(w) for j, w in enumerate(weights, start=1)}
         return [{"playCount": more, **operators}]
 
-    def narrowed(self, values: Mapping, share: float) -> dict[str, float]:
-        """Return all thresholds at a share of what they are."""
-        names = [f"play[{j}].threshold" for j in range(1, int(values["playCount"]) + 1)]
-        return {name: share * values[name] for name in names}
+    def scaled(self, values: Mapping, extent: Extent, factor: float) -> dict[str, float]:
+        """Return all thresholds at a multiple of what they are, up to half the span, as in loops."""
+        count = int(values["playCount"])
+        if factor > 1.0 and factor * values[f"play[{count}].threshold"] > 0.5 * extent.voltage_span:
+            return {}
+        names = [f"play[{j}].threshold" for j in range(1, count + 1)]
+        return {name: factor * values[name] for name in names}
 
     def signature(self, clues: Clues) -> Signature | None:
         """Return whether the residual remembers where the voltage turned, however slowly it moves.
