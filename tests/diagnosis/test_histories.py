@@ -346,6 +346,20 @@ def test_creep_goes_on_behind_records_of_one_rest_as_at_their_end():
     assert judged.e_rms < 1.2 * noise
 
 
+def test_a_record_that_decides_and_rested_elsewhere_shows_how_much_creep_goes_on():
+    """It was taken to go on as at the records' end, where it ended with them, whatever that showed."""
+    ended = np.where(SLOW < 4.0, 2.0 * LOGARITHMIC, 0.0)
+    fitted = [creeping(None, seed, gains=ended, pace=pace) for seed, pace in enumerate((1.0, 1.5))]
+    deciding, test = (creeping(None, 2 + i, 2.5 + 0.5 * i, gains=ended) for i in range(2))
+    noise = 5e-4 * np.ptp(test.displacement)
+    told, untold = (
+        diagnose(fitted, validation, [test], **alone("creep")).after[-1].cold_start
+        for validation in ([deciding], [])
+    )
+    assert told < 3.0 * noise  # 2.2 now
+    assert untold > 10.0 * noise
+
+
 def test_creep_of_stages_at_rest_at_two_voltages_foretells_rest_at_a_third():
     """Few terms, at the times where records show the most, miss how much there is in all of it."""
     fitted = [creeping(None, 3, 1.5), creeping(None, 4, 1.8, pace=1.5)]
@@ -430,7 +444,7 @@ def test_a_term_slower_than_the_records_is_one_of_those_that_go_on():
 
 def test_creep_that_no_fitted_record_shows_is_not_unexplained(monkeypatch: pytest.MonkeyPatch):
     """Where it does not go on so, it is said with its size, and does not count."""
-    monkeypatch.setattr(type(EVIDENCE["creep"]), "going_on", lambda self, values, extent: None)
+    monkeypatch.setattr(type(EVIDENCE["creep"]), "going_on", lambda *_: None)
     fitted = [creeping(None, seed, pace=pace) for seed, pace in enumerate((1.0, 2.0))]
     found = diagnose(fitted, [creeping(None, 2, 1.5)], **alone("creep"))
     assert any("longest of them" in w for w in found.warnings)

@@ -41,10 +41,11 @@ from it2hys.support.processes import LONG, called, thread_map
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
 _SHIFTS = (0.01, 0.99)
-#: Guesses of an effect that the rules imitate for which those are sought anew, how many of them are
-#: then fitted on with everything free, and the starts of each. Where an effect is much of what a stage
-#: does, the cost falls but near the truth: of 10 time constants of a lag, only one led to it.
-_ANEW, _ANEW_SETTLED, _ANEW_STARTS = 10, 4, 1
+#: Guesses of an effect that the rules imitate for which those are sought anew, the starts of each, the
+#: iterations with everything free after which the best are chosen, and how many are fitted on. Where an
+#: effect is much of what a stage does, the cost falls but near the truth: of 10 time constants of a
+#: lag, only one led to it.
+_ANEW, _ANEW_STARTS, _ANEW_BEGUN, _ANEW_SETTLED = 10, 1, 10, 4
 #: Starts where the effects' parameters are known already.
 _STARTS = 12
 #: Guesses of an effect that are followed, and the iterations of the two rounds; those from new rules.
@@ -471,7 +472,10 @@ class Bench(Starts):
         trials = [trials[i] for i in kept]
         spread = np.unique(np.linspace(0, len(trials) - 1, _ANEW).round().astype(int))
         anew = partial(self._with_rules_anew, starts=_ANEW_STARTS)
-        fits = sorted(self._shared(anew, [trials[i] for i in spread]), key=lambda f: f.minimum.cost)
+        starts = [fit.model for fit in self._shared(anew, [trials[i] for i in spread])]
+        # rules that are fitted by themselves favour a slow core: a few iterations tell what leads far
+        fits = self._shared(partial(self._rough_fit, iterations=_ANEW_BEGUN), starts)
+        fits = sorted(fits, key=lambda fit: fit.minimum.cost)
         settled = list(self._shared(self._settled, fits[:_ANEW_SETTLED]))
         return self.preferred(settled) if settled else None
 

@@ -9,6 +9,7 @@ from scipy.stats import chi2
 
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.fitting import Bench
+from it2hys.diagnosis.rest import cold_error
 from it2hys.errors import InputError
 from it2hys.identification.criterion import ChainFit, Model, Trace, with_rules
 from it2hys.identification.starts import at_rest
@@ -18,6 +19,8 @@ from it2hys.policy import COVERAGE, STARTS
 #: Iterations of the last fit, whose way is long, and nearly level; and of that with what goes on. Ended
 #: too soon, it is worse than the fit without, and what goes on is lost: at 10 it was, at 30 it was not.
 _ITERATIONS, _GOING_ON = 150, 60
+#: Shares of what the records do at their end by which it may go on.
+_SHARES = (1.0, 0.5, 0.25)
 
 
 def last_fit(bench: Bench, model: Model, before: Model) -> tuple[Bench, ChainFit]:
@@ -116,20 +119,38 @@ def _going_on(bench: Bench, fit: ChainFit) -> ChainFit:
     They hardly show how much there is, and a stage that rested at another voltage moves by all of it.
     That it goes on as at their end is kept if it explains them as well. It is held, and has no
     interval: where records hardly show it, a fit gives it the size that makes up for other errors.
+    Records that decide, and begin at rest at another voltage, show whether it is less, or nothing.
     """
     if not bench.begins_alike:
         return fit
+    elsewhere = _begun_elsewhere(bench, fit)
     for effect in fit.model.effects:
-        found = EVIDENCE[effect].going_on(fit.model.values, bench.extent)
-        if found is None:
-            continue
-        values, held = found
-        other = bench.fit(replace(fit.model, values=values), _GOING_ON, held=held)
-        usable = _over_range(bench, other)
-        loss = fit.criterion.samples * np.log(_power(other) / max(_power(fit), np.finfo(float).tiny))
-        if usable is not None and chi2.sf(loss, len(held)) >= STARTS.rested:
-            fit = usable
+        found = [_with_more(bench, fit, effect, share) for share in (_SHARES if elsewhere else (1.0,))]
+        fits = [other for other in found if other is not None]
+        if elsewhere:
+            fit = min([*fits, fit], key=lambda f: cold_error(f.model, elsewhere))
+        elif fits:
+            fit = fits[0]
     return fit
+
+
+def _begun_elsewhere(bench: Bench, fit: ChainFit) -> list[Trace]:
+    """Return the records that show how much goes on: not fitted, begun at rest at another voltage."""
+    if bench.parts or not fit.model.rested or any(t.has_offset for t in bench.traces):
+        return []
+    return [t for t in bench.deciding if bench.begins_elsewhere(t)]
+
+
+def _with_more(bench: Bench, fit: ChainFit, effect: str, share: float) -> ChainFit | None:
+    """Return the fit with what of an effect goes on, if it explains the records as well."""
+    found = EVIDENCE[effect].going_on(fit.model.values, bench.extent, share)
+    if found is None:
+        return None
+    values, held = found
+    other = bench.fit(replace(fit.model, values=values), _GOING_ON, held=held)
+    usable = _over_range(bench, other)
+    loss = fit.criterion.samples * np.log(_power(other) / max(_power(fit), np.finfo(float).tiny))
+    return usable if usable is not None and chi2.sf(loss, len(held)) >= STARTS.rested else None
 
 
 def _power(fit: ChainFit) -> float:

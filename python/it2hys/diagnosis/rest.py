@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from it2hys.diagnosis.fitting import UNLIMITED
-from it2hys.identification.criterion import Trace
+from it2hys.identification.criterion import Model, Trace
 from it2hys.model import compiled
 from it2hys.model.parameters import ParameterSet
 from it2hys.policy import STARTS
@@ -71,6 +71,15 @@ def begun_at_rest(
         return sum(_cold_error(start, traces[i], float(offsets[i])) for i in alike)
 
     return min((begun[i] for i in alike), key=error, default=rest)
+
+
+def cold_error(model: Model, traces: Sequence[Trace]) -> float:
+    """Return the sum of the mean square errors, m^2, of records that begin at rest.
+
+    The model is told their first readings.
+    """
+    start = ParameterSet(model.values, "begun at rest")
+    return sum(_cold_error(start, trace, 0.0) for trace in traces)
 
 
 def _cold_error(start: ParameterSet, trace: Trace, offset: float) -> float:

@@ -135,10 +135,13 @@ class EffectEvidence(ABC):
         """Return a sentence on what of the effect the fitted records cannot show; empty without it."""
         return ""
 
-    def going_on(self, values: Mapping, extent: Extent) -> tuple[dict[str, float], list[str]] | None:
+    def going_on(
+        self, values: Mapping, extent: Extent, share: float = 1.0
+    ) -> tuple[dict[str, float], list[str]] | None:
         """Return the values with an element for what is slower than the records, and its parameters.
 
-        None where there is no such thing, which is the default.
+        It goes on by a share of what it does at their end. None where there is no such thing, which is
+        the default.
         """
         return None
 

@@ -104,7 +104,6 @@ class CreepEvidence(EffectEvidence):
         if np.ptp(begins) > STARTS.slack * span:
             return ""
         longest = max(r.time[-1] - r.time[0] for r in fitted)
-        growth = _growth(values, 0.1 * longest, longest)
         travel = max(np.ptp(r.displacement) for r in fitted)
         elsewhere = [r for r in deciding if abs(r.voltage[0] - begins.mean()) > STARTS.slack * span]
         ask = "A record that begins after a rest at another voltage would show it."
@@ -113,12 +112,15 @@ class CreepEvidence(EffectEvidence):
                 f"Record '{elsewhere[0].name}', which was not fitted, begins at "
                 f"{elsewhere[0].voltage[0]:.3g} V: as a training record it may show more of it."
             )
+        gains, constants = (np.array(terms) for terms in _terms(values))
+        further = gains[np.isclose(constants, PHYSICS.goes_on * longest, rtol=0.01)]  # see `going_on`
+        growth = np.sum(further) if len(further) else _growth(values, 0.1 * longest, longest)
         size = (
             f"by {100 * growth:.2g} % of the way from there for every decade of time, up to "
             f"{1e6 * growth * travel:.2g} µm"
         )
-        if max(_terms(values)[1]) > 2.0 * longest:
-            told = f"The model takes it to go on as creep does and as at their end, {size}."
+        if max(constants) > 2.0 * longest:
+            told = f"The model takes it to go on as creep does, {size}."
         else:
             told = (
                 "After a rest at another voltage the model may miss it: if creep goes on as at their "
@@ -129,11 +131,14 @@ class CreepEvidence(EffectEvidence):
             f"creep there is that takes longer than the longest of them ({longest:.3g} s). {told} {ask}"
         )
 
-    def going_on(self, values: Mapping, extent: Extent) -> tuple[dict[str, float], list[str]] | None:
+    def going_on(
+        self, values: Mapping, extent: Extent, share: float = 1.0
+    ) -> tuple[dict[str, float], list[str]] | None:
         """Return the values with a last term as large as the creep over the last decade of the records.
 
-        Creep goes on with the logarithm of time. The term is slower than the records, stands for all
-        that are as slow, and the others are less by what it takes up of a step within the records.
+        Or as a share of that. Creep goes on with the logarithm of time. The term is slower than the
+        records, stands for all that are as slow, and the others are less by what it takes up of a step
+        within the records.
         """
         gains, constants = (np.array(terms) for terms in _terms(values))
         longest = extent.duration
@@ -142,7 +147,7 @@ class CreepEvidence(EffectEvidence):
         kept, others = constants[~slow], gains[~slow]
         if not len(kept) or len(kept) == load_table().counts["creep"]["maximum"]:
             return None
-        growth = min(_growth(values, 0.1 * longest, longest), PHYSICS.slow_gain)
+        growth = share * min(_growth(values, 0.1 * longest, longest), PHYSICS.slow_gain)
         time = np.geomspace(1e-3 * longest, longest, 60)[:, None]
         # what is there at once is the core's
         taken = np.hstack([np.ones_like(time), _grown(time, kept)])
