@@ -360,6 +360,15 @@ def test_a_record_that_decides_and_rested_elsewhere_shows_how_much_creep_goes_on
     assert untold > 10.0 * noise
 
 
+def test_creep_that_goes_on_by_less_than_at_the_records_end_goes_on_by_that():
+    """All of it makes the records less likely; it was left out as a whole then."""
+    terms = {"times": np.array([0.02, 0.35, 12.0]), "gains": np.array([0.02, 0.045, 0.0155])}
+    fitted = [creeping(None, seed, pace=pace, **terms) for seed, pace in enumerate((1.0, 1.5))]
+    test = creeping(None, 2, 2.5, **terms)
+    judged = diagnose(fitted, [], [test], **alone("creep")).after[-1]
+    assert judged.cold_start < 2.0 * 5e-4 * np.ptp(test.displacement)  # 1.4 now, 7.7 before
+
+
 def test_creep_of_stages_at_rest_at_two_voltages_foretells_rest_at_a_third():
     """Few terms, at the times where records show the most, miss how much there is in all of it."""
     fitted = [creeping(None, 3, 1.5), creeping(None, 4, 1.8, pace=1.5)]
