@@ -12,8 +12,9 @@ from effects import signals, surroundings
 from it2hys.diagnosis.bounds import bound_sentences
 from it2hys.diagnosis.chances import Gains
 from it2hys.diagnosis.fitting import Errors
+from it2hys.diagnosis.imitation import overdriven_by, refusal
 from it2hys.diagnosis.refinement import Node
-from it2hys.diagnosis.selection import Search, overdriven_by, refusal
+from it2hys.diagnosis.selection import Search
 from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
 from it2hys.identification.effect_coordinates import Coordinate
 from it2hys.identification.inverse import References

@@ -10,7 +10,7 @@ from effects import signals, surroundings, with_effects
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from it2hys.diagnosis.fitting import with_effect, without_effect
+from it2hys.diagnosis.variants import with_effect, without_effect
 from it2hys.identification.casadi_problem import casadi_problem
 from it2hys.identification.criterion import ChainCriterion, Model, Trace, minimise, paper_model
 from it2hys.identification.effect_coordinates import by_record

@@ -3,7 +3,7 @@
 import numpy as np
 from own_effects import in_chain, with_own
 
-from it2hys.diagnosis.fitting import in_other_roles
+from it2hys.diagnosis.variants import in_other_roles
 from it2hys.identification.criterion import Model
 from it2hys.model.parameters import table_1
 from it2hys.model.stages import EFFECTS

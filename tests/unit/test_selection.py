@@ -6,15 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from it2hys.diagnosis import refinement, selection
+from it2hys.diagnosis import imitation, refinement, selection
 from it2hys.diagnosis.chances import Gains, comparisons
 from it2hys.diagnosis.comparison import Comparison
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.base import Signature
 from it2hys.diagnosis.fitting import Errors, excess
+from it2hys.diagnosis.imitation import ends_better, follows_noise, imitates
 from it2hys.diagnosis.refinement import Node
 from it2hys.diagnosis.rows import _besides, _reason
-from it2hys.diagnosis.selection import Search, Trial, _ends_better, _follows_noise
+from it2hys.diagnosis.selection import Search, Trial
 from it2hys.identification.criterion import Model
 from it2hys.model.chain import EFFECTS
 from it2hys.policy import SEARCH
@@ -47,7 +48,7 @@ def test_the_free_run_may_lose_a_little_each_time_the_inverse_errs_half_as_much(
 def test_a_damped_resonance_that_waits_as_a_delay_does_is_no_rival_of_it():
     delay = node("delay", ["time"], errors(1.0, 1.0))
     resonance = node("resonance", ["frequency", "damping"], errors(1.0, 5.0))
-    assert _follows_noise(resonance, delay) and not _follows_noise(delay, resonance)
+    assert follows_noise(resonance, delay) and not follows_noise(delay, resonance)
 
 
 def test_a_lag_whose_inverse_enlarges_noise_stays_a_rival_of_a_delay():
@@ -55,13 +56,13 @@ def test_a_lag_whose_inverse_enlarges_noise_stays_a_rival_of_a_delay():
     delay, lag = (
         node(e, [p], errors(1.0, i)) for e, p, i in (("delay", "time", 1), ("lag", "timeConstant", 5))
     )
-    assert not _follows_noise(lag, delay) and not _follows_noise(delay, lag)
+    assert not follows_noise(lag, delay) and not follows_noise(delay, lag)
 
 
 def test_a_resonance_with_as_good_an_inverse_stays_a_rival():
     delay = node("delay", ["time"], errors(1.0, 1.0))
     resonance = node("resonance", ["frequency", "damping"], errors(1.0, 1.1))
-    assert not _follows_noise(resonance, delay)
+    assert not follows_noise(resonance, delay)
 
 
 @pytest.mark.parametrize(("free", "follows"), [(1.0, True), (0.2, False)])
@@ -69,13 +70,13 @@ def test_what_predicts_far_better_does_not_follow_noise(free, follows):
     """Held steps: play had a sixth of a slew limit's error, and gave way to its calmer inverse."""
     slew = node("slew", ["rate"], errors(1.0, 1.0))
     resonance = node("resonance", ["frequency", "damping"], errors(free, 1.6))
-    assert _follows_noise(resonance, slew) == follows
+    assert follows_noise(resonance, slew) == follows
 
 
-@pytest.mark.parametrize(("damping", "imitates"), [(0.1, False), (0.66, True)])
-def test_a_resonance_that_does_not_ring_is_no_rival_of_a_lag(monkeypatch, damping, imitates):
+@pytest.mark.parametrize(("damping", "is_none"), [(0.1, False), (0.66, True)])
+def test_a_resonance_that_does_not_ring_is_no_rival_of_a_lag(monkeypatch, damping, is_none):
     """Told by a record of 1200 samples to be as good: it has a parameter more to choose."""
-    monkeypatch.setattr(selection, "touching_bounds", lambda *_: [])
+    monkeypatch.setattr(imitation, "touching_bounds", lambda *_: [])
     lag, resonance = (
         Node(
             frozenset({effect}),
@@ -90,8 +91,8 @@ def test_a_resonance_that_does_not_ring_is_no_rival_of_a_lag(monkeypatch, dampin
             ("resonance", 2, {"resonance.frequency": 200.0, "resonance.damping": damping}),
         )
     )
-    assert selection._imitates(resonance, lag) == imitates
-    assert not selection._imitates(lag, resonance)
+    assert imitates(resonance, lag) == is_none
+    assert not imitates(lag, resonance)
 
 
 @pytest.mark.parametrize(
@@ -115,7 +116,7 @@ def test_another_optimum_of_the_same_effects_fits_better_and_predicts_as_well(
         )
         for c, at_rest, e in ((1.0, False, before), (cost, rested, errors(free, inverse)))
     )
-    assert _ends_better(other, known) == better
+    assert ends_better(other, known) == better
 
 
 def searched(*models):
@@ -464,7 +465,7 @@ def test_a_model_anew_has_the_declared_effects_anew_and_all_terms_before_it_is_j
     monkeypatch.setattr(refinement, "node_of", lambda *_: of_terms(3, "resonance"))
     monkeypatch.setattr(refinement, "sharpened", lambda bench, node: node)
     monkeypatch.setattr(
-        selection, "_ends_better", lambda *nodes: judged.append([n.fit.model.terms for n in nodes])
+        selection, "ends_better", lambda *nodes: judged.append([n.fit.model.terms for n in nodes])
     )
     passed = {name: lambda fit, *_: fit for name in ("finish", "resampled", "rested")}
     search = Search(SimpleNamespace(extent=None, leaves_noise=lambda fit: False, **passed))

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.fitting import behind_gain, with_effect, without_effect
 from it2hys.diagnosis.rest import resting
+from it2hys.diagnosis.variants import behind_gain, with_effect, without_effect
 from it2hys.errors import InputError
 from it2hys.identification.criterion import Model, Trace
 from it2hys.identification.effect_coordinates import by_record, of_reading

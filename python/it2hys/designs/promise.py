@@ -21,7 +21,7 @@ from it2hys.designs.limits import Limits
 from it2hys.diagnosis.chances import chance_of_a_rival, largest_chance, level_of_planned
 from it2hys.diagnosis.comparison import block_length, chance_of_sizes
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.fitting import is_delay, is_sampling, with_effect
+from it2hys.diagnosis.variants import is_delay, is_sampling, with_effect
 from it2hys.identification.coverage import is_one_tone
 from it2hys.identification.criterion import ChainCriterion, ChainFit, Model, Trace, minimise
 from it2hys.identification.scaling import Scaling

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import combinations
 from math import ceil
 
 import numpy as np
@@ -15,28 +14,29 @@ from scipy.stats import chi2, median_abs_deviation
 from it2hys.diagnosis.comparison import compare
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.residuals import LeftOver, left_over
+from it2hys.diagnosis.variants import (
+    behind_gain,
+    sampled_otherwise,
+    shifted,
+    with_another_rule,
+    with_effect,
+)
 from it2hys.identification.criterion import ChainFit, Model, Trace, minimise, with_rules
-from it2hys.identification.effect_coordinates import by_record
 from it2hys.identification.inverse import inverse_error, least_inverse_error
 from it2hys.identification.result import IdentificationError, Options
 from it2hys.identification.rule_search import search_rules
-from it2hys.identification.scaling import moved
 from it2hys.identification.starts import (
-    SHIFT,
-    SHIFTING,
     Starts,
     at_rest,
     memories,
     sampling_delay,
-    shifts,
     with_histories,
 )
 from it2hys.identification.uncertainty import correlation_time
 from it2hys.model.compiled import Drive
-from it2hys.model.stages import EFFECTS, STAGES
-from it2hys.model.variables import load_table, off_values
+from it2hys.model.stages import EFFECTS
+from it2hys.model.variables import load_table
 from it2hys.policy import NOISE, SEARCH, STARTS
-from it2hys.records.clues import Extent
 from it2hys.support.processes import LONG, called, thread_map
 
 #: Such parts of a sample: from one to another the cost goes up and down where a slew limit sets in.
@@ -65,111 +65,6 @@ UNLIMITED = {
 }  # fmt: skip
 
 
-def _shifted(model: Model, name: str, share: float) -> Model:
-    """Return the model with a delay of a share of a sample, which this parameter is."""
-    return replace(model, values={**model.values, name: share * model.values["sampleTime"]})
-
-
-def _sampled_otherwise(fit: ChainFit, effect: str) -> list[Model]:
-    """Return the model with what tells of others' sampling on the bound that it is farther from.
-
-    It was fitted while the effect was missing. A zero and a delay that make up for a part of each other
-    are an optimum of their own; half a sample, by which what is held and what runs straight differ,
-    leads out of it.
-    """
-    known, values = load_table().parameters(), fit.model.values
-    found = [c for c in fit.criterion.common if c.of_sampling and known[c.name].effect != effect]
-    other = {c.name: max(c.bounds, key=lambda b, c=c: abs(b - values[c.name])) for c in found}
-    name = sampling_delay(fit.model, effect)
-    halfway = _shifted(fit.model, name, 0.5) if name else fit.model
-    return [replace(halfway, values={**halfway.values, **other})] if other else []
-
-
-def is_sampling(model: Model, effect: str) -> bool:
-    """Return whether an effect beside another fast one may be no more than how signals were sampled.
-
-    It is if it shifts or smooths by less than a sample.
-    """
-    if not any(EFFECTS[e].sampled and e != effect for e in model.effects):
-        return False
-    return EVIDENCE[effect].is_within_a_sample(model.values)
-
-
-def is_delay(model: Model, effect: str) -> bool:
-    """Return whether a fast effect is no more than the delay of up to a sample that goes with it.
-
-    It is if it has done most of its work in that delay.
-    """
-    name = sampling_delay(model, effect)
-    return bool(name) and EVIDENCE[effect].is_done_within(model.values, model.values[name])
-
-
-def with_effect(model: Model, effect: str, guess: Mapping, extent: Extent) -> Model:
-    """Return the model with an effect at guessed values."""
-    known = load_table().parameters()
-    own = dict(model.own)
-    for name in by_record():
-        if known[name].effect == effect:
-            own[name] = np.broadcast_to(guess.get(name, 0.0), model.offsets.shape).copy()
-    values = {**model.values, **{n: v for n, v in guess.items() if n not in by_record()}}
-    result = replace(model, values=values, effects=(*model.effects, effect), own=own)
-    name = sampling_delay(result, effect)
-    if name and not values[name]:
-        values[name] = 0.5 * extent.sample_time
-    return result
-
-
-def without_effect(model: Model, effect: str) -> Model:
-    """Return the model with an effect switched off."""
-    known = load_table().parameters()
-    values = {n: v for n, v in model.values.items() if known[n].effect != effect}
-    values.update(off_values([effect]))
-    own = {n: v for n, v in model.own.items() if known[n].effect != effect}
-    effects = tuple(e for e in model.effects if e != effect)
-    result = replace(model, values=values, effects=effects, own=own)
-    if SHIFTING not in effects and not shifts(result):
-        values[SHIFT] = 0.0
-    return result
-
-
-def extended(model: Model, effect: str, extent: Extent) -> list[Model]:
-    """Return the model with more elements of an effect, as often as that is a variant of it."""
-    variants = EVIDENCE[effect].extended(model.values, extent)
-    return [replace(model, values={**model.values, **more}) for more in variants]
-
-
-def in_other_roles(model: Model) -> list[Model]:
-    """Return the model with what two effects have alike exchanged, for every such pair.
-
-    Two that ring behind one another answer nearly alike in either order, and no descent leads from
-    the one to the other.
-    """
-    values = model.values
-    pairs = [_alike(*pair) for pair in combinations(model.effects, 2)]
-    exchanged = [{to: values[of] for a, b in names for of, to in ((a, b), (b, a))} for names in pairs]
-    return [replace(model, values={**values, **changed}) for changed in exchanged if changed]
-
-
-def _alike(one: str, other: str) -> list[tuple[str, str]]:
-    """Return the parameters of like name and unit of two effects on one side of the core."""
-    if STAGES[one] is not STAGES[other]:
-        return []
-    single = {n: p for n, p in load_table().parameters().items() if p.group is None}
-    first, second = (
-        {(n.rpartition(".")[2], p.type.unit): n for n, p in single.items() if p.effect == effect}
-        for effect in (one, other)
-    )
-    return [(name, second[key]) for key, name in first.items() if key in second]
-
-
-def with_another_rule(model: Model, rule: int, distance: float) -> Model:
-    """Return the model with a rule split into two equal ones whose centres move apart."""
-    rules = model.rules
-    twins = np.repeat(rules[rule : rule + 1], 2, axis=0)
-    twins[:, 2] += [-distance, distance]
-    return with_rules(model, np.vstack([rules[:rule], twins, rules[rule + 1 :]]))
-
-
 def _behind_turns(trace: Trace) -> np.ndarray:
     """Return which changes from sample to sample, (N - 1,), are behind sharp turns of the voltage."""
     turning = np.abs(np.diff(trace.drive.voltage, n=2))
@@ -179,20 +74,6 @@ def _behind_turns(trace: Trace) -> np.ndarray:
     for later in range(1, SEARCH.behind + 1):
         behind[np.minimum(sharpest + later, len(behind) - 1)] = True
     return behind & trace.judged[1:] & trace.judged[:-1]
-
-
-def behind_gain(model: Model, total: float, traces: Sequence[Trace]) -> Model:
-    """Return the model with its core moved so that a gain leaves the mean reading where it is.
-
-    Otherwise the readings would be off by what it adds to their mean stroke.
-    """
-    readings = [(t.y - o)[t.judged] for t, o in zip(traces, model.offsets, strict=True)]
-    distance = (
-        total
-        / (1.0 + total)
-        * (float(np.mean(np.concatenate(readings))) - model.values["displacementZero"])
-    )
-    return with_rules(model, moved(model.rules, -distance))
 
 
 def _loss(error: np.ndarray, other: np.ndarray) -> float:
@@ -365,7 +246,7 @@ class Bench(Starts):
         for name in sorted(filter(None, names)):
             share = model.values[name] / model.values["sampleTime"]
             farther = max(_SHIFTS, key=lambda end, share=share: abs(end - share))
-            other = self._rough_fit(_shifted(model, name, farther), _SETTLING)
+            other = self._rough_fit(shifted(model, name, farther), _SETTLING)
             fit = min(fit, other, key=lambda f: f.minimum.cost)
         return fit
 
@@ -392,8 +273,8 @@ class Bench(Starts):
         fits = [fit]
         name = sampling_delay(fit.model, effect)
         if EFFECTS[effect].sampled and name:
-            shifted = [_shifted(fit.model, name, share) for share in _SHIFTS]
-            trials = [*shifted, *_sampled_otherwise(fit, effect)]
+            delayed = [shifted(fit.model, name, share) for share in _SHIFTS]
+            trials = [*delayed, *sampled_otherwise(fit, effect)]
             fits += self._shared(partial(self._rough_fit, iterations=_SETTLING), trials)
         return self.preferred(fits)
 

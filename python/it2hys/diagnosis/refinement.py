@@ -11,7 +11,8 @@ import numpy as np
 from it2hys.diagnosis.chances import Gains
 from it2hys.diagnosis.comparison import is_worse
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.fitting import Bench, Errors, extended, in_other_roles, without_effect
+from it2hys.diagnosis.fitting import Bench, Errors
+from it2hys.diagnosis.variants import extended, in_other_roles, without_effect
 from it2hys.identification.criterion import ChainFit, Model
 from it2hys.identification.starts import at_rest, with_histories
 from it2hys.identification.usability import largest_contraction

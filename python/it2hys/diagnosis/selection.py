@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from scipy.stats import chi2, combine_pvalues
 
-from it2hys.diagnosis.bounds import pressed_with_values, resting_on_bounds, touching_bounds
+from it2hys.diagnosis.bounds import pressed_with_values
 from it2hys.diagnosis.chances import (
     BEAM,
     DEPTH,
@@ -21,7 +21,16 @@ from it2hys.diagnosis.chances import (
 )
 from it2hys.diagnosis.comparison import Comparison, compare
 from it2hys.diagnosis.evidence import EVIDENCE
-from it2hys.diagnosis.fitting import SHIFTING, Bench, excess, is_delay, is_sampling
+from it2hys.diagnosis.fitting import Bench, excess
+from it2hys.diagnosis.imitation import (
+    WAITING,
+    delays_beside,
+    ends_better,
+    follows_noise,
+    imitated_by,
+    imitates,
+    refusal,
+)
 from it2hys.diagnosis.refinement import (
     FINISHING,
     Node,
@@ -37,17 +46,14 @@ from it2hys.diagnosis.refinement import (
     with_effects,
     without,
 )
+from it2hys.diagnosis.variants import is_delay, is_sampling
 from it2hys.identification.criterion import ChainFit, Model
-from it2hys.identification.starts import SHIFT, sampling_delay
 from it2hys.model.chain import EFFECTS
-from it2hys.model.variables import load_table
 from it2hys.policy import SEARCH
 from it2hys.support.processes import called
 
 #: One rule more: what the core can absorb is no effect.
 RULE = "rule"
-#: The effect that waits as a slow core does.
-WAITING = SHIFTING
 _TINY = np.finfo(float).tiny
 
 
@@ -492,7 +498,7 @@ class Search:
         known = [n for n in self.nodes.values() if len(n.added) == len(node.added)]
         known = [n for n in known if len(n.effects ^ node.effects) == 2]
         near = (1.0 + SEARCH.near) * node.rms
-        known = [n for n in known if n.rms <= near and not _imitates(n, node)]
+        known = [n for n in known if n.rms <= near and not imitates(n, node)]
         return sorted(known, key=lambda n: n.rms)[:1]
 
     def _with_fresh_fits(self, nodes: Sequence[Node]) -> list[Node]:
@@ -515,7 +521,7 @@ class Search:
                 ]
         ended = list(self.each(called, pieces))
         pairs = zip(ended[::2], ended[1::2], strict=True)
-        return [other if _ends_better(other, node) else node for node, other in pairs]
+        return [other if ends_better(other, node) else node for node, other in pairs]
 
     def _simplest(self) -> Node:
         nodes = list(self.nodes.values())
@@ -529,10 +535,10 @@ class Search:
         alike = alike or [best]
         fewest = min((len(n.effects), len(n.added)) for n in alike)
         alike = [n for n in alike if (len(n.effects), len(n.added)) == fewest]
-        alike = [n for n in alike if not any(_delays_beside(n, other) for other in alike)]
-        alike = [n for n in alike if not any(_follows_noise(n, other) for other in alike)]
+        alike = [n for n in alike if not any(delays_beside(n, other) for other in alike)]
+        alike = [n for n in alike if not any(follows_noise(n, other) for other in alike)]
         chosen, *others = sorted(alike, key=lambda n: n.rms)
-        others = [n for n in others if not _imitates(n, chosen)]
+        others = [n for n in others if not imitates(n, chosen)]
         self._alike = [n for n in others if not self._predicts_better(chosen, n)]
         gains = [compare(n.errors.free, chosen.errors.free) for n in self._alike]
         pairs = zip(self._alike, gains, strict=True)
@@ -681,96 +687,3 @@ def _share_of_error(before: Node, after: Node) -> float:
     """Return the share of the error on the fitted records that a model takes away from another's."""
     cost = max(before.fit.minimum.cost, _TINY)  # 0 of a record that is matched
     return 1.0 - float(np.sqrt(after.fit.minimum.cost / cost))
-
-
-def refusal(node: Node, child: Node, gains: Gains) -> str:
-    """Return why an addition that makes a model better is not accepted; empty if it is."""
-    gain = max(gains.free.gain, gains.band.gain)
-    if overdriven := overdriven_by(node, child, gain):
-        return f"it fits only with {' and '.join(overdriven)} pressed against its bounds"
-    return imitated_by(node, child, gains)
-
-
-def imitated_by(node: Node, child: Node, gains: Gains) -> str:
-    """Return what of a model does nearly the same as what it has more than another; empty without it.
-
-    What takes away the larger part of the error is there, whatever else there is.
-    """
-    if gains.free.gain > SEARCH.indispensable:
-        return ""
-    model = child.fit.model
-    added = sorted(child.effects - node.effects)
-    said = (EVIDENCE[effect].imitated_by(model.values, model.rested) for effect in added)
-    return next(filter(None, said), "")
-
-
-def overdriven_by(node: Node, child: Node, gain: float) -> tuple[str, ...]:
-    """Return the effects of a model that an addition presses against bounds where they were not.
-
-    The two then cancel each other in part, and fit better at sizes that neither has in a stage. An
-    addition without which most of the error stays is there, whatever is pressed beside it.
-    """
-    if gain > SEARCH.indispensable:
-        return ()
-    effects = sorted(node.fit.model.effects)
-    before, after = (resting_on_bounds(n.fit, effects) for n in (node, child))
-    return tuple(e for e in effects if {*after.get(e, ())} - {*before.get(e, ())})
-
-
-def _ends_better(node: Node, other: Node) -> bool:
-    """Return whether a model fits better than one with the same effects, and predicts as well.
-
-    Or predicts better, where its records begin at rest and the other one's as they fit best.
-    """
-    gains = Gains.of(other.errors, node.errors)
-    fits = node.fit.minimum.cost < other.fit.minimum.cost
-    if node.fit.model.rested and not other.fit.model.rested:
-        fits = fits or gains.free.refines
-    return fits and gains.free.gain >= -SEARCH.equal and not gains.inverts_worse
-
-
-def _imitates(node: Node, other: Node) -> bool:
-    """Return whether a model needs more parameters than another, and is no such effect with them.
-
-    A resonance that does not ring, or rests on a bound, answers nearly as a lag does, which has none of
-    that to choose.
-    """
-    if len(node.fit.minimum.coordinates) <= len(other.fit.minimum.coordinates):
-        return False
-    own, others = node.effects - other.effects, other.effects - node.effects
-    values = node.fit.model.values
-    is_none = touching_bounds(node.fit, [*own]) or any(EVIDENCE[e].only_smooths(values) for e in own)
-    return bool(is_none) and not touching_bounds(other.fit, [*others])
-
-
-def _follows_noise(node: Node, other: Node) -> bool:
-    """Return whether a model has more parameters than another, a far worse inverse, and no less error.
-
-    Something damped that waits no less than a delay does predicts as the delay, but its inverse
-    enlarges what noise a reference has.
-    """
-    needed, enough = (
-        sum(load_table().effect_of(c.name) in n.effects for c in n.fit.criterion.common)
-        for n in (node, other)
-    )
-    if needed <= enough:
-        return False
-    wide = compare(node.errors.wide, other.errors.wide)
-    if wide.gain <= SEARCH.inverse_gain or wide.p_value > level():
-        return False
-    return not Gains.of(other.errors, node.errors).free_tells
-
-
-def _delays_beside(node: Node, other: Node) -> bool:
-    """Return whether a model is another one, which delays, with an effect beside nearly all of that.
-
-    A delay of a part of a sample belongs to whatever acts within samples. A model that needs all of it,
-    and an effect, too, to predict no better is no rival of the one that only delays. One that needs a
-    part of it may be the truth.
-    """
-    model, delays = node.fit.model, other.effects - node.effects
-    if delays != {WAITING} or len(node.effects) != len(other.effects):
-        return False
-    (effect,) = node.effects - other.effects
-    name = sampling_delay(model, effect)
-    return bool(name) and model.values[name] > SEARCH.same_delay * other.fit.model.values[SHIFT]
