@@ -14,6 +14,7 @@ from it2hys.identification.criterion import Model, Trace
 from it2hys.identification.inverse import References
 from it2hys.identification.result import IdentificationError
 from it2hys.identification.scaling import Scaling
+from it2hys.identification.traces import within
 from it2hys.model import compiled
 from it2hys.model.effects.nonlinearity import COEFFICIENTS
 from it2hys.model.parameters import table_1
@@ -173,6 +174,33 @@ def test_a_constant_that_no_fitted_record_could_show_decides_nothing(plain, empt
     assert (abs(np.mean(errors.free[0])) > 0.9 * slow) == counts
     assert (abs(np.mean(errors.band[0])) > 0.5 * slow) == counts
     assert np.std(errors.free[0][500:]) < 1.2 * NOISE
+
+
+def test_behind_voltages_that_were_not_fitted_no_inverse_is_judged(plain, empty):
+    """Its play remembers what it asked for there: finer operators, nearer to the truth, went."""
+    play = {"playCount": 1, "play[1].threshold": 10.0, "play[1].weight": 0.5}
+    own = {**plain.own, **dict.fromkeys(("initialDemagnetisation", "initialExcursion"), np.zeros(1))}
+    stage = replace(plain, values={**plain.values, **play}, effects=("play",), own=own)
+
+    def left(begin: int) -> Trace:
+        voltage = 0.8 * empty.drive.voltage
+        rise = np.sin(np.linspace(0.0, np.pi, 300)) ** 2
+        voltage[begin : begin + 300] += rise * (125.0 - voltage[begin : begin + 300])
+        y = stage.predict(replace(empty, drive=replace(empty.drive, voltage=voltage)), 0)
+        y += 0.05 * UM * np.maximum(voltage - 110.0, 0.0)  # the stage goes on otherwise than the model
+        driven = replace(empty, y=y, drive=replace(empty.drive, voltage=voltage))
+        driven = replace(driven, references=References(y, empty.judged, NOISE, TS))
+        return within(driven, EXTENT.voltage)
+
+    early, late = left(50), left(1200)
+    bench = replace(bench_of(empty, stage), deciding=[early, late])
+    (before,) = bench.errors(stage).band
+    assert 1000 < len(before) < 1350 and np.std(before) < 3.0 * NOISE
+    assert min(len(e) for e in bench.errors(stage).free) > SAMPLES - 300
+    assert bench.least_inverse_error(stage) < 5.0 * NOISE
+    # where no record has more, all of it counts
+    (whole,) = replace(bench, deciding=[early]).errors(stage).band
+    assert len(whole) > 1500 and np.std(whole) > 10.0 * NOISE
 
 
 @pytest.mark.parametrize("name", ["band", "wide"])

@@ -32,6 +32,7 @@ from it2hys.identification.starts import (
     sampling_delay,
     with_histories,
 )
+from it2hys.identification.traces import stays
 from it2hys.identification.uncertainty import correlation_time
 from it2hys.model.compiled import Drive
 from it2hys.model.stages import EFFECTS
@@ -490,13 +491,32 @@ class Bench(Starts):
         weights = [t.importance / level for t in traces]
         elsewhere = [not self.parts and self.begins_elsewhere(t) for t in traces]
 
-        def weighted(of_record: Callable) -> list[np.ndarray]:
-            found = [of_record(fitted, t, i) for i, t in enumerate(traces)]
-            found = [e - np.mean(e) if apart else e for e, apart in zip(found, elsewhere, strict=True)]
-            return [w * e for w, e in zip(weights, found, strict=True)]
+        def weighted(error: Callable, judged: Sequence[np.ndarray]) -> list[np.ndarray]:
+            counted = [i for i, samples in enumerate(judged) if samples.any()]
+            found = {i: error(fitted, traces[i], i)[judged[i]] for i in counted}
+            return [weights[i] * (e - np.mean(e) if elsewhere[i] else e) for i, e in found.items()]
 
-        band, wide = (partial(self._inverse_error, name=name) for name in ("band", "wide"))
-        return Errors(weighted(self._error), weighted(band), weighted(wide))
+        free = weighted(self._error, [t.judged for t in traces])
+        band, wide = (
+            weighted(partial(self._inverse_error, name=name), self._inverted(traces, name))
+            for name in ("band", "wide")
+        )
+        return Errors(free, band, wide)
+
+    def _inverted(self, traces: Sequence[Trace], name: str) -> list[np.ndarray]:
+        """Return which samples of records, (N,) each, judge the inverse; none of some of them.
+
+        Where the voltage goes beyond what was fitted, the model extrapolates, and the inverse's play
+        remembers the voltages that it asks for there: none behind that are taken, and none of a record
+        with few before it, unless no record has more.
+        """
+        inside = [t.judged & getattr(t.references, name).inside for t in traces]
+        first = [np.logical_and.accumulate(stays(t, self.extent.voltage)) for t in traces]
+        before = [judged & early for judged, early in zip(inside, first, strict=True)]
+        tell = [np.count_nonzero(samples) >= STARTS.fewest_deciding for samples in before]
+        if not any(tell):
+            return inside
+        return [samples & enough for samples, enough in zip(before, tell, strict=True)]
 
     @property
     def _begins(self) -> tuple[np.ndarray, float]:
@@ -523,16 +543,15 @@ class Bench(Starts):
     @np.errstate(over="ignore", invalid="ignore")
     def _error(self, model: Model, trace: Trace, index: int) -> np.ndarray:
         """Return model minus measured; ten times the travel where a run is on its way to infinity."""
-        return self._bounded(model.predict(trace, index) - trace.y)[trace.judged]
+        return self._bounded(model.predict(trace, index) - trace.y)
 
     @np.errstate(over="ignore", invalid="ignore")
     def _inverse_error(self, model: Model, trace: Trace, index: int, name: str) -> np.ndarray:
         """Return what the inverse asks for beyond the voltage applied, in m by the records' gain."""
-        reference = getattr(trace.references, name)
         values = {**model.values, **model.start(index), **self._ends}
         error = inverse_error(values, trace.drive, trace.references, name, model.offsets[index])
         gain = self.extent.displacement_span / self.extent.voltage_span
-        return self._bounded(gain * error)[trace.judged & reference.inside]
+        return self._bounded(gain * error)
 
     @property
     def _ends(self) -> dict[str, float]:
@@ -567,10 +586,11 @@ class Bench(Starts):
         """
         fitted = model if self.parts else self.fit_own(model, self.deciding)
         gain = self.extent.displacement_span / self.extent.voltage_span
+        judged = self._inverted(self.deciding, name)
         errors = [
             least_inverse_error(
                 {**model.values, **fitted.start(i), **self._ends}, t.drive, t.references, name
-            )[t.judged & getattr(t.references, name).inside]
+            )[judged[i]]
             for i, t in enumerate(self.deciding)
         ]
         return gain * float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))

@@ -127,6 +127,13 @@ def set_aside(traces: Sequence[Trace]) -> tuple[list[Trace], list[Trace]]:
     return fitted, deciding
 
 
+def stays(trace: Trace, voltage: tuple[float, float]) -> np.ndarray:
+    """Return where the voltage of a trace is within a range, or hardly beyond it, shape (N,)."""
+    low, high = voltage
+    slack = STARTS.beyond * (high - low)
+    return (trace.drive.voltage >= low - slack) & (trace.drive.voltage <= high + slack)
+
+
 def within(trace: Trace, voltage: tuple[float, float]) -> Trace:
     """Return the trace used and judged only where the voltage is within a range.
 
@@ -134,9 +141,7 @@ def within(trace: Trace, voltage: tuple[float, float]) -> Trace:
     nothing of which effect is missing. A trace that is hardly ever within it stays as it is, and so
     does a lead-in of which half is not: nothing else tells how the record begins.
     """
-    low, high = voltage
-    slack = STARTS.beyond * (high - low)
-    inside = (trace.drive.voltage >= low - slack) & (trace.drive.voltage <= high + slack)
+    inside = stays(trace, voltage)
     judged = trace.judged & inside
     if np.count_nonzero(judged) < STARTS.fewest_deciding:
         return trace
