@@ -1,6 +1,7 @@
 """How models are fitted to one short record."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -201,6 +202,20 @@ def test_behind_voltages_that_were_not_fitted_no_inverse_is_judged(plain, empty)
     # where no record has more, all of it counts
     (whole,) = replace(bench, deciding=[early]).errors(stage).band
     assert len(whole) > 1500 and np.std(whole) > 10.0 * NOISE
+
+
+def test_only_judged_samples_say_which_of_two_fits_is_calmer(plain, empty):
+    """All of them did: what nothing judges hid the delay of a measured stage."""
+    bench = bench_of(empty, plain)
+    (trace,) = bench.traces
+    early = np.arange(SAMPLES) < SAMPLES // 2
+
+    def unrest(y: np.ndarray) -> float:
+        judged = replace(trace, y=y, judged=early, references=References(y, trace.judged, NOISE, TS))
+        return replace(bench, traces=[judged])._unrest(SimpleNamespace(model=plain))
+
+    moved = np.where(np.arange(SAMPLES) < SAMPLES // 2 + 50, trace.y, trace.y + 40.0 * NOISE)
+    assert unrest(moved) == pytest.approx(unrest(trace.y), rel=0.05)
 
 
 @pytest.mark.parametrize("name", ["band", "wide"])

@@ -316,7 +316,10 @@ class Bench(Starts):
     def _unrest(self, fit: ChainFit) -> float:
         """Return the error of the inverse with the wide reference on the training records, m."""
         model = fit.model
-        errors = [self._inverse_error(model, t, i, "wide") for i, t in enumerate(self.traces)]
+        judged = self._inverted(self.traces, "wide")
+        errors = [
+            self._inverse_error(model, t, i, "wide")[judged[i]] for i, t in enumerate(self.traces)
+        ]
         return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
     def _without_idleness(self, fit: ChainFit, effect: str) -> list[Model]:
