@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from it2hys.diagnosis import imitation, refinement, selection
-from it2hys.diagnosis.chances import Gains, comparisons
+from it2hys.diagnosis.chances import MODELS, Gains, comparisons
 from it2hys.diagnosis.comparison import Comparison
 from it2hys.diagnosis.evidence import EVIDENCE
 from it2hys.diagnosis.evidence.base import Signature
@@ -211,6 +211,34 @@ def test_the_search_goes_on_from_all_that_fit_as_well():
     assert search._most_promising() == [lag, delay]
     search._promising = []
     assert search._most_promising() == []
+
+
+@pytest.mark.parametrize(
+    ("error", "noise", "models", "added"),
+    [(0.1, 0.2, 3, "creep"), (1.1, 0.2, 3, None), (0.1, 2.0, 3, None), (0.1, 0.2, MODELS, None)],
+    ids=["found", "no better", "nothing is left", "the budget is spent"],
+)
+def test_what_is_chosen_has_had_each_effect_tried_beside_it(monkeypatch, error, noise, models, added):
+    """Creep behind delay and play, which were reached only by way of a needless resonance."""
+    search, (chosen, larger) = searched(
+        (("delay", "play"), 1.0, 1.0), (("creep", "delay", "play"), error, 1.0)
+    )
+    del search.nodes[larger.added]
+    search._grown = {frozenset({str(i)}) for i in range(models)}
+    search.bench.leaves_noise = lambda fit: fit.minimum.cost <= noise
+    beside = []
+
+    def grow(node, thorough):
+        beside.append(node)
+        search._grown.add(node.added)
+        return [larger] if node is chosen and larger.rms < chosen.rms else []
+
+    monkeypatch.setattr(search, "choose", lambda: search._simplest())
+    monkeypatch.setattr(search, "_grow", grow)
+    monkeypatch.setattr(search, "_sharpen", list)
+    found = search._chosen_among_all()
+    assert found is (larger if added else chosen)
+    assert beside == ([chosen] if noise < 1.0 and models < MODELS else [])
 
 
 @pytest.mark.parametrize(("free", "near"), [(1.04, True), (1.3, False)])

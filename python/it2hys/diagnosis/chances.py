@@ -15,16 +15,18 @@ from it2hys.policy import SEARCH
 BEAM = 3
 #: Effects that are added one after the other.
 DEPTH = 4
+#: Models, at most, beside which every addition is tried: on the way, and what is chosen in the end.
+MODELS = DEPTH * BEAM
 
 
 def comparisons(effects: int) -> int:
     """Return how many comparisons, all on the same samples, share the budget.
 
-    With the 11 effects of the catalogue there are 132 at most on the way, of 10 models with 12
-    additions, a delay by two tests, and a delay anew; the rest is for what is tested again in the end.
-    An effect of the user's own is one addition more.
+    With the 11 effects of the catalogue there are 144 at most, of 12 models with 12 additions. An
+    effect of the user's own is one addition more. The larger a model, the fewer additions there are:
+    the rest is for a delay by two tests and anew, and for what is tested again in the end.
     """
-    return DEPTH * BEAM * (effects + 1)
+    return MODELS * (effects + 1)
 
 
 def level(effects: int = 0, planned: int = 0) -> float:

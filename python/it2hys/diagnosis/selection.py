@@ -13,6 +13,7 @@ from it2hys.diagnosis.bounds import pressed_with_values
 from it2hys.diagnosis.chances import (
     BEAM,
     DEPTH,
+    MODELS,
     Gains,
     chance_of_a_rival,
     largest_chance,
@@ -127,6 +128,8 @@ class Search:
     nodes: dict[frozenset[str], Node] = field(default_factory=dict)
     rivals: list[Node] = field(default_factory=list)
     _kept: dict[tuple[str, Node], ChainFit | None] = field(default_factory=dict, init=False)
+    #: What had been added to the models beside which every addition was tried.
+    _grown: set[frozenset[str]] = field(default_factory=set, init=False)
     #: Those that held-out records do not tell from the chosen model: the rivals, and what fits worse.
     _alike: list[Node] = field(default_factory=list, init=False)
 
@@ -158,7 +161,28 @@ class Search:
                 break
             beam = [n for n in grown[:BEAM] if n.rms <= SEARCH.beam_ratio * grown[0].rms]
         self._grow_waiting()
-        return self.choose()
+        return self._chosen_among_all()
+
+    def _chosen_among_all(self) -> Node:
+        """Return the chosen model once nothing that it may lack has been left untried beside it.
+
+        One that is reached by leaving out what proves needless, as a resonance that stood in for how
+        signals were sampled, was on no way of the search.
+        """
+        chosen = self.choose()
+        while self._may_lack_more(chosen):
+            grown = self._grow(chosen, True)
+            if not grown:
+                return chosen
+            grown.sort(key=lambda n: n.rms)
+            for node in self._sharpen(grown[:BEAM]):
+                self._keep(node)
+            chosen = self.choose()
+        return chosen
+
+    def _may_lack_more(self, node: Node) -> bool:
+        untried = node.added not in self._grown and len(self._grown) < MODELS
+        return untried and not self.bench.leaves_noise(node.fit)
 
     def _most_promising(self) -> list[Node]:
         """Return of the models that are no better by themselves the best, and those that fit as well.
@@ -192,7 +216,10 @@ class Search:
     def _grow(self, node: Node, thorough: bool, only: tuple[str, ...] = ()) -> list[Node]:
         """Return the models with one addition more that are better than this one."""
         additions = [a for a in self._additions(node) if node.added | {a} not in self.nodes]
-        additions = [a for a in additions if not only or a in only]
+        if only:
+            additions = [a for a in additions if a in only]
+        else:
+            self._grown.add(node.added)
         starts = [node.fit.model, *([self.given] if self.given and node is self.root else [])]
         fits = self._tried("first", node, additions, partial(first_fit, self.bench, starts))
         if thorough:
