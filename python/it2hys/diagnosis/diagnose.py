@@ -9,17 +9,15 @@ from functools import partial
 
 import numpy as np
 
+from it2hys.diagnosis.assessment import Assessment, on_the_way
 from it2hys.diagnosis.bounds import bound_sentences
 from it2hys.diagnosis.deciding import steps_aside
 from it2hys.diagnosis.evidence import EVIDENCE, EffectEvidence
-from it2hys.diagnosis.evidence.statistics import FEWEST, rms
 from it2hys.diagnosis.fitting import Bench
-from it2hys.diagnosis.last_fit import last_fit, usable_over
+from it2hys.diagnosis.last_fit import last_fit
 from it2hys.diagnosis.next_experiment import deciding_experiment
-from it2hys.diagnosis.outcome import ON_TEST_RECORDS, Diagnosis, Rival, Stage
+from it2hys.diagnosis.outcome import Diagnosis
 from it2hys.diagnosis.refinement import FINISHING, Node, with_effects
-from it2hys.diagnosis.residuals import LeftOver, left_over
-from it2hys.diagnosis.rest import begins_at_zero, begun_at_rest, resting
 from it2hys.diagnosis.rows import Verdict, evidence_of, indistinguishable
 from it2hys.diagnosis.selection import Search
 from it2hys.diagnosis.whole import Whole, at_sample_time
@@ -29,8 +27,7 @@ from it2hys.identification import Options, identify
 from it2hys.identification.coverage import coverage_warnings, holds_one_tone
 from it2hys.identification.criterion import ChainFit, Model, Trace
 from it2hys.identification.effect_coordinates import by_record
-from it2hys.identification.findings import coarse_readings, record_findings
-from it2hys.identification.judgement import Judgement, judge_records, judged_samples, with_noise
+from it2hys.identification.judgement import Judgement, with_noise
 from it2hys.identification.noise import NoiseEstimate
 from it2hys.identification.preparation import (
     check_rule_count,
@@ -39,7 +36,6 @@ from it2hys.identification.preparation import (
     prepare,
 )
 from it2hys.identification.stage_figures import stage_figures
-from it2hys.identification.starts import clues
 from it2hys.identification.traces import check_deciding, extent_of, set_aside, to_trace, within
 from it2hys.identification.uncertainty import assess
 from it2hys.model import compiled
@@ -48,7 +44,7 @@ from it2hys.model.parameters import ParameterSet
 from it2hys.model.variables import load_table
 from it2hys.policy import COVERAGE
 from it2hys.records import Record
-from it2hys.records.clues import Clue, Extent
+from it2hys.records.clues import Extent
 from it2hys.records.feedback import find_feedback
 from it2hys.records.units import UNITS
 from it2hys.support.keys import known_names
@@ -201,7 +197,7 @@ class _Session:
             chosen = search.shown_beside(chosen, self._inseparable)
         node = search.settled(chosen)
         rivals = [chosen, *search.rivals] if search.rivals else []
-        others = [*self._on_the_way(search, node), *rivals]
+        others = [*on_the_way(search, node), *rivals]
         fit, before, models = self._timed("final fit", self._finish, search.bench, node, base, others)
         self._of_whole_records = dict(zip(others, models, strict=True))
         return chosen, node, fit, before
@@ -366,18 +362,15 @@ class _Session:
         self._has_offset = any(t.has_offset for t in self._judging.traces)
         return fit, models[0], models[1:]
 
-    def _usable(self, model: Model) -> Model | None:
-        return usable_over(model, self._judging.traces)
-
     # --- assessment ------------------------------------------------------------------------------
 
     def _assess(
         self, base: Model, bench: Bench, search: Search, chosen: Node, node: Node, fit: ChainFit
     ) -> Diagnosis:
-        parameters = self._parameters(fit.model, "diagnosed")
-        whole = self._judging
+        whole = Assessment(self._judging, self._prepared, self._of_whole_records, self._each)
+        parameters = whole.parameters(fit.model, "diagnosed")
         judged = self._traces("train", "validation", "test")
-        traces = list(self._each(partial(whole.with_lead_in, fit.model), judged))
+        traces = list(self._each(partial(self._judging.with_lead_in, fit.model), judged))
         named = tuple(e for e in fit.model.effects if e in node.effects)
         groups = indistinguishable(chosen, search.rivals)
         if len(self._inseparable) > 1:
@@ -393,7 +386,7 @@ class _Session:
             self._regulated,
             self._of_the_core,
         )
-        after = self._judgements(fit.model, traces)
+        after = whole.judgements(fit.model, traces)
         # what the model follows of a record is no noise, whatever was estimated before
         traces = [
             with_noise(t, NoiseEstimate(j.noise, j.noise_method))
@@ -401,191 +394,45 @@ class _Session:
         ]
         judged = [within(t, self._extent.voltage) for t in traces if t.role != "test"]
         if self._declared:  # fitted since its range was found
-            base = self._usable(base) or base
-        left = self._left_over(whole, fit.model, judged, len(self._train))
+            base = whole.usable(base) or base
+        left = whole.left_by(fit.model, judged, len(self._train))
         constants = [
             replace(t, has_offset=self._base_has_offset and i > 0) for i, t in enumerate(traces)
         ]
-        before = self._judgements(base, constants)
+        before = whole.judgements(base, constants)
         uncertainty = assess(fit)
-        rivals = self._rivals(
+        rivals = whole.rivals(
             fit.model,
             node,
             [chosen, *search.rivals],
-            lambda m: self._left_over(whole, m, judged, len(self._train)).significant,
+            lambda m: whole.left_by(m, judged, len(self._train)).significant,
         )
         return Diagnosis(
             parameters=parameters,
-            base=self._parameters(base, "before"),
+            base=whole.parameters(base, "before"),
             effects=named,
             declared=self._declared,
             unexplained=left.significant and all(r.unexplained for r in rivals),
-            left_over=(*left.sentences, *self._seen_in_tests(whole, fit.model, traces)),
+            left_over=(*left.sentences, *whole.seen_in_tests(fit.model, traces)),
             indistinguishable=groups,
             experiments=tuple(deciding_experiment(group) for group in groups),
             noise_rms=float(np.sqrt(np.mean([t.noise**2 for t in judged]))),
             before=before,
             records=after,
             evidence=evidence_of(verdict, bench.clues(search.root.fit.model)),
-            stages=self._stages(search, node, fit, before, after, constants),
+            stages=whole.stages(search, node, fit, before, after, constants),
             intervals=uncertainty.intervals,
             undetermined=uncertainty.undetermined,
             stage_figures=stage_figures(fit, uncertainty),
             warnings=(
                 *bound_sentences(fit, named),
-                *self._not_shown(fit.model),
-                *self._findings(after),
+                *whole.not_shown(fit.model),
+                *whole.findings(after),
                 *self._warnings,
             ),
             seconds=self._seconds,
             rivals=rivals,
         )
-
-    def _rivals(
-        self,
-        settled: Model,
-        least: Node,
-        nodes: Sequence[Node],
-        leaves_more: Callable[[Model], bool],
-    ) -> tuple[Rival, ...]:
-        """Return the models that the records cannot tell apart, behind the one settled on."""
-        if len(nodes) < 2:
-            return ()
-        parameters = self._parameters(settled, "none of them")
-        errors = least.rms, least.inverse_rms
-        found = [Rival((), settled.effects, parameters, *errors, leaves_more(settled))]
-        for node in nodes:
-            model = self._usable(self._of_whole_records[node])
-            own = tuple(e for e in EFFECTS if e in node.effects and e not in settled.effects)
-            if model is None or not own:
-                continue
-            try:
-                parameters = self._parameters(model, " + ".join(own))
-            except InputError:  # not usable over the whole range of the records: it rivals nothing
-                continue
-            effects = tuple(node.fit.model.effects)
-            errors = node.rms, node.inverse_rms
-            found.append(Rival(own, effects, parameters, *errors, leaves_more(model)))
-        return tuple(found)
-
-    def _findings(self, after: Sequence[Judgement]) -> list[str]:
-        """Return the findings on the records that hold for any model."""
-        records = [p.record for _, p in self._prepared]
-        return [*record_findings(records), *coarse_readings(records, [j.noise for j in after], after)]
-
-    def _not_shown(self, model: Model) -> list[str]:
-        """Return sentences on what of the model's effects the records cannot show."""
-        fitted, deciding = (
-            [p.record for role, p in self._prepared if role == r] for r in ("train", "validation")
-        )
-        texts = (EVIDENCE[e].not_shown(model.values, fitted, deciding) for e in model.effects)
-        return [text for text in texts if text]
-
-    def _left_over(self, bench: Bench, model: Model, traces: Sequence[Trace], known: int) -> LeftOver:
-        """Judge the residual of records after their lead-ins."""
-        seen = clues(bench.fit_own(model, traces, known), traces, self._extent)
-        records = [_behind_lead_in(c, t) for c, t in zip(seen.records, traces, strict=True)]
-        unshown = self._unshown(bench, model, traces, records)
-        records = [
-            replace(c, residual=c.residual - unshown[i]) if i in unshown else c
-            for i, c in enumerate(records)
-        ]
-        left = left_over(replace(seen, records=records), [t.noise for t in traces])
-        if unshown:  # with the verdict, as it is a part of it
-            sizes = [
-                f"{1e6 * rms(part[records[i].used]):.2g} µm rms of record '{traces[i].name}'"
-                for i, part in unshown.items()
-            ]
-            left.sentences[0] += (
-                f" It leaves out {' and '.join(sizes)}, begun at another voltage than all that were "
-                "fitted: effects slower than those records cause it, and none of them shows how large."
-            )
-        return left
-
-    def _unshown(
-        self, bench: Bench, model: Model, traces: Sequence[Trace], records: Sequence[Clue]
-    ) -> dict[int, np.ndarray]:
-        """Return what no fitted record could show of residuals that count, by the record's place."""
-        if not self._not_shown(model):
-            return {}
-        return {
-            i: _unshown_part(c, model)
-            for i, (c, t) in enumerate(zip(records, traces, strict=True))
-            if t.role != "test" and bench.begins_elsewhere(t)
-        }
-
-    def _seen_in_tests(self, bench: Bench, model: Model, traces: Sequence[Trace]) -> list[str]:
-        """Describe the residual of the test records where it is more than noise; it decides nothing."""
-        traces = [within(t, self._extent.voltage) for t in traces if t.role == "test"]
-        traces = [t for t in traces if np.count_nonzero(t.weight) >= FEWEST]
-        seen = self._left_over(bench, model, traces, 0) if traces else None
-        if seen is None or not seen.significant:
-            return []
-        return [f"{ON_TEST_RECORDS}, which decided nothing: " + " ".join(seen.sentences)]
-
-    def _parameters(self, model: Model, name: str) -> ParameterSet:
-        """Return the model as a parameter set that begins at rest, see `begun_at_rest`."""
-        voltages = [r.voltage for r in self._train]
-        values = {
-            **model.values,
-            "voltageMin": float(min(v.min() for v in voltages)),
-            "voltageMax": float(max(v.max() for v in voltages)),
-        }
-        # a set that the search began with may have begun far from these records
-        middle = 0.5 * (values["displacementMin"] + values["displacementMax"])
-        begun_there = _ordered({**values, "initialDisplacement": middle})
-        rest = resting(ParameterSet(begun_there, name).validate())
-        starts = {
-            i: model.start(i)
-            for i, record in enumerate(self._train)
-            if begins_at_zero(record, rest.voltage_range)
-        }
-        return begun_at_rest(rest, starts, self._judging.traces, model.offsets)
-
-    def _judgements(self, model: Model, traces: Sequence[Trace]) -> tuple[Judgement, ...]:
-        parameters = self._parameters(model, "judged")
-        return judge_records(self._judging, model, parameters, traces, self._each)
-
-    def _stages(
-        self,
-        search: Search,
-        node: Node,
-        fit: ChainFit,
-        before: tuple[Judgement, ...],
-        after: tuple[Judgement, ...],
-        traces: Sequence[Trace],
-    ) -> tuple[Stage, ...]:
-        """Return the first model, the usable ones after each addition, and the last."""
-        stages = [self._stage("before", search.root, before)]
-        for best in self._on_the_way(search, node):
-            # a model on the way may have a core that makes no pair
-            if usable := self._usable(self._of_whole_records[best]):
-                stages.append(self._stage(_label(node, best), best, self._judgements(usable, traces)))
-        if node.effects:
-            last = Node(node.added, fit, self._judging.errors(fit.model))
-            stages.append(self._stage(_label(node, node), last, after))
-        return tuple(stages)
-
-    @staticmethod
-    def _on_the_way(search: Search, node: Node) -> list[Node]:
-        """Return the best models with the first effects that were added, one more in each."""
-        order = [e for e in node.fit.model.effects if e in node.effects]
-        sets = [frozenset(order[:count]) for count in range(1, len(order))]
-        found = [[n for n in search.nodes.values() if n.effects == effects] for effects in sets]
-        return [min(nodes, key=lambda n: n.rms) for nodes in found if nodes]
-
-    def _stage(self, label: str, node: Node, judgements: tuple[Judgement, ...]) -> Stage:
-        """Return a model, its error on what decided, and its residuals behind the lead-ins."""
-        residuals = [
-            np.where(j.used, r.displacement - j.y, np.nan)
-            for r, j in zip(self._train, judgements, strict=False)
-        ]
-        return Stage(label, residuals, node.rms, judgements)
-
-
-def _label(node: Node, on_the_way: Node) -> str:
-    """Return which of a model's effects one on the way to it has, in the order of their addition."""
-    return " + ".join(e for e in node.fit.model.effects if e in on_the_way.effects)
 
 
 def _checked_effects(option: str, names: Sequence[str], extent: Extent) -> tuple[str, ...]:
@@ -617,13 +464,6 @@ def _gain(records: Sequence[Record]) -> float:
     return float(moments[0, 1] / moments[0, 0])
 
 
-def _ordered(values: dict) -> dict:
-    """Return the values with the effects' elements in the order that the inverse wants."""
-    for effect in EFFECTS.values():
-        values = effect.ordered(values)
-    return values
-
-
 def _zero_of(parameters: ParameterSet) -> float:
     """Return what the sensor reads at rest at zero voltage, m: where the core is there.
 
@@ -636,17 +476,3 @@ def _zero_of(parameters: ParameterSet) -> float:
     end = slice(0, 2) if voltage[0] > 0.0 else slice(-2, None)
     (x, _), (y, _) = voltage[end], displacement[end]
     return float(y - x * np.diff(displacement[end])[0] / np.diff(voltage[end])[0])
-
-
-def _behind_lead_in(clue: Clue, trace: Trace) -> Clue:
-    """Return what is left of a record behind its lead-in, or of all of it where that is too little."""
-    used = clue.used & judged_samples(trace)
-    return replace(clue, used=used) if np.count_nonzero(used) >= FEWEST else clue
-
-
-def _unshown_part(clue: Clue, model: Model) -> np.ndarray:
-    """Return the part of a residual, (N,), that has the shapes of what no fitted record shows, m."""
-    time = model.values["sampleTime"] * np.arange(len(clue.residual))
-    columns = [s for e in model.effects for s in EVIDENCE[e].unshown(model.values, time)]
-    shapes = np.column_stack(columns)
-    return shapes @ np.linalg.lstsq(shapes[clue.used], clue.residual[clue.used])[0]
