@@ -106,5 +106,6 @@ def run_in(master: str, job: dict, directory: Path) -> np.ndarray:
     file, rows = directory / "job.json", directory / "rows.json"
     file.write_text(json.dumps({**job, "rows": str(rows)}), encoding="utf-8")
     libraries = str(Path(sys.prefix) / "lib")  # where PyPI's tbb is, which ecos needs
-    run_python(MASTERS[master], file, LD_LIBRARY_PATH=libraries)
+    # what a package is unpacked to goes with the test
+    run_python(MASTERS[master], file, LD_LIBRARY_PATH=libraries, TMPDIR=str(directory))
     return np.array(json.loads(rows.read_text()))
